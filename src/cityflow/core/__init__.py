@@ -1,0 +1,1 @@
+"""Values: points, grids and tiles, planes, polyhedra, buildings. No files, no Dask."""

@@ -1,0 +1,202 @@
+"""What a building is: outline, planes, closed polyhedra per level of detail, status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.points import PointCloud
+
+Scalar = str | int | float | bool | None
+"""What an attribute may hold; exactly JSON's scalars."""
+
+VERTEX_DECIMALS = 4
+"""Vertices are multiples of 0.1 mm: rounding to 1 mm alone has broken the validity of solids."""
+
+
+class Status(StrEnum):
+    """How a unit ended (ARCHITECTURE.md, section 4)."""
+
+    DONE = "done"
+    DEGRADED = "degraded"
+    FAILED = "failed"
+    REFUSED = "refused"
+
+
+class Semantic(StrEnum):
+    """Semantic surface types, by the names that CityGML and CityJSON share."""
+
+    GROUND = "GroundSurface"
+    ROOF = "RoofSurface"
+    WALL = "WallSurface"
+    OUTER_CEILING = "OuterCeilingSurface"
+
+
+class Lod(StrEnum):
+    """Levels of detail after Biljecki's refined series."""
+
+    LOD0 = "0"
+    LOD12 = "1.2"
+    LOD13 = "1.3"
+    LOD22 = "2.2"
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """A planar polygon of a polyhedron.
+
+    Attributes
+    ----------
+    rings : exterior ring, then holes; vertex indices without the repeated last one. Seen from outside the solid the
+        exterior runs counter-clockwise, the holes clockwise.
+    semantic : Semantic
+    plane : index into `Building.planes` for roof faces found as planes, -1 otherwise
+    neighbour : id of the unit on the other side of a party wall, else None
+    """
+
+    rings: tuple[tuple[int, ...], ...]
+    semantic: Semantic
+    plane: int = -1
+    neighbour: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Polyhedron:
+    """One closed shell: (V, 3) float64 vertices in the world frame (metres, multiples of 0.1 mm), and its faces."""
+
+    vertices: FloatArray
+    faces: tuple[Face, ...]
+
+    def ring(self, indices: tuple[int, ...]) -> FloatArray:
+        """(n, 3) vertices of a ring."""
+        return self.vertices[list(indices)]
+
+    def of_semantic(self, semantic: Semantic) -> tuple[Face, ...]:
+        return tuple(f for f in self.faces if f.semantic is semantic)
+
+
+@dataclass(frozen=True, slots=True)
+class RoofPlane:
+    """A plane z = slope_x·(x − x0) + slope_y·(y − y0) + height over the unit's local origin (x0, y0).
+
+    Attributes
+    ----------
+    slope_x, slope_y : float, dimensionless
+    height : float, world height (metres) at the origin
+    origin : (x0, y0), world metres
+    points : number of points that support the plane
+    rmse : metres, of these points' vertical distances
+    """
+
+    slope_x: float
+    slope_y: float
+    height: float
+    origin: tuple[float, float]
+    points: int = 0
+    rmse: float = float("nan")
+
+    def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """World heights of the plane at world x, y."""
+        return np.asarray(self.slope_x * (x - self.origin[0]) + self.slope_y * (y - self.origin[1]) + self.height)
+
+    @property
+    def slope_deg(self) -> float:
+        return float(np.degrees(np.arctan(np.hypot(self.slope_x, self.slope_y))))
+
+    @property
+    def aspect_deg(self) -> float:
+        """Direction of steepest descent, clockwise from north, 0 to 360; NaN for a level plane."""
+        if self.slope_x == 0 and self.slope_y == 0:
+            return float("nan")
+        return float(np.degrees(np.arctan2(-self.slope_x, -self.slope_y)) % 360)
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A building outline in plan.
+
+    Attributes
+    ----------
+    id : stable under reruns; from the given data's id column, else from geometry
+    polygon : shapely Polygon, world metres, exterior counter-clockwise, holes clockwise; neighbours are noded, so that
+        both have every vertex of their common boundary, bit for bit
+    attributes : everything the source said of it
+    remark : what was repaired, or empty
+    """
+
+    id: str
+    polygon: Polygon
+    attributes: Mapping[str, Scalar] = field(default_factory=dict)
+    remark: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """All that a reconstruction method may look at for one unit.
+
+    Attributes
+    ----------
+    id : unit id
+    outline : Polygon, as in `Outline`
+    points : roof points inside the outline, world frame (building class, or high and not vegetation)
+    ground_height : metres, the floor of the solid: lowest DTM height along the outline
+    """
+
+    id: str
+    outline: Polygon
+    points: PointCloud
+    ground_height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One method's answer for one unit.
+
+    Attributes
+    ----------
+    method : name as in the workflow
+    solid : closed LoD2.2 polyhedron, or None where the method found no answer
+    planes : roof planes that the faces' `plane` refers to
+    status : DONE, or DEGRADED for a simpler roof than the points ask for
+    reason : why degraded, or why there is no solid
+    notes : figures worth recording (numbers of regions, iterations, …)
+    """
+
+    method: str
+    solid: Polyhedron | None
+    planes: tuple[RoofPlane, ...] = ()
+    status: Status = Status.DONE
+    reason: str = ""
+    notes: Mapping[str, Scalar] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Building:
+    """A finished unit.
+
+    Attributes
+    ----------
+    id : unit id
+    footprint : LoD0 polygon in plan
+    ground_height : metres, of LoD0 and of the floor of all solids
+    solids : closed polyhedra by level of detail (LoD1.2, 1.3, 2.2)
+    planes : roof planes of LoD2.2
+    attributes : attributes of the source and measured ones
+    """
+
+    id: str
+    footprint: Polygon
+    ground_height: float
+    solids: Mapping[Lod, Polyhedron]
+    planes: tuple[RoofPlane, ...] = ()
+    attributes: Mapping[str, Scalar] = field(default_factory=dict)
+    status: Status = Status.DONE
+    reason: str = ""
+
+    def with_attributes(self, more: Mapping[str, Scalar]) -> Building:
+        return replace(self, attributes={**self.attributes, **more})

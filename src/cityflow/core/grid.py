@@ -1,0 +1,129 @@
+"""Raster grids, and the lattice of ground tiles that cuts the world into units of work."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+
+Bounds = tuple[float, float, float, float]
+"""x_min, y_min, x_max, y_max in metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A north-up raster of square cells; row 0 is the northernmost, (0, 0) its upper left cell.
+
+    Attributes
+    ----------
+    x_min, y_max : float
+        World coordinates of the outer corner of cell (0, 0), metres.
+    cell : float
+        Edge of a cell, metres.
+    rows, cols : int
+    """
+
+    x_min: float
+    y_max: float
+    cell: float
+    rows: int
+    cols: int
+
+    @classmethod
+    def covering(cls, bounds: Bounds, cell: float) -> Grid:
+        """Smallest grid over `bounds` whose cell edges are multiples of `cell` in the world.
+
+        >>> Grid.covering((0.2, 0.0, 1.9, 1.0), 0.5)
+        Grid(x_min=0.0, y_max=1.0, cell=0.5, rows=2, cols=4)
+        """
+        col_0, row_0 = math.floor(bounds[0] / cell + 1e-9), math.ceil(bounds[3] / cell - 1e-9)
+        cols = math.ceil(bounds[2] / cell - 1e-9) - col_0
+        rows = row_0 - math.floor(bounds[1] / cell + 1e-9)
+        return cls(col_0 * cell, row_0 * cell, cell, max(rows, 1), max(cols, 1))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.rows, self.cols
+
+    @property
+    def bounds(self) -> Bounds:
+        return self.x_min, self.y_max - self.rows * self.cell, self.x_min + self.cols * self.cell, self.y_max
+
+    @property
+    def transform(self) -> tuple[float, float, float, float, float, float]:
+        """Affine coefficients a, b, c, d, e, f as rasterio's `Affine` takes them."""
+        return self.cell, 0.0, self.x_min, 0.0, -self.cell, self.y_max
+
+    def x_centres(self) -> FloatArray:
+        return self.x_min + (np.arange(self.cols) + 0.5) * self.cell
+
+    def y_centres(self) -> FloatArray:
+        """Decreasing: row 0 is the northernmost."""
+        return self.y_max - (np.arange(self.rows) + 0.5) * self.cell
+
+    def indices(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
+        """Row and column of each point; may lie outside the grid."""
+        return (
+            np.floor((self.y_max - y) / self.cell).astype(np.int64),
+            np.floor((x - self.x_min) / self.cell).astype(np.int64),
+        )
+
+    def slices(self, part: Grid) -> tuple[slice, slice]:
+        """Row and column slices of `part` (same cell, same alignment, inside this grid)."""
+        row = round((self.y_max - part.y_max) / self.cell)
+        col = round((part.x_min - self.x_min) / self.cell)
+        if row < 0 or col < 0 or row + part.rows > self.rows or col + part.cols > self.cols:
+            raise ValueError(f"{part} does not lie inside {self}")
+        return slice(row, row + part.rows), slice(col, col + part.cols)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Tile:
+    """One square of the ground-tile lattice: column and row count eastwards and northwards from the CRS origin."""
+
+    col: int
+    row: int
+    size: float
+
+    @property
+    def name(self) -> str:
+        """Stable name, the same for any extent of the survey: lattice column and row."""
+        return f"{self.col}_{self.row}"
+
+    @property
+    def bounds(self) -> Bounds:
+        return self.col * self.size, self.row * self.size, (self.col + 1) * self.size, (self.row + 1) * self.size
+
+    def buffered(self, halo: float) -> Bounds:
+        x_min, y_min, x_max, y_max = self.bounds
+        return x_min - halo, y_min - halo, x_max + halo, y_max + halo
+
+    def owns(self, x: float, y: float) -> bool:
+        """Half-open: a point on a shared edge belongs to the tile east or north of it."""
+        return math.floor(x / self.size) == self.col and math.floor(y / self.size) == self.row
+
+
+def tile_at(x: float, y: float, size: float) -> Tile:
+    """The tile that owns a point.
+
+    >>> tile_at(85000.0, 447500.0, 250.0).name
+    '340_1790'
+    """
+    return Tile(math.floor(x / size), math.floor(y / size), size)
+
+
+def tiles_over(bounds: Bounds, size: float) -> Iterator[Tile]:
+    """Tiles that meet `bounds` with more than an edge, in row-major order from the south-west."""
+    col_0, row_0 = math.floor(bounds[0] / size), math.floor(bounds[1] / size)
+    col_1, row_1 = max(math.ceil(bounds[2] / size), col_0 + 1), max(math.ceil(bounds[3] / size), row_0 + 1)
+    for row in range(row_0, row_1):
+        for col in range(col_0, col_1):
+            yield Tile(col, row, size)
+
+
+def bounds_meet(a: Bounds, b: Bounds) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -1,0 +1,1 @@
+"""The engine: task, record, ledger, sandbox, executor. Knows tasks, not cities."""

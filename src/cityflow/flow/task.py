@@ -1,0 +1,118 @@
+"""A task, its outcome and its digest: what the engine moves around."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cityflow.core.building import Status
+
+Json = Any
+"""Anything that `json.dumps` takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a task may use before its process is killed; never an input to the result."""
+
+    time_s: float = 600.0
+    memory_mb: float = 4000.0
+    retries: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One unit of one stage.
+
+    Attributes
+    ----------
+    stage, unit : names a person understands; together they name the task (`reconstruct-0503100000012345`)
+    function : ``module:name`` of ``f(workspace, task) -> Outcome``
+    version : number of the stage's algorithm, raised when its results change
+    parameters : the stage's parameters with the unit's overrides applied, JSON
+    inputs : name → digest of the contents of everything that the result depends on
+    arguments : where to find the inputs; may change without making the result stale
+    in_place : the task writes into a shared store (its own chunk of a Zarr array), so that an attempt that died
+        midway spoils what an earlier one had left
+    """
+
+    stage: str
+    unit: str
+    function: str
+    version: int
+    parameters: Mapping[str, Json] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    arguments: Mapping[str, Json] = field(default_factory=dict)
+    limits: Limits = Limits()
+    in_place: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"{self.stage}-{self.unit}"
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over stage, unit, version, parameters and inputs; 64 hexadecimal digits."""
+        return digest_of([self.stage, self.unit, self.version, dict(self.parameters), dict(self.inputs)])
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a stage function returns.
+
+    Attributes
+    ----------
+    status, reason : see ARCHITECTURE.md, section 4
+    outputs : RUN-relative path → SHA-256 of its contents
+    result : small JSON value that later tasks and the driver need (ids of units, a measured figure)
+    """
+
+    status: Status = Status.DONE
+    reason: str = ""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    result: Mapping[str, Json] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One finished attempt of one task: immutable, written last, the truth about what happened.
+
+    Attributes
+    ----------
+    attempt : 1, 2, … per stage and unit, over all runs into the same folder
+    digest : that of the task
+    parameters : of the task, so that a record explains itself
+    traceback : of an unexpected exception, else empty
+    started : ISO 8601, UTC;  seconds, peak_mb : of the process that ran it
+    worker : address or process that ran it
+    """
+
+    stage: str
+    unit: str
+    attempt: int
+    digest: str
+    version: int
+    status: Status
+    reason: str
+    outputs: Mapping[str, str]
+    result: Mapping[str, Json]
+    parameters: Mapping[str, Json]
+    inputs: Mapping[str, str]
+    traceback: str = ""
+    started: str = ""
+    seconds: float = 0.0
+    peak_mb: float = 0.0
+    worker: str = ""
+
+
+def digest_of(value: Json) -> str:
+    """SHA-256 of the canonical JSON text (sorted keys, no spaces) of a value.
+
+    >>> digest_of({"b": 1, "a": 2}) == digest_of({"a": 2, "b": 1})
+    True
+    """
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()

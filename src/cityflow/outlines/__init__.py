@@ -1,0 +1,1 @@
+"""Building outlines: found in an nDSM, or given ones cleaned and noded."""

@@ -1,0 +1,1 @@
+"""Points to DSM, DTM, nDSM, vegetation: arrays in, arrays out."""
