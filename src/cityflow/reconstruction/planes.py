@@ -1,0 +1,57 @@
+"""What plane detection hands to the partition of the outline: points, their planes, the noise of the cloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import RoofPlane
+
+Origin = tuple[float, float, float]
+
+UNASSIGNED = -1
+"""Label of a point that lies on no plane."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneSegments:
+    """Roof planes of one unit, and the points that lie on each.
+
+    Attributes
+    ----------
+    origin : (x0, y0, z0), world metres, subtracted before anything else
+    points : (N, 3) float64, local roof points (thinned if denser than needed)
+    labels : (N,) int64, index of a point's plane, `UNASSIGNED` for points on none
+    coefficients : (P, 3) float64, a, b, c of z = a·x + b·y + c in local coordinates
+    rmse : (P,) float64, metres, of each plane's own points, vertically
+    noise : ranging noise (sigma) of the cloud, metres, estimated from the points
+    """
+
+    origin: Origin
+    points: FloatArray
+    labels: IntArray
+    coefficients: FloatArray
+    rmse: FloatArray
+    noise: float
+
+    def __len__(self) -> int:
+        return len(self.coefficients)
+
+    def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """(P, …) local heights of every plane at local x, y."""
+        a, b, c = self.coefficients.T.reshape(3, -1, *([1] * np.ndim(x)))
+        return np.asarray(a * x + b * y + c)
+
+    def counts(self) -> IntArray:
+        """(P,) number of points on each plane."""
+        return np.bincount(self.labels[self.labels >= 0], minlength=len(self)).astype(np.int64)
+
+    def roof_planes(self) -> tuple[RoofPlane, ...]:
+        """The same planes in the world frame, in the same order."""
+        x0, y0, z0 = self.origin
+        return tuple(
+            RoofPlane(float(a), float(b), float(c) + z0, (x0, y0), int(n), float(rmse))
+            for (a, b, c), n, rmse in zip(self.coefficients, self.counts(), self.rmse, strict=True)
+        )
