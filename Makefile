@@ -1,0 +1,47 @@
+# Two commands matter: `make demo` and `make test`. Everything lives in .venv; nothing else on the machine is changed, except that as
+# root on Debian the shared libraries that open3d loads are installed where they are missing.
+VENV ?= .venv
+RUN ?= runs/delft
+WORKERS ?= 2
+BIN = $(VENV)/bin
+export OMP_NUM_THREADS = 1
+export OPENBLAS_NUM_THREADS = 1
+export MKL_NUM_THREADS = 1
+
+.PHONY: demo test check lint types layers spelling bench clean
+
+demo: $(VENV)/.runtime
+	$(BIN)/cityflow run workflows/lidar_city.yaml --catalog catalogs/delft --out $(RUN) --workers $(WORKERS)
+
+test: $(VENV)/.dev
+	$(BIN)/pytest -q -n 2 --dist loadgroup -m "not cluster"
+	$(BIN)/pytest -q -m cluster
+
+check: lint types layers spelling
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/ruff format --check src tests benchmarks
+
+types: $(VENV)/.dev
+	$(BIN)/mypy
+
+layers: $(VENV)/.dev
+	$(BIN)/lint-imports
+
+spelling: $(VENV)/.dev
+	$(BIN)/codespell src docs README.md ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
+
+bench: $(VENV)/.dev
+	$(BIN)/python benchmarks/delft.py
+
+$(VENV)/.runtime: pyproject.toml constraints.txt deploy/setup.sh
+	sh deploy/setup.sh $(VENV)
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.runtime
+	sh deploy/setup.sh $(VENV) dev
+	touch $@
+
+clean:
+	rm -rf $(VENV) runs build dist .mypy_cache .ruff_cache .pytest_cache
