@@ -1,0 +1,140 @@
+"""CityJSONSeq and CityJSON files: header, terrain, and joining the lines of many buildings without holding them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import Building, Scalar
+from cityflow.core.reference import Reference
+from cityflow.io.attributes import scalars, xml_text
+from cityflow.io.cityjson import ORIGIN, Transform, json_line, object_line
+
+Json = Any
+Bounds3 = tuple[float, float, float, float, float, float]
+"""x_min, y_min, z_min, x_max, y_max, z_max in metres."""
+
+TERRAIN_LOD = "2"
+
+
+def header_line(
+    reference: Reference,
+    bounds: Bounds3 | None = None,
+    transform: Transform = ORIGIN,
+    title: str = "",
+    reference_date: str = "",
+) -> bytes:
+    """The first line of a CityJSONSeq file.
+
+    Parameters
+    ----------
+    reference_date : date of the source data, ``YYYY-MM-DD``; empty where unknown
+    """
+    metadata: dict[str, Json] = {}
+    if bounds is not None:
+        metadata["geographicalExtent"] = [round(float(v), 4) for v in bounds]
+    if reference_date:
+        metadata["referenceDate"] = reference_date
+    if not reference.is_local:
+        metadata["referenceSystem"] = crs_url(reference)
+    if title:
+        metadata["title"] = xml_text(title)
+    return json_line(
+        {
+            "type": "CityJSON",
+            "version": "2.0",
+            "transform": transform.json,
+            "metadata": metadata,
+            "CityObjects": {},
+            "vertices": [],
+        }
+    )
+
+
+def crs_url(reference: Reference) -> str:
+    """The CRS as OGC writes it; of a compound without a code of its own (``EPSG:a+b``) the horizontal part.
+
+    The schema admits no other form.
+    """
+    return f"https://www.opengis.net/def/crs/EPSG/0/{reference.code.removeprefix('EPSG:').partition('+')[0]}"
+
+
+def extent_of(buildings: Iterable[Building]) -> Bounds3 | None:
+    """Bounds of all vertices and footprints; None where there are none."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for building in buildings:
+        for points in _points_of(building):
+            low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+    if not np.isfinite(low).all():
+        return None
+    x_min, y_min, z_min, x_max, y_max, z_max = (float(v) for v in (*low, *high))
+    return x_min, y_min, z_min, x_max, y_max, z_max
+
+
+def join(files: Iterable[Iterable[bytes]], header: bytes) -> Iterator[bytes]:
+    """Lines of one CityJSONSeq from those of several, each with its header first; in the transform of `header`."""
+    target = Transform.of_header(json.loads(header))
+    yield header
+    for lines in files:
+        source: Transform | None = None
+        for line in lines:
+            if source is None:
+                source = Transform.of_header(json.loads(line))
+            else:
+                yield line if source == target else moved(line, source, target)
+
+
+def moved(line: bytes, source: Transform, target: Transform) -> bytes:
+    """A feature line of one transform in another one."""
+    feature = json.loads(line)
+    shift = source.shift - target.shift
+    feature["vertices"] = (np.asarray(feature["vertices"], np.int64).reshape(-1, 3) + shift).tolist()
+    return json_line(feature)
+
+
+def document(lines: Iterable[bytes]) -> bytes:
+    """A plain CityJSON file from the lines of a CityJSONSeq, header first."""
+    iterator = iter(lines)
+    city = json.loads(next(iterator))
+    for line in iterator:
+        feature = json.loads(line)
+        start = len(city["vertices"])
+        city["vertices"] += feature["vertices"]
+        for city_object in feature["CityObjects"].values():
+            for geometry in city_object["geometry"]:
+                geometry["boundaries"] = _offset(geometry["boundaries"], start)
+        city["CityObjects"].update(feature["CityObjects"])
+    return json_line(city)
+
+
+def terrain_feature_line(
+    name: str,
+    vertices: FloatArray,
+    triangles: IntArray,
+    transform: Transform = ORIGIN,
+    attributes: Mapping[str, Scalar] | None = None,
+) -> bytes:
+    """A TINRelief: (V, 3) world vertices, (T, 3) vertex indices, counter-clockwise seen from above."""
+    surface = {
+        "type": "CompositeSurface",
+        "lod": TERRAIN_LOD,
+        "boundaries": [[[a, b, c]] for a, b, c in np.asarray(triangles, np.int64).tolist()],
+    }
+    relief: dict[str, Json] = {"type": "TINRelief", "attributes": scalars(attributes or {}), "geometry": [surface]}
+    return object_line(name, relief, transform.encode(vertices).tolist())
+
+
+def _points_of(building: Building) -> Iterator[FloatArray]:
+    for solid in building.solids.values():
+        yield solid.vertices
+    if not building.footprint.is_empty:
+        xy = np.asarray(building.footprint.exterior.coords)[:, :2]
+        yield np.column_stack([xy, np.full(len(xy), building.ground_height)])
+
+
+def _offset(nested: Json, start: int) -> Json:
+    return [_offset(part, start) if isinstance(part, list) else part + start for part in nested]
