@@ -1,0 +1,85 @@
+"""What a Dask task executes: one unit in the sandbox, tried again where that may help, and its record written last."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from datetime import UTC, datetime
+
+from cityflow.core.building import Status
+from cityflow.flow.records import decode, encode, read_record, record_path, write_mark
+from cityflow.flow.reply import Ending, Reply
+from cityflow.flow.sandbox import thread_sandbox
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record, Task
+
+PAUSE_S = 0.5
+"""Before a second try; what is transient needs a moment to pass."""
+
+
+def run_attempt(store: Store, task: Task, attempt: int) -> Record:
+    """Run a task, write its record, return the record.
+
+    Parameters
+    ----------
+    attempt : the number that the ledger gave. A record of this task under that number means that a worker died after
+        writing it, and is taken; a record of anything else (a run whose driver is gone) moves the number up.
+    """
+    started = datetime.now(UTC)
+    while (earlier := read_record(store, task.stage, task.unit, attempt)) is not None:
+        if earlier.digest == task.digest:
+            return earlier
+        attempt += 1
+    if task.in_place:
+        write_mark(store, task.stage, task.unit, attempt)
+    return store_record(store, record_of(task, attempt, _tried(store, task), started))
+
+
+def store_record(store: Store, record: Record) -> Record:
+    """Write a record and return it as a reader will see it."""
+    data = encode(record)
+    store.write_bytes(record_path(record.stage, record.unit, record.attempt), data)
+    return decode(data)
+
+
+def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Record:
+    outcome = reply.outcome
+    return Record(
+        stage=task.stage,
+        unit=task.unit,
+        attempt=attempt,
+        digest=task.digest,
+        version=task.version,
+        status=outcome.status,
+        reason=outcome.reason,
+        outputs=outcome.outputs,
+        result=outcome.result,
+        parameters=task.parameters,
+        inputs=task.inputs,
+        traceback=reply.traceback,
+        started=started.isoformat(timespec="milliseconds"),
+        seconds=round(reply.seconds, 4),
+        peak_mb=round(reply.peak_mb, 1),
+        worker=f"{socket.gethostname()}:{os.getpid()}",
+    )
+
+
+def is_unexpected(record: Record) -> bool:
+    """Whether a unit failed for a reason that no stage foresaw: an exception or a crash, not a limit, not its data."""
+    over_limit = record.reason.startswith((f"{Ending.TIMEOUT}:", f"{Ending.MEMORY}:"))
+    crashed = record.reason.startswith(str(Ending.CRASHED))
+    return record.status is Status.FAILED and not over_limit and (crashed or bool(record.traceback))
+
+
+def _tried(store: Store, task: Task) -> Reply:
+    """The last of up to `retries` + 1 tries; what went wrong in earlier ones stays in the traceback."""
+    earlier: list[str] = []
+    for count in range(task.limits.retries + 1):
+        reply = thread_sandbox().run(store, task)
+        if not reply.transient or count == task.limits.retries:
+            break
+        earlier.append(f"try {count + 1}: {reply.outcome.reason}\n{reply.traceback}")
+        time.sleep(PAUSE_S * (count + 1))
+    text = "\n".join([*earlier, *([reply.traceback] if reply.traceback else [])])
+    return Reply(reply.ending, reply.outcome, text, reply.seconds, reply.peak_mb, reply.rss_mb, reply.transient)

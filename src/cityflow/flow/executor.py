@@ -1,0 +1,309 @@
+"""The driver: submits tasks as they become ready, keeps a bounded number in flight, and follows what finishes."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from typing import Any, Protocol
+from uuid import uuid4
+
+from distributed import Client, KilledWorker, as_completed
+
+from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow.attempt import record_of, run_attempt, store_record
+from cityflow.flow.first_units import FirstUnits
+from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.progress import Silent, Watcher
+from cityflow.flow.records import read_record
+from cityflow.flow.reply import Ending, Reply
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Record, Task, digest_of
+
+WAIT_S = 0.2
+"""Longest wait between two ticks of the progress display."""
+LOOK_AT_WORKERS_S = 5.0
+NO_WORKER_LIMIT_S = 300.0
+RESUBMISSIONS = 2
+"""Further tries of a task that the engine itself could not run or record, before the run stops."""
+
+
+class Source(Protocol):
+    """Says which tasks there are; called in the driver only, and pulled lazily."""
+
+    def initial(self) -> Iterable[Task]:
+        """Tasks that wait for nothing."""
+
+    def after(self, task: Task, record: Record) -> Iterable[Task]:
+        """Tasks that became ready because `task` has ended; called once for each task, whatever its status."""
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What a run did.
+
+    Attributes
+    ----------
+    ran : (stage, status) → units that ran
+    kept : (stage, status) → units that an earlier run had done
+    seconds : wall-clock time
+    interrupted : stopped by Ctrl-C
+    """
+
+    ran: Counter[tuple[str, Status]] = field(default_factory=Counter)
+    kept: Counter[tuple[str, Status]] = field(default_factory=Counter)
+    seconds: float = 0.0
+    interrupted: bool = False
+
+
+def never(task: Task, record: Record) -> bool:  # noqa: ARG001 - the signature of `redo`
+    """Keep every record with the right digest, failed ones too."""
+    return False
+
+
+def run_tasks(
+    source: Source,
+    client: Client,
+    store: Store,
+    ledger: Ledger,
+    *,
+    max_in_flight: int | None = None,
+    progress: Watcher | None = None,
+    redo: Callable[[Task, Record], bool] = never,
+) -> Summary:
+    """Run all tasks of a source that are not done yet.
+
+    Parameters
+    ----------
+    max_in_flight : tasks on the scheduler at once; None for some per worker thread
+    redo : asked for each task that is done (whatever its status); True to run it again
+
+    Returns
+    -------
+    Summary; `interrupted` after Ctrl-C, with everything that had finished recorded
+
+    Raises
+    ------
+    RunError : the scheduler or all workers are lost, records cannot be written, or the first units of a stage all
+        raise the same exception
+    """
+    run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
+    start = time.monotonic()
+    interrupted = False
+    try:
+        run.loop()
+    except KeyboardInterrupt:
+        interrupted = True
+    finally:
+        run.stop()
+    return Summary(run.ran, run.kept, time.monotonic() - start, interrupted)
+
+
+@dataclass(frozen=True, slots=True)
+class _Context:
+    source: Source
+    client: Client
+    store: Store
+    ledger: Ledger
+    progress: Watcher
+    redo: Callable[[Task, Record], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """A task on the scheduler; `deaths` of workers that had it, `tries` that gave neither record nor death."""
+
+    task: Task
+    attempt: int
+    future: Any = None
+    deaths: int = 0
+    tries: int = 0
+
+
+class _Run:
+    def __init__(self, context: _Context, max_in_flight: int | None) -> None:
+        self._context = context
+        self._limit = _Limit(context.client, max_in_flight)
+        # Newest iterator first: what a finished tile makes ready goes before the next tile, so few iterators are open.
+        self._ready: list[Iterator[Task]] = [iter(context.source.initial())]
+        self._jobs: dict[str, _Job] = {}
+        self._suspects: deque[_Job] = deque()
+        self._completed = as_completed(loop=context.client.loop, with_results=True, raise_errors=False)
+        self._first = FirstUnits()
+        self._token = uuid4().hex
+        self.ran: Counter[tuple[str, Status]] = Counter()
+        self.kept: Counter[tuple[str, Status]] = Counter()
+
+    def loop(self) -> None:
+        """Run until nothing is ready and nothing is in flight."""
+        while True:
+            self._fill()
+            if not self._jobs:
+                return
+            for future, result in self._wait():
+                self._settle(self._jobs.pop(future.key), result)
+            self._context.progress.tick()
+
+    def stop(self) -> None:
+        """Drop what is in flight; what workers are just doing still writes its records."""
+        futures = [job.future for job in self._jobs.values() if job.future is not None]
+        self._jobs.clear()
+        self._completed.clear()
+        if futures and self._context.client.status == "running":
+            self._context.client.cancel(futures, force=True)
+        self._context.ledger.commit()
+        self._context.progress.tick()
+
+    def _fill(self) -> None:
+        if self._suspects:
+            # A worker that dies takes down whatever it had at hand; alone, only the guilty one dies again.
+            if not self._jobs:
+                self._submit(self._suspects.popleft())
+            return
+        while len(self._jobs) < self._limit.now() and not any(job.deaths for job in self._jobs.values()):
+            task = self._next()
+            if task is None:
+                return
+            self._take(task)
+
+    def _next(self) -> Task | None:
+        while self._ready:
+            task = next(self._ready[-1], None)
+            if task is not None:
+                return task
+            self._ready.pop()
+        return None
+
+    def _take(self, task: Task) -> None:
+        self._context.progress.ready(task)
+        ledger = self._context.ledger
+        if ledger.state(task) is State.DONE:
+            record = ledger.latest(task.stage, task.unit)
+            if record is not None and not self._context.redo(task, record):
+                self._follow(task, record, fresh=False)
+                return
+        self._submit(_Job(task, ledger.next_attempt(task.stage, task.unit)))
+
+    def _submit(self, job: _Job) -> None:
+        short = digest_of([self._token, job.task.digest, job.attempt, job.deaths, job.tries])[:8]
+        key = f"{readable_key(job.task)}-{short}"
+        future = self._context.client.submit(
+            run_attempt, self._context.store, job.task, job.attempt, key=key, pure=False, retries=0
+        )
+        self._jobs[key] = replace(job, future=future)
+        self._completed.add(future)
+
+    def _wait(self) -> list[tuple[Any, Any]]:
+        if not self._completed.has_ready():
+            with self._completed.thread_condition:
+                self._completed.thread_condition.wait(WAIT_S)
+        batch: list[tuple[Any, Any]] = self._completed.next_batch(block=False)
+        if not batch:
+            _check_alive(self._context.client)
+            self._limit.check_workers(self._context.progress)
+        return batch
+
+    def _settle(self, job: _Job, result: Any) -> None:
+        """Follow a finished task, or decide what becomes of one that gave no record."""
+        if isinstance(result, Record):
+            self._follow(job.task, result, fresh=True)
+            return
+        error = result[1] if isinstance(result, tuple) else result
+        written = read_record(self._context.store, job.task.stage, job.task.unit, job.attempt)
+        if written is not None and written.digest == job.task.digest:
+            self._follow(job.task, written, fresh=True)
+        elif isinstance(error, KilledWorker):
+            self._suspect(job, error)
+        else:
+            self._again(job, error)
+
+    def _suspect(self, job: _Job, error: KilledWorker) -> None:
+        deaths = job.deaths + error.allowed_failures + 1
+        if not job.deaths:
+            self._suspects.append(replace(job, deaths=deaths))
+            return
+        reply = Reply(Ending.CRASHED, Outcome(Status.FAILED, f"the worker running it died {deaths} times"))
+        record = record_of(job.task, job.attempt, reply, datetime.now(UTC))
+        self._follow(job.task, store_record(self._context.store, record), fresh=True)
+
+    def _again(self, job: _Job, error: BaseException) -> None:
+        if isinstance(error, CancelledError):
+            _check_alive(self._context.client)
+        if job.tries >= RESUBMISSIONS:
+            problem = f"a worker cannot run or record it: {type(error).__name__}: {error}"
+            raise RunError(problem, where=job.task.name, remedy="mend this and run again: it goes on where it stopped")
+        self._submit(replace(job, tries=job.tries + 1))
+
+    def _follow(self, task: Task, record: Record, *, fresh: bool) -> None:
+        if fresh:
+            self._context.ledger.add(record)
+        (self.ran if fresh else self.kept)[task.stage, record.status] += 1
+        self._context.progress.finished(record, fresh=fresh)
+        if fresh:
+            self._first.add(record)
+        self._ready.append(iter(self._context.source.after(task, record)))
+
+
+class _Limit:
+    """How many tasks may be in flight, and whether there is anybody to run them."""
+
+    PER_THREAD = 8
+    LEAST = 16
+
+    def __init__(self, client: Client, fixed: int | None) -> None:
+        self._client = client
+        self._fixed = fixed
+        self._next_look = 0.0
+        self._last_worker = time.monotonic()
+        self._threads = 0
+        self._told = False
+
+    def now(self) -> int:
+        if self._fixed is not None:
+            return self._fixed
+        if time.monotonic() >= self._next_look:
+            self._look()
+        return max(self.LEAST, self.PER_THREAD * self._threads)
+
+    def check_workers(self, progress: Watcher) -> None:
+        """Raise RunError when there has been no worker for minutes; called while nothing finishes."""
+        if time.monotonic() >= self._next_look:
+            self._look()
+        missing_s = time.monotonic() - self._last_worker
+        if missing_s > NO_WORKER_LIMIT_S:
+            remedy = "start workers (dask worker ADDRESS) and run again: it goes on where it stopped"
+            raise RunError(f"no worker for {missing_s:.0f} s", where=_address(self._client), remedy=remedy)
+        if missing_s > 2 * LOOK_AT_WORKERS_S and not self._told:
+            self._told = True
+            progress.message(f"no worker is connected to {_address(self._client)}: waiting for one")
+
+    def _look(self) -> None:
+        self._threads = sum(self._client.nthreads().values())
+        self._next_look = time.monotonic() + LOOK_AT_WORKERS_S
+        if self._threads:
+            self._last_worker = time.monotonic()
+            self._told = False
+
+
+def readable_key(task: Task) -> str:
+    """``reconstruct-0503100000012345``: what the dashboard shows, grouped by stage.
+
+    Dask takes leading words of letters for the group's name; a unit that starts with one is put in brackets.
+    """
+    word = task.unit.split("-", 1)[0]
+    return f"{task.stage}-[{task.unit}]" if word.isalpha() else task.name
+
+
+def _check_alive(client: Client) -> None:
+    if client.status != "running":
+        remedy = "start it again and run the same command: it goes on where it stopped"
+        raise RunError("lost the connection to the scheduler", where=_address(client), remedy=remedy)
+
+
+def _address(client: Client) -> str:
+    return str(client.scheduler.address) if client.scheduler is not None else "scheduler"

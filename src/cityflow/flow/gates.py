@@ -1,0 +1,51 @@
+"""Waiting: a key becomes free when all events that it waits for have happened."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterable
+from typing import Generic, TypeVar
+
+K = TypeVar("K", bound=Hashable)
+E = TypeVar("E", bound=Hashable)
+
+
+class Gates(Generic[K, E]):
+    """Keys behind gates that events open, each key once.
+
+    >>> gates: Gates[str, str] = Gates()
+    >>> gates.wait("roof", ["walls", "beams"])
+    False
+    >>> gates.fire("walls"), gates.fire("beams")
+    ([], ['roof'])
+    >>> gates.wait("chimney", ["walls"])
+    True
+    """
+
+    def __init__(self) -> None:
+        self._happened: set[E] = set()
+        self._missing: dict[K, int] = {}
+        self._behind: dict[E, list[K]] = defaultdict(list)
+
+    def wait(self, key: K, events: Iterable[E]) -> bool:
+        """True where nothing is left to wait for; otherwise `fire` hands the key out later."""
+        left = [e for e in dict.fromkeys(events) if e not in self._happened]
+        for event in left:
+            self._behind[event].append(key)
+        if left:
+            self._missing[key] = len(left)
+        return not left
+
+    def fire(self, event: E) -> list[K]:
+        """An event has happened: the keys that it sets free, in the order in which they began to wait."""
+        self._happened.add(event)
+        free = []
+        for key in self._behind.pop(event, []):
+            self._missing[key] -= 1
+            if not self._missing[key]:
+                del self._missing[key]
+                free.append(key)
+        return free
+
+    def waiting(self) -> tuple[K, ...]:
+        return tuple(self._missing)

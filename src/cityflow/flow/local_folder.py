@@ -1,0 +1,122 @@
+"""Files under a local folder: the fast half of `Store`."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from cityflow.flow.hashing import copy_hashed
+
+TEMPORARY = ".partial-"
+"""Prefix of files being written; `find` never shows them."""
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFolder:
+    """A folder of this machine or of a network file system.
+
+    Plain `os` calls instead of fsspec's local file system: a record costs 0.1 ms instead of 0.5 ms.
+    """
+
+    root: str
+
+    def url(self, path: str) -> str:
+        return f"{self.root}/{path}" if path else self.root
+
+    def read_bytes(self, path: str) -> bytes:
+        with open(self.url(path), "rb") as file:
+            return file.read()
+
+    def read_many(self, paths: Iterable[str]) -> Iterator[tuple[str, bytes]]:
+        for path in paths:
+            yield path, self.read_bytes(path)
+
+    def write_bytes(self, path: str, data: bytes) -> None:
+        """Write under a temporary name beside the target, then replace: readers see all of it or nothing."""
+        with self._replacing(path) as temporary, open(temporary, "wb") as file:
+            file.write(data)
+
+    def put_file(self, local: Path, path: str) -> str:
+        with self._replacing(path) as temporary:
+            return copy_hashed(local, temporary)
+
+    def exists(self, path: str) -> bool:
+        return os.path.exists(self.url(path))
+
+    def find(self, prefix: str) -> list[str]:
+        top = self.url(prefix)
+        if os.path.isfile(top):
+            return [prefix]
+        return sorted(_files_below(top, f"{prefix}/" if prefix else ""))
+
+    def folders(self, prefix: str) -> list[str]:
+        try:
+            with os.scandir(self.url(prefix)) as entries:
+                return sorted(e.name for e in entries if e.is_dir())
+        except (FileNotFoundError, NotADirectoryError):
+            return []
+
+    def remove(self, prefix: str) -> None:
+        target = self.url(prefix)
+        if os.path.isdir(target) and not os.path.islink(target):
+            shutil.rmtree(target)
+        elif os.path.lexists(target):
+            os.unlink(target)
+
+    @contextmanager
+    def local_copy(self, path: str) -> Iterator[Path]:
+        target = Path(self.url(path))
+        if not target.exists():
+            raise FileNotFoundError(2, "No such file or directory", str(target))
+        yield target
+
+    def zarr_store(self, path: str) -> object:
+        return self.url(path)
+
+    @contextmanager
+    def _replacing(self, path: str) -> Iterator[str]:
+        target = self.url(path)
+        folder, name = os.path.split(target)
+        try:
+            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=os.path.splitext(name)[1], dir=folder)
+        except FileNotFoundError:
+            os.makedirs(folder, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=os.path.splitext(name)[1], dir=folder)
+        os.close(handle)
+        try:
+            yield temporary
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, target)
+        except BaseException:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
+            raise
+
+
+def _files_below(folder: str, relative: str) -> Iterator[str]:
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if entry.is_dir():
+                    yield from _files_below(entry.path, f"{relative}{entry.name}/")
+                elif not entry.name.startswith(TEMPORARY):
+                    yield relative + entry.name
+    except (FileNotFoundError, NotADirectoryError):
+        return
+
+
+_UMASK: list[int] = []
+
+
+def _umask() -> int:
+    """The process's umask, read once: reading it means setting it, which is not safe while threads write."""
+    if not _UMASK:
+        value = os.umask(0o022)
+        os.umask(value)
+        _UMASK.append(value)
+    return _UMASK[0]

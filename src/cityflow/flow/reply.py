@@ -1,0 +1,46 @@
+"""How one try of a task ended: what the child process, or its sandbox, reports."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from enum import StrEnum
+
+from cityflow.flow.task import Outcome
+
+DUMP_SIGNAL = signal.SIGUSR1
+"""Makes the child print where it is, even while C code holds the interpreter's lock."""
+
+
+class Ending(StrEnum):
+    """How one try ended."""
+
+    RETURNED = "returned"
+    REFUSED = "refused"
+    UNUSABLE = "unusable"
+    """The stage raised an error that names what is wrong with the data."""
+    RAISED = "raised"
+    CRASHED = "crashed"
+    TIMEOUT = "timeout"
+    MEMORY = "memory"
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """What became of one try.
+
+    Attributes
+    ----------
+    outcome : of the stage function; FAILED or REFUSED with its reason where there is none
+    traceback : of an unexpected exception, or what a dying process printed last
+    seconds, peak_mb, rss_mb : of the try; peak and final resident memory of the process, MB
+    transient : another try may succeed
+    """
+
+    ending: Ending
+    outcome: Outcome
+    traceback: str = ""
+    seconds: float = 0.0
+    peak_mb: float = 0.0
+    rss_mb: float = 0.0
+    transient: bool = False

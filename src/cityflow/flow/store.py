@@ -1,0 +1,129 @@
+"""A RUN's files: one small interface over a local folder or any fsspec URL."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from cityflow.errors import RunError
+from cityflow.flow.local_folder import LocalFolder
+from cityflow.flow.remote_folder import RemoteFolder, file_system
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Files below one root, named by relative paths with ``/``. Picklable and small, so tasks can carry it.
+
+    >>> store = Store.open("memory://example")
+    >>> store.write_bytes("a/b.txt", b"1")
+    >>> store.find("a"), store.exists("a/b.txt"), store.is_local
+    (['a/b.txt'], True, False)
+    """
+
+    folder: LocalFolder | RemoteFolder
+
+    @classmethod
+    def open(cls, url: str | os.PathLike[str]) -> Store:
+        """A store at a local path, ``file://…`` or any fsspec URL; nothing is created yet.
+
+        Raises
+        ------
+        RunError : unknown protocol, or its package is not installed
+        """
+        text = os.fspath(url)
+        if "://" not in text:
+            return cls(LocalFolder(os.path.abspath(os.path.expanduser(text))))
+        protocol = text.split("://", 1)[0]
+        if protocol in ("file", "local"):
+            return cls(LocalFolder(os.path.abspath(unquote(urlsplit(text).path))))
+        file_system(protocol)
+        return cls(RemoteFolder(text.rstrip("/"), protocol))
+
+    @property
+    def root(self) -> str:
+        """Absolute path or URL."""
+        return self.folder.root
+
+    @property
+    def is_local(self) -> bool:
+        return isinstance(self.folder, LocalFolder)
+
+    def url(self, path: str = "") -> str:
+        """Absolute path or URL of a relative path."""
+        return self.folder.url(_checked(path))
+
+    def read_bytes(self, path: str) -> bytes:
+        """Contents of a file. Raises FileNotFoundError."""
+        return self.folder.read_bytes(_checked(path))
+
+    def read_many(self, paths: Iterable[str]) -> Iterator[tuple[str, bytes]]:
+        """Pairs of path and contents, in the order given; concurrent requests on an object store."""
+        return self.folder.read_many(paths)
+
+    def write_bytes(self, path: str, data: bytes) -> None:
+        """Write a whole file; readers see all of it or nothing."""
+        self.folder.write_bytes(_checked(path), data)
+
+    def put_file(self, local: Path | str, path: str) -> str:
+        """Copy a local file into the store and return the SHA-256 of its contents."""
+        return self.folder.put_file(Path(local), _checked(path))
+
+    def exists(self, path: str) -> bool:
+        return self.folder.exists(_checked(path))
+
+    def find(self, prefix: str = "") -> list[str]:
+        """Relative paths of all files below a folder, sorted; empty where there is none."""
+        return self.folder.find(_checked(prefix))
+
+    def folders(self, prefix: str = "") -> list[str]:
+        """Names of the folders directly below a folder, sorted."""
+        return self.folder.folders(_checked(prefix))
+
+    def remove(self, prefix: str) -> None:
+        """Remove a file, or a folder with all below it; nothing happens where there is none."""
+        if not prefix:
+            raise ValueError("a store does not remove its own root")
+        self.folder.remove(_checked(prefix))
+
+    def local_copy(self, path: str) -> AbstractContextManager[Path]:
+        """A local file with the contents of `path`: itself when local, else a download that ends with the block."""
+        return self.folder.local_copy(_checked(path))
+
+    def zarr_store(self, path: str) -> object:
+        """What zarr and xarray take as a store: a path, or an ``FsspecStore``."""
+        return self.folder.zarr_store(_checked(path))
+
+    def check_writable(self) -> None:
+        """Write, read and remove a small file; leaves nothing behind.
+
+        Raises
+        ------
+        RunError : the store cannot be written
+        """
+        root = Path(self.root)
+        absent = [] if not self.is_local else [p for p in (root, *root.parents) if not p.exists()]
+        name = f".write-test-{uuid.uuid4().hex}"
+        try:
+            self.write_bytes(name, b"cityflow")
+            self.remove(name)
+            for folder in absent:
+                folder.rmdir()
+        except Exception as error:
+            # Every file system has exceptions of its own (botocore's are no OSError); all mean the same to the user.
+            remedy = "choose another folder with --out, or mend its permissions, disk space, endpoint or keys"
+            raise RunError(f"cannot write here ({_first_line(error)})", where=self.root, remedy=remedy) from error
+
+
+def _checked(path: str) -> str:
+    if path.startswith("/") or ".." in path.split("/"):
+        raise ValueError(f"not a path relative to the run: {path!r}")
+    return path.rstrip("/")
+
+
+def _first_line(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}".splitlines()[0]
