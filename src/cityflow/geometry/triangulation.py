@@ -1,0 +1,277 @@
+"""Constrained Delaunay triangulation of polygons with holes that keeps every vertex.
+
+Ears are cut best shape first, then edges are flipped until the triangulation is Delaunay inside the polygon. Vertices
+in the middle of straight edges stay: neighbours of a face refer to them, and dropping them would open cracks. The
+flips leave no slivers beside such vertices.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+
+_PI_AND_A_BIT = np.pi + 1e-9
+"""Opposite angles beyond this are flipped; the margin keeps cocircular corners from flipping for ever."""
+
+
+def triangulate_polygon(rings: list[FloatArray]) -> IntArray:
+    """(T, 3) triangles of one polygon.
+
+    Parameters
+    ----------
+    rings : exterior, then holes, each (n, 2) metres without the repeated last point; exterior counter-clockwise and
+        holes clockwise. The result counts corners through all rings.
+
+    >>> triangulate_polygon([np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])]).tolist()
+    [[0, 1, 2]]
+    """
+    ring_start = np.concatenate([[0], np.cumsum([len(r) for r in rings])]).astype(np.int64)
+    triangles, _ = triangulate_faces(np.concatenate(rings), ring_start, np.array([0, len(rings)]))
+    return triangles
+
+
+@njit(cache=True, nogil=True)
+def triangulate_faces(xy: FloatArray, ring_start: IntArray, face_start: IntArray) -> tuple[IntArray, IntArray]:
+    """Triangles of many polygons.
+
+    Parameters
+    ----------
+    xy : (C, 2) corners of all rings, metres, each face in a plane of its own
+    ring_start : (R + 1,) where rings begin in `xy`;  face_start : (F + 1,) where faces begin among rings
+
+    Returns
+    -------
+    triangles : (T, 3) positions in `xy`;  faces : (T,) the face of each
+    """
+    most = len(xy) + 2 * len(ring_start)
+    triangles, faces = np.empty((most, 3), np.int64), np.empty(most, np.int64)
+    used = 0
+    for f in range(len(face_start) - 1):
+        loop = _one_loop(xy, ring_start, face_start[f], face_start[f + 1])
+        found = _cut_ears(xy, loop)
+        _flip(xy, found)
+        for t in range(len(found)):
+            triangles[used + t] = found[t]
+            faces[used + t] = f
+        used += len(found)
+    return triangles[:used], faces[:used]
+
+
+@njit(cache=True, nogil=True)
+def _cross(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the signed area of a triangle in the plane."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+@njit(cache=True, nogil=True)
+def _one_loop(xy: FloatArray, ring_start: IntArray, first: int, last: int) -> IntArray:
+    """Corners of a face as one loop: every hole is joined to it by a bridge, those furthest to the right first."""
+    if last <= first:
+        return np.empty(0, np.int64)
+    loop = np.arange(ring_start[first], ring_start[first + 1])
+    holes = last - first - 1
+    rightmost = np.empty(holes, np.int64)
+    reach = np.empty(holes)
+    for h in range(holes):
+        begin, end = ring_start[first + 1 + h], ring_start[first + 2 + h]
+        if end <= begin:
+            rightmost[h], reach[h] = -1, np.inf
+            continue
+        rightmost[h] = begin + np.argmax(xy[begin:end, 0])
+        reach[h] = -xy[rightmost[h], 0]
+    for h in np.argsort(reach, kind="mergesort"):
+        if rightmost[h] < 0:
+            continue
+        begin, end = ring_start[first + 1 + h], ring_start[first + 2 + h]
+        at = _bridge(xy, loop, rightmost[h], ring_start[first + 1], ring_start[last])
+        size = end - begin
+        joined = np.empty(len(loop) + size + 2, np.int64)
+        joined[: at + 1] = loop[: at + 1]
+        for i in range(size + 1):
+            joined[at + 1 + i] = begin + (rightmost[h] - begin + i) % size
+        joined[at + 2 + size :] = loop[at:]
+        loop = joined
+    return loop
+
+
+@njit(cache=True, nogil=True)
+def _bridge(xy: FloatArray, loop: IntArray, corner: int, begin: int, end: int) -> int:
+    """Position in the loop of the nearest corner right of a hole's rightmost corner that it sees (Eberly: one exists).
+
+    Holes not yet joined end left of it, so only their corners on the very same abscissa can be in the way.
+    """
+    n = len(loop)
+    distance = np.empty(n)
+    for k in range(n):
+        distance[k] = (xy[loop[k], 0] - xy[corner, 0]) ** 2 + (xy[loop[k], 1] - xy[corner, 1]) ** 2
+    order = np.argsort(distance, kind="mergesort")
+    m = xy[corner]
+    for k in order:
+        v = xy[loop[k]]
+        if distance[k] == 0:
+            return int(k)
+        if v[0] < m[0] or not _in_cone(xy[loop[k - 1]], v, xy[loop[(k + 1) % n]], m):
+            continue
+        clear = True
+        for i in range(n):
+            if _blocks(xy[loop[i]], xy[loop[(i + 1) % n]], m, v):
+                clear = False
+                break
+        for i in range(begin, end):
+            if clear and _lies_within(xy[i], m, v):
+                clear = False
+        if clear:
+            return int(k)
+    return int(order[0])
+
+
+@njit(cache=True, nogil=True)
+def _lies_within(p: FloatArray, a: FloatArray, b: FloatArray) -> bool:
+    """True where p lies on the segment between a and b but is neither."""
+    length = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
+    along = (p[0] - a[0]) * (b[0] - a[0]) + (p[1] - a[1]) * (b[1] - a[1])
+    return 1e-12 * length < along < (1 - 1e-12) * length and abs(_cross(a, b, p)) <= 1e-12 * length
+
+
+@njit(cache=True, nogil=True)
+def _in_cone(before: FloatArray, at: FloatArray, after: FloatArray, p: FloatArray) -> bool:
+    """True where p lies in the inner angle of a corner of a counter-clockwise loop."""
+    if _cross(before, at, after) > 0:
+        return _cross(at, p, before) > 0 and _cross(p, at, after) > 0
+    return not (_cross(at, p, after) >= 0 and _cross(p, at, before) >= 0)
+
+
+@njit(cache=True, nogil=True)
+def _blocks(a: FloatArray, b: FloatArray, m: FloatArray, v: FloatArray) -> bool:
+    """True where the edge a–b crosses the bridge m–v, or a lies within it."""
+    if _lies_within(a, m, v):
+        return True
+    return (_cross(a, b, m) * _cross(a, b, v) < 0) and (_cross(m, v, a) * _cross(m, v, b) < 0)
+
+
+@njit(cache=True, nogil=True)
+def _cut_ears(xy: FloatArray, loop: IntArray) -> IntArray:
+    """(n − 2, 3) triangles of a counter-clockwise loop, the best-shaped ear first.
+
+    Where rounding leaves no ear at all the best-shaped corner is cut all the same, so that the loop always ends.
+    """
+    n = len(loop)
+    triangles = np.empty((max(n - 2, 0), 3), np.int64)
+    before, after = np.arange(-1, n - 1), np.arange(1, n + 1)
+    if n > 0:
+        before[0], after[n - 1] = n - 1, 0
+    shape, alive = np.empty(n), np.ones(n, np.bool_)
+    for i in range(n):
+        shape[i] = _shape(xy[loop[before[i]]], xy[loop[i]], xy[loop[after[i]]])
+    for t in range(n - 2):
+        tried = shape.copy()
+        best = int(np.argmax(tried))
+        fallback = best
+        while tried[best] > 0 and not _is_ear(xy, loop, before, after, alive, best):
+            tried[best] = -np.inf
+            best = int(np.argmax(tried))
+        if tried[best] <= 0:
+            best = fallback
+        b, a = before[best], after[best]
+        triangles[t, 0], triangles[t, 1], triangles[t, 2] = loop[b], loop[best], loop[a]
+        alive[best], shape[best] = False, -np.inf
+        after[b], before[a] = a, b
+        shape[b] = _shape(xy[loop[before[b]]], xy[loop[b]], xy[loop[after[b]]])
+        shape[a] = _shape(xy[loop[before[a]]], xy[loop[a]], xy[loop[after[a]]])
+    return triangles
+
+
+@njit(cache=True, nogil=True)
+def _shape(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the area over the square of the longest edge: 0.87 for equilateral triangles, 0 or less for no ear."""
+    longest = max(
+        (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2,
+        (c[0] - b[0]) ** 2 + (c[1] - b[1]) ** 2,
+        (a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2,
+    )
+    return _cross(a, b, c) / longest if longest > 0 else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _is_ear(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArray, alive: BoolArray, at: int) -> bool:
+    """True where no other corner lies in the closed triangle at a corner; corners on its own corners do not count."""
+    a, b, c = xy[loop[before[at]]], xy[loop[at]], xy[loop[after[at]]]
+    for i in range(len(loop)):
+        p = xy[loop[i]]
+        if not alive[i] or _same(p, a) or _same(p, b) or _same(p, c):
+            continue
+        if _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _same(p: FloatArray, q: FloatArray) -> bool:
+    return bool(p[0] == q[0] and p[1] == q[1])
+
+
+@njit(cache=True, nogil=True)
+def _flip(xy: FloatArray, triangles: IntArray) -> None:
+    """Flip inner edges in place until the two angles opposite each are no more than π together (Lawson)."""
+    across = _neighbours(triangles)
+    count = len(triangles)
+    for _ in range(4 * count + 4):
+        changed = False
+        for t in range(count):
+            for e in range(3):
+                if across[t, e] >= 0 and _flip_edge(xy, triangles, across, t, e):
+                    changed = True
+        if not changed:
+            return
+
+
+@njit(cache=True, nogil=True)
+def _neighbours(triangles: IntArray) -> IntArray:
+    """(T, 3) for edge e (corner e to e + 1): 3 · triangle + edge on its other side, −1 at the boundary."""
+    count = len(triangles)
+    across = np.full((count, 3), -1, np.int64)
+    if count == 0:
+        return across
+    span = triangles.max() + 1
+    forward, backward = np.empty(3 * count, np.int64), np.empty(3 * count, np.int64)
+    for t in range(count):
+        for e in range(3):
+            u, v = triangles[t, e], triangles[t, (e + 1) % 3]
+            forward[3 * t + e], backward[3 * t + e] = u * span + v, v * span + u
+    order = np.argsort(forward, kind="mergesort")
+    ordered = forward[order]
+    for t in range(count):
+        for e in range(3):
+            at = np.searchsorted(ordered, backward[3 * t + e])
+            if at < 3 * count and ordered[at] == backward[3 * t + e]:
+                across[t, e] = order[at]
+    return across
+
+
+@njit(cache=True, nogil=True)
+def _angle(at: FloatArray, u: FloatArray, v: FloatArray) -> float:
+    """Unsigned angle at a corner; π, not −π, for slivers that rounding has turned over."""
+    dot = (u[0] - at[0]) * (v[0] - at[0]) + (u[1] - at[1]) * (v[1] - at[1])
+    return float(np.arctan2(abs(_cross(at, u, v)), dot))
+
+
+@njit(cache=True, nogil=True)
+def _flip_edge(xy: FloatArray, triangles: IntArray, across: IntArray, t: int, e: int) -> bool:
+    """Replace the edge u–v between apexes p and q by p–q where that is Delaunay."""
+    other, f = across[t, e] // 3, across[t, e] % 3
+    u, v, p = triangles[t, e], triangles[t, (e + 1) % 3], triangles[t, (e + 2) % 3]
+    q = triangles[other, (f + 2) % 3]
+    if _angle(xy[p], xy[u], xy[v]) + _angle(xy[q], xy[u], xy[v]) <= _PI_AND_A_BIT:
+        return False
+    up, vp = across[t, (e + 2) % 3], across[t, (e + 1) % 3]
+    uq, vq = across[other, (f + 1) % 3], across[other, (f + 2) % 3]
+    triangles[t, 0], triangles[t, 1], triangles[t, 2] = p, u, q
+    triangles[other, 0], triangles[other, 1], triangles[other, 2] = q, v, p
+    across[t, 0], across[t, 1], across[t, 2] = up, uq, 3 * other + 2
+    across[other, 0], across[other, 1], across[other, 2] = vq, vp, 3 * t + 2
+    for new, old in ((3 * t, up), (3 * t + 1, uq), (3 * other, vq), (3 * other + 1, vp)):
+        if old >= 0:
+            across[old // 3, old % 3] = new
+    return True

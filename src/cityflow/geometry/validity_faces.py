@@ -1,0 +1,324 @@
+"""Rules of rings and polygons, checked in the plane of each face with a tolerance for touching."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+
+APART, TOUCH, CROSS, OVERLAP = 0, 1, 2, 3
+"""How two segments lie to each other."""
+
+
+@njit(cache=True, nogil=True)
+def snap(vertices: FloatArray, tolerance: float) -> IntArray:
+    """(V,) for each vertex the first one, in order, that lies within the tolerance (m) and stands for itself."""
+    n = len(vertices)
+    representative, kept, count = np.empty(n, np.int64), np.empty(n, np.int64), 0
+    for i in range(n):
+        representative[i] = i
+        for k in range(count):
+            j = kept[k]
+            dx = vertices[i, 0] - vertices[j, 0]
+            dy = vertices[i, 1] - vertices[j, 1]
+            dz = vertices[i, 2] - vertices[j, 2]
+            if dx * dx + dy * dy + dz * dz <= tolerance * tolerance:
+                representative[i] = j
+                break
+        if representative[i] == i:
+            kept[count] = i
+            count += 1
+    return representative
+
+
+@njit(cache=True, nogil=True)
+def inspect_faces(
+    xy: FloatArray,
+    corners: IntArray,
+    ring_start: IntArray,
+    face_start: IntArray,
+    off_plane: FloatArray,
+    limits: FloatArray,
+) -> IntArray:
+    """Faults of rings and polygons.
+
+    Parameters
+    ----------
+    xy : (C, 2) corners in the plane of their face, metres;  corners : (C,) their vertices, snapped
+    ring_start, face_start : where rings and faces begin, as in `FaceArrays`
+    off_plane : (C,) metres from the face's plane
+    limits : planarity and touch tolerance, metres
+
+    Returns
+    -------
+    (K, 3) code, face, ring within the face (−1: the face as a whole); of each face only its lowest level of faults
+    """
+    most = 3 * len(ring_start) + 3 * len(face_start)
+    faults, count = np.empty((most, 3), np.int64), 0
+    for f in range(len(face_start) - 1):
+        first, last = face_start[f], face_start[f + 1]
+        before = count
+        for r in range(first, last):
+            code = _repeated_corner(corners[ring_start[r] : ring_start[r + 1]])
+            if code > 0:
+                faults[count, 0], faults[count, 1], faults[count, 2] = code, f, r - first
+                count += 1
+        if count > before:
+            continue
+        if off_plane[ring_start[first] : ring_start[last]].max() > limits[0]:
+            faults[count, 0], faults[count, 1], faults[count, 2] = 203, f, -1
+            count += 1
+            continue
+        for r in range(first, last):
+            begin, end = ring_start[r], ring_start[r + 1]
+            if _crosses_itself(xy[begin:end], corners[begin:end], limits[1]):
+                faults[count, 0], faults[count, 1], faults[count, 2] = 104, f, r - first
+                count += 1
+        if count > before or last - first == 1:
+            continue
+        for code, r in _hole_faults(xy, corners, ring_start[first : last + 1], limits[1]):
+            faults[count, 0], faults[count, 1], faults[count, 2] = code, f, r
+            count += 1
+    return faults[:count]
+
+
+@njit(cache=True, nogil=True)
+def _repeated_corner(ring: IntArray) -> int:
+    """101 or 102 for a ring of vertex indices, else 0."""
+    n = len(ring)
+    if n < 3:
+        return 101
+    for i in range(n):
+        if ring[i] == ring[i - 1]:
+            return 102
+    return 0
+
+
+@njit(cache=True, nogil=True)
+def _distance(p: FloatArray, a: FloatArray, b: FloatArray) -> float:
+    """Distance of a point from a segment."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = dx * dx + dy * dy
+    t = 0.0
+    if length > 0:
+        t = min(max(((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / length, 0.0), 1.0)
+    return float(np.hypot(a[0] + t * dx - p[0], a[1] + t * dy - p[1]))
+
+
+@njit(cache=True, nogil=True)
+def _offset(p: FloatArray, a: FloatArray, b: FloatArray) -> float:
+    """Signed distance of a point from the line a–b, positive on its left."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = np.hypot(dx, dy)
+    return float((dx * (p[1] - a[1]) - dy * (p[0] - a[0])) / length) if length > 0 else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _relation(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, touch: float) -> tuple[int, float, float]:
+    """How the segments a–b and c–d lie to each other, and the point where they touch."""
+    if max(a[0], b[0]) < min(c[0], d[0]) - touch or max(c[0], d[0]) < min(a[0], b[0]) - touch:
+        return APART, 0.0, 0.0
+    if max(a[1], b[1]) < min(c[1], d[1]) - touch or max(c[1], d[1]) < min(a[1], b[1]) - touch:
+        return APART, 0.0, 0.0
+    sc, sd, sa, sb = _offset(c, a, b), _offset(d, a, b), _offset(a, c, d), _offset(b, c, d)
+    if min(abs(sc), abs(sd), abs(sa), abs(sb)) > touch and sc * sd < 0 and sa * sb < 0:
+        return CROSS, 0.0, 0.0
+    relation, x, y = APART, 0.0, 0.0
+    for p, u, v in ((a, c, d), (b, c, d), (c, a, b), (d, a, b)):
+        if _distance(p, u, v) > touch:
+            continue
+        if relation == APART:
+            relation, x, y = TOUCH, p[0], p[1]
+        elif np.hypot(p[0] - x, p[1] - y) > 10 * touch:
+            relation = OVERLAP
+    return relation, x, y
+
+
+@njit(cache=True, nogil=True)
+def _crosses_itself(xy: FloatArray, ring: IntArray, touch: float) -> bool:
+    """True where a ring crosses or touches itself, or turns back on itself."""
+    n = len(xy)
+    for i in range(n):
+        a, b, c = xy[i - 1], xy[i], xy[(i + 1) % n]
+        if _distance(c, a, b) <= touch or _distance(a, b, c) <= touch:
+            return True
+        for j in range(i + 2, n):
+            if i == 0 and j == n - 1:
+                continue
+            if ring[i] == ring[j] or _relation(xy[i], xy[i + 1], xy[j], xy[(j + 1) % n], touch)[0] != APART:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _area(xy: FloatArray) -> float:
+    """Signed area of a ring, positive counter-clockwise."""
+    total = 0.0
+    for i in range(len(xy)):
+        total += xy[i - 1, 0] * xy[i, 1] - xy[i, 0] * xy[i - 1, 1]
+    return total / 2
+
+
+@njit(cache=True, nogil=True)
+def _side(p: FloatArray, ring: FloatArray, touch: float) -> int:
+    """1 inside a ring, −1 outside, 0 on it within the tolerance."""
+    inside = False
+    for i in range(len(ring)):
+        a, b = ring[i - 1], ring[i]
+        if _distance(p, a, b) <= touch:
+            return 0
+        if (a[1] > p[1]) != (b[1] > p[1]) and p[0] < a[0] + (p[1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1]):
+            inside = not inside
+    return 1 if inside else -1
+
+
+@njit(cache=True, nogil=True)
+def _sides(ring: FloatArray, other: FloatArray, touch: float) -> tuple[bool, bool]:
+    """Whether corners or middles of edges of a ring lie inside the other, and outside of it."""
+    within, without = False, False
+    for i in range(len(ring)):
+        for p in (ring[i], (ring[i - 1] + ring[i]) / 2):
+            side = _side(p, other, touch)
+            within, without = within or side > 0, without or side < 0
+    return within, without
+
+
+@njit(cache=True, nogil=True)
+def _same_ring(a: IntArray, b: IntArray) -> bool:
+    """True where two rings have the same vertices in the same or the reverse cyclic order."""
+    n = len(a)
+    if n != len(b):
+        return False
+    for start in range(n):
+        for step in (1, -1):
+            i = 0
+            while i < n and a[i] == b[(start + step * i) % n]:
+                i += 1
+            if i == n:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _hole_faults(xy: FloatArray, corners: IntArray, starts: IntArray, touch: float) -> list[tuple[int, int]]:
+    """Codes and rings of what is wrong between the rings of one face."""
+    rings = len(starts) - 1
+    faults = [(0, 0) for _ in range(0)]
+    where = np.empty((4 * (rings + 1) * rings, 2))
+    touched = np.zeros((len(where), rings), np.bool_)
+    points, linked = 0, False
+    for s in range(1, rings):
+        for r in range(s):
+            code, points = _ring_pair(xy, corners, starts, (r, s), touch, where, touched, points)
+            if code > 0:
+                faults.append((code, s))
+    exterior = _area(xy[starts[0] : starts[1]])
+    for s in range(1, rings):
+        if _area(xy[starts[s] : starts[s + 1]]) * exterior > 0:
+            faults.append((208, s))
+    if len(faults) == 0:
+        linked = _closes_a_chain(touched[:points])
+    if linked:
+        faults.append((205, -1))
+    return faults
+
+
+@njit(cache=True, nogil=True)
+def _ring_pair(
+    xy: FloatArray,
+    corners: IntArray,
+    starts: IntArray,
+    pair: tuple[int, int],
+    touch: float,
+    where: FloatArray,
+    touched: BoolArray,
+    points: int,
+) -> tuple[int, int]:
+    """Fault of two rings (0: none) and the number of points noted where rings touch; ring 0 is the exterior."""
+    r, s = pair
+    one, two = xy[starts[r] : starts[r + 1]], xy[starts[s] : starts[s + 1]]
+    if _same_ring(corners[starts[r] : starts[r + 1]], corners[starts[s] : starts[s + 1]]):
+        return 202, points
+    before = points
+    for i in range(len(one)):
+        for j in range(len(two)):
+            relation, x, y = _relation(one[i - 1], one[i], two[j - 1], two[j], touch)
+            if relation >= CROSS:
+                return 201, points
+            if relation == TOUCH:
+                points = _note(where, touched, points, (x, y), pair, touch)
+    within, without = _sides(two, one, touch)
+    if within and without:
+        return 201, points
+    if r > 0:
+        return 207 if within or _sides(one, two, touch)[0] else 0, points
+    if without:
+        return 201 if points > before else 206, points
+    return 0, points
+
+
+@njit(cache=True, nogil=True)
+def _note(
+    where: FloatArray,
+    touched: BoolArray,
+    points: int,
+    at: tuple[float, float],
+    pair: tuple[int, int],
+    touch: float,
+) -> int:
+    """Note that two rings touch in a point; the number of distinct points so far."""
+    k = 0
+    while k < points and np.hypot(where[k, 0] - at[0], where[k, 1] - at[1]) > 10 * touch:
+        k += 1
+    if k == len(where):
+        return points
+    where[k, 0], where[k, 1] = at
+    touched[k, pair[0]] = touched[k, pair[1]] = True
+    return max(points, k + 1)
+
+
+@njit(cache=True, nogil=True)
+def _closes_a_chain(touched: BoolArray) -> bool:
+    """True where touching rings enclose a part of the face: rings and points then form a cycle, else a forest."""
+    points, rings = touched.shape
+    parent = np.arange(points + rings)
+    for p in range(points):
+        for r in range(rings):
+            if not touched[p, r]:
+                continue
+            a, b = p, points + r
+            while parent[a] != a:
+                a = parent[a]
+            while parent[b] != b:
+                b = parent[b]
+            if a == b:
+                return True
+            parent[a] = b
+    return False
+
+
+@njit(cache=True, nogil=True)
+def normal_turns(vertices: FloatArray, triangles: IntArray, faces: IntArray, face_count: int) -> FloatArray:
+    """(F,) degrees, the largest angle between normals of two triangles of a face, those without area apart."""
+    count = len(triangles)
+    normals = np.zeros((count, 3))
+    for t in range(count):
+        a, b, c = vertices[triangles[t, 0]], vertices[triangles[t, 1]], vertices[triangles[t, 2]]
+        normal = np.cross(b - a, c - a)
+        length = np.sqrt((normal**2).sum())
+        if length > 1e-12:
+            normals[t] = normal / length
+    turns, begin = np.zeros(face_count), 0
+    while begin < count:
+        end = begin
+        least = 1.0
+        while end < count and faces[end] == faces[begin]:
+            if normals[end].any():
+                for t in range(begin, end):
+                    if normals[t].any():
+                        least = min(least, (normals[t] * normals[end]).sum())
+            end += 1
+        turns[faces[begin]] = np.degrees(np.arccos(max(least, -1.0)))
+        begin = end
+    return turns
