@@ -53,7 +53,11 @@ def assemble(
     division.xy = [(float(x - origin[0]), float(y - origin[1])) for x, y in world]
     local_floor = floor - origin[2]
     planes = {cell: _above_floor(division, cell, coefficients[p], local_floor) for cell, p in labels.items()}
-    numbers = {tuple(map(float, plane)): labels[c] for c, plane in planes.items() if np.array_equal(plane, coefficients[labels[c]])}
+    numbers = {
+        tuple(map(float, plane)): labels[c]
+        for c, plane in planes.items()
+        if np.array_equal(plane, coefficients[labels[c]])
+    }
     heights = CornerHeights(division, planes, local_floor)
     heights.split_crossings()
     heights.part_corners()

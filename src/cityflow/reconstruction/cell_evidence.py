@@ -12,7 +12,8 @@ from cityflow.reconstruction.subdivision import Subdivision
 
 def points_in_cells(division: Subdivision, numbers: list[int], x: FloatArray, y: FloatArray) -> IntArray:
     """(N,) position in `numbers` of the cell that holds each point, −1 outside all."""
-    edges, first = [], [0]
+    edges: list[tuple[float, float, float, float]] = []
+    first = [0]
     for number in numbers:
         edges.extend(division.xy[u] + division.xy[v] for ring in division.cells[number] for u, v in ring_edges(ring))
         first.append(len(edges))

@@ -116,11 +116,9 @@ class CornerHeights:
         trials = []
         for k, cell in enumerate(ring):
             before, after = heights[k - 1], heights[(k + 1) % len(ring)]
-            if (
-                cell not in division.cells
-                or ring[k - 1] not in division.cells
-                or (heights[k] - before) * (heights[k] - after) <= 0
-            ):
+            if cell not in division.cells or ring[k - 1] not in division.cells:
+                continue
+            if (heights[k] - before) * (heights[k] - after) <= 0:
                 continue
             edges = _corner_edges(division, cell, vertex)
             if edges is None or min(division.length(edge) for edge in edges) < 3 * 2e-3:
@@ -135,9 +133,7 @@ class CornerHeights:
         parts = division.split(cell, [(p, q)])
         if len(parts) != 2:
             return False
-        corner = next(
-            n for n in parts if any(vertex in r for r in division.cells[n]) and len(division.cells[n][0]) == 3
-        )
+        corner = next(n for n in parts if vertex in division.cells[n][0] and len(division.cells[n][0]) == 3)
         rest = next(n for n in parts if n != corner)
         self.planes[rest] = self.planes.pop(cell)
         self.planes[corner] = self.planes[beside]

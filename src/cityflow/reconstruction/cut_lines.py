@@ -6,6 +6,7 @@ ground plan. Beyond the paper, neighbours that do not meet are parted by a step 
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ from cityflow.reconstruction.planes import PlaneSegments
 from cityflow.reconstruction.subdivision import CutLine
 
 THIN_CELL = 0.25
-"""Border detection keeps one point per plane and square of this size (m): dense clouds cost no more than sparse ones."""
+"""Border detection keeps one point per plane and square of this size (m), so that dense clouds cost little more."""
 
 PARALLEL_SLOPES = 0.04
 """Planes whose slopes differ by less than this (m/m) have no dependable intersection line."""
@@ -227,7 +228,7 @@ def on_outline(lines: list[CutLine], outline: Polygon, distance: float) -> list[
     edges = []
     for ring in (outline.exterior, *outline.interiors):
         xy = np.asarray(ring.coords)[:, :2]
-        edges += [(*a, *b) for a, b in zip(xy[:-1], xy[1:], strict=True)]
+        edges += [(*a, *b) for a, b in itertools.pairwise(xy)]
     edges.sort(key=lambda e: -math.hypot(e[2] - e[0], e[3] - e[1]))
     return [next((m for e in edges if (m := _moved(line, e, distance)) is not None), line) for line in lines]
 

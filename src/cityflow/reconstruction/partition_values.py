@@ -37,9 +37,8 @@ class RoofPartition:
     @classmethod
     def of_subdivision(cls, division: Subdivision, labels: dict[int, int]) -> RoofPartition:
         """Freeze a subdivision; vertices that no cell uses any more are left out."""
-        used = sorted(
-            {v for rings in division.cells.values() for ring in rings for v in ring} | set(range(division.fixed))
-        )
+        in_rings = {v for rings in division.cells.values() for ring in rings for v in ring}
+        used = sorted(in_rings | set(range(division.fixed)))
         index = {v: k for k, v in enumerate(used)}
         cells = tuple(
             RoofCell(tuple(tuple(index[v] for v in ring) for ring in rings), labels[number])
