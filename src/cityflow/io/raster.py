@@ -1,0 +1,180 @@
+"""Rasters as files: cloud-optimised GeoTIFF out, a VRT over them, and any raster in on a grid of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+import numpy as np
+import pyproj
+import rasterio
+from numpy.typing import NDArray
+from rasterio.crs import CRS
+from rasterio.enums import Resampling
+from rasterio.errors import RasterioError
+from rasterio.io import DatasetReader, MemoryFile
+from rasterio.transform import Affine
+from rasterio.vrt import WarpedVRT
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.reference import Reference
+from cityflow.errors import CatalogError
+from cityflow.io.reference import crs_of, horizontal_crs
+
+BLOCK_PX = 512
+_LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
+_TOLERANCE_PX = 0.001
+"""How far the transformation may be interpolated along a row; GDAL's default of 0.125 shifts heights on slopes."""
+
+_GDAL_TYPES = {"float32": "Float32", "float64": "Float64", "uint8": "Byte", "uint16": "UInt16", "uint32": "UInt32"}
+
+
+def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: float | None = float("nan")) -> bytes:
+    """A cloud-optimised GeoTIFF, the same bytes for the same array.
+
+    Parameters
+    ----------
+    array : (rows, cols), or (bands, rows, cols); bool is written as 0 and 1
+    nodata : the value that means no data; ignored where the dtype cannot hold it
+    """
+    bands = np.asarray(array, np.uint8 if array.dtype == bool else None).reshape(-1, *grid.shape)
+    if nodata is not None and np.isnan(nodata) and not np.issubdtype(bands.dtype, np.floating):
+        nodata = None
+    profile = {
+        "driver": "COG", "height": grid.rows, "width": grid.cols, "count": len(bands), "dtype": bands.dtype,
+        "crs": _rasterio_crs(crs_of(reference)), "transform": Affine(*grid.transform), "nodata": nodata,
+        "compress": "DEFLATE", "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
+        "overview_resampling": "NEAREST" if np.issubdtype(bands.dtype, np.integer) else "AVERAGE",
+    }  # fmt: skip
+    with MemoryFile() as memory:
+        with memory.open(**profile) as dataset:
+            dataset.write(bands)
+        return bytes(memory.getbuffer())
+
+
+def write_vrt(
+    tiles: Iterable[tuple[str, Grid]], reference: Reference, dtype: str = "float32", nodata: float | None = float("nan")
+) -> bytes:
+    """A VRT over rasters of one band and one cell size.
+
+    Parameters
+    ----------
+    tiles : path relative to the VRT, and grid, of each raster
+
+    Raises
+    ------
+    ValueError
+        There is no tile, or the cells differ.
+    """
+    parts = sorted(tiles, key=lambda tile: tile[0])
+    whole = _mosaic([grid for _, grid in parts])
+    crs = crs_of(reference)
+    c = whole.transform
+    srs = "" if crs is None else f"  <SRS>{escape(crs.to_wkt())}</SRS>\n"
+    no_data = "" if nodata is None else f"    <NoDataValue>{nodata}</NoDataValue>\n"
+    return (
+        f'<VRTDataset rasterXSize="{whole.cols}" rasterYSize="{whole.rows}">\n{srs}'
+        f"  <GeoTransform>{c[2]!r}, {c[0]!r}, {c[1]!r}, {c[5]!r}, {c[3]!r}, {c[4]!r}</GeoTransform>\n"
+        f'  <VRTRasterBand dataType="{_GDAL_TYPES[dtype]}" band="1">\n{no_data}'
+        + "".join(_source(path, grid, whole, dtype, nodata) for path, grid in parts)
+        + "  </VRTRasterBand>\n</VRTDataset>\n"
+    ).encode()
+
+
+def read_window(
+    source: str | Path | bytes,
+    grid: Grid,
+    reference: Reference,
+    band: int = 1,
+    resampling: str = "bilinear",
+) -> FloatArray:
+    """(rows, cols) float64 of a raster of any CRS, cell and extent on `grid`; NaN where it has no data.
+
+    Parameters
+    ----------
+    source : a path that GDAL opens, or the contents of a file
+    reference : of `grid`; also that of the raster where it states none
+    resampling : one of rasterio's names; coarser cells average the finer ones under them
+
+    Raises
+    ------
+    CatalogError
+        The raster cannot be read, or stands in a CRS although the run is local.
+    """
+    name = "raster in memory" if isinstance(source, bytes) else str(source)
+    try:
+        if isinstance(source, bytes):
+            with MemoryFile(source) as memory, memory.open() as dataset:
+                return _read(dataset, grid, reference, band, resampling)
+        with rasterio.open(source) as dataset:
+            return _read(dataset, grid, reference, band, resampling)
+    except RasterioError as error:
+        raise CatalogError(f"cannot be read as a raster: {error}", where=name, remedy="check the file") from error
+
+
+def _read(dataset: DatasetReader, grid: Grid, reference: Reference, band: int, resampling: str) -> FloatArray:
+    target = _rasterio_crs(horizontal_crs(reference))
+    source = _rasterio_crs(_horizontal_part(dataset.crs)) or target
+    if target is None and dataset.crs:
+        raise CatalogError(
+            f"the raster stands in {dataset.crs.to_string()}, the run in a local frame",
+            where=dataset.name,
+            remedy="give the catalog the CRS with --crs EPSG:n",
+        )
+    # GDAL wants some CRS to warp with; in a local frame any metric one does, as nothing is transformed
+    anywhere = CRS.from_wkt(_LOCAL_WKT)
+    finer = abs(dataset.transform.a) * 1.5 < grid.cell and source == target
+    with WarpedVRT(
+        dataset,
+        src_crs=source or anywhere,
+        crs=target or anywhere,
+        transform=Affine(*grid.transform),
+        width=grid.cols,
+        height=grid.rows,
+        resampling=Resampling.average if finer and resampling == "bilinear" else Resampling[resampling],
+        src_nodata=dataset.nodata,
+        nodata=float("nan"),
+        dtype="float64",
+        tolerance=_TOLERANCE_PX,
+    ) as warped:
+        values = np.asarray(warped.read(band, masked=True).filled(np.nan), np.float64)
+    return values * dataset.scales[band - 1] + dataset.offsets[band - 1]
+
+
+def _mosaic(grids: list[Grid]) -> Grid:
+    if not grids or len({grid.cell for grid in grids}) != 1:
+        raise ValueError(f"a VRT takes tiles of one cell size, not {sorted({grid.cell for grid in grids})}")
+    bounds = np.array([grid.bounds for grid in grids])
+    low, high = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+    cell = grids[0].cell
+    cols, rows = (round(float(n)) for n in (high - low) / cell)
+    return Grid(float(low[0]), float(high[1]), cell, rows, cols)
+
+
+def _source(path: str, grid: Grid, whole: Grid, dtype: str, nodata: float | None) -> str:
+    rows, cols = whole.slices(grid)
+    size = f'xSize="{grid.cols}" ySize="{grid.rows}"'
+    no_data = "" if nodata is None else f"      <NODATA>{nodata}</NODATA>\n"
+    return (
+        f'    <ComplexSource>\n      <SourceFilename relativeToVRT="1">{escape(path)}</SourceFilename>\n'
+        f"      <SourceBand>1</SourceBand>\n"
+        f'      <SourceProperties RasterXSize="{grid.cols}" RasterYSize="{grid.rows}" DataType="{_GDAL_TYPES[dtype]}" '
+        f'BlockXSize="{BLOCK_PX}" BlockYSize="{BLOCK_PX}"/>\n'
+        f'      <SrcRect xOff="0" yOff="0" {size}/>\n      <DstRect xOff="{cols.start}" yOff="{rows.start}" {size}/>\n'
+        f"{no_data}    </ComplexSource>\n"
+    )
+
+
+def _rasterio_crs(crs: pyproj.CRS | None) -> CRS | None:
+    return None if crs is None else CRS.from_wkt(crs.to_wkt())
+
+
+def _horizontal_part(crs: CRS | None) -> pyproj.CRS | None:
+    """A warp with heights in the CRS would want a vertical shift; only x and y are transformed here."""
+    if not crs:
+        return None
+    known = pyproj.CRS.from_wkt(crs.to_wkt())
+    return known.sub_crs_list[0] if known.is_compound else known

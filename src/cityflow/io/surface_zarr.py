@@ -1,0 +1,229 @@
+"""``surface.zarr``: the rasters of a run as one Zarr v3 group, one chunk per ground tile, for xarray and rioxarray.
+
+The driver creates the arrays once; after that every tile writes its own chunk of each layer and no other.
+"""
+
+from __future__ import annotations
+
+import base64
+import struct
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import zarr
+from numpy.typing import DTypeLike, NDArray
+from zarr.codecs import BloscCodec
+from zarr.errors import ContainsArrayError, GroupNotFoundError
+
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.reference import Reference
+from cityflow.errors import RunError
+from cityflow.io.reference import crs_of, vertical_datum
+
+StoreLike = Any
+"""A local path, or a zarr ``Store`` such as ``FsspecStore``."""
+
+CRS_VARIABLE = "spatial_ref"
+_NAN_AS_XARRAY_WRITES_IT = base64.b64encode(struct.pack("<d", float("nan"))).decode()
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One raster: dtype, the value of cells never written, and what it says."""
+
+    dtype: str
+    fill: float | int | bool
+    meaning: str
+    units: str = ""
+
+
+LAYERS: Mapping[str, Layer] = {
+    "dsm": Layer("float32", float("nan"), "highest surface, as measured", "m"),
+    "dsm_filled": Layer("float32", float("nan"), "highest surface, small gaps filled", "m"),
+    "dtm": Layer("float32", float("nan"), "terrain", "m"),
+    "ndsm": Layer("float32", float("nan"), "surface above terrain", "m"),
+    "class": Layer("uint8", 0, "ASPRS class of the cell"),
+    "count": Layer("uint32", 0, "points in the cell"),
+    "holes": Layer("bool", True, "no measurement, not even interpolated"),
+}
+
+
+def create(
+    store: StoreLike,
+    grid: Grid,
+    chunk_cells: int,
+    reference: Reference,
+    layers: Mapping[str, Layer] = LAYERS,
+    replace: bool = False,
+) -> bool:
+    """Make the group and its empty arrays unless they are there already; True where something was made.
+
+    Parameters
+    ----------
+    grid : all tiles;  chunk_cells : edge of a tile in cells
+    replace : start anew where the arrays there have another grid, chunk or CRS
+
+    Raises
+    ------
+    RunError
+        Such arrays are there, and `replace` is not set.
+    """
+    described: dict[str, Any] = {
+        "x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "rows": grid.rows, "cols": grid.cols,
+        "chunk_cells": chunk_cells, "crs": reference.code, "vertical_datum": vertical_datum(reference),
+    }  # fmt: skip
+    found = _attributes(store)
+    if found is not None and found != described and not replace:
+        raise RunError(
+            "surface.zarr was made for another extent, cell, tile or CRS",
+            where=str(store),
+            remedy="use another RUN folder, or remove surface.zarr",
+        )
+    fresh = found != described
+    group = zarr.open_group(store, mode="w" if fresh else "a", zarr_format=3, use_consolidated=False)
+    made = [_coordinate(group, "x", grid.x_centres()), _coordinate(group, "y", grid.y_centres())]
+    made += [_crs_variable(group, grid, reference)]
+    made += [_layer(group, name, layer, grid, chunk_cells) for name, layer in layers.items()]
+    if fresh or any(made):
+        group.attrs.update(described)
+        _consolidate(group)
+    return fresh or any(made)
+
+
+def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> None:
+    """Write one tile's chunk of each of `layers`, each (rows, cols) of `tile`; `grid` is that of all tiles.
+
+    Raises
+    ------
+    ValueError
+        The tile is not exactly one chunk, or a layer has another shape: two tasks could write one chunk.
+    """
+    rows, cols = grid.slices(tile)
+    group = _open(store, "r+")
+    for name, layer in layers.items():
+        array: Any = group[name]
+        height, width = array.chunks
+        if layer.shape != tile.shape or rows.start % height or cols.start % width or tile.shape != (height, width):
+            raise ValueError(f"layer {name} of shape {layer.shape} over {tile} is not one chunk of {array.chunks}")
+        array[rows, cols] = layer.astype(array.dtype, copy=False)
+
+
+def chunk_paths(grid: Grid, tile: Grid, names: Iterable[str]) -> list[str]:
+    """Paths inside the store of the chunks that `write_tile` writes."""
+    rows, cols = grid.slices(tile)
+    return [f"{name}/c/{rows.start // tile.rows}/{cols.start // tile.cols}" for name in names]
+
+
+def read_layers(
+    store: StoreLike, grid: Grid, bounds: Bounds, names: Sequence[str] = tuple(LAYERS)
+) -> tuple[Grid, dict[str, NDArray[Any]]]:
+    """Windows of layers over `bounds`, cut at the edge of `grid` (that of all tiles).
+
+    Raises
+    ------
+    ValueError
+        `bounds` do not meet the grid.
+    """
+    window = window_of(grid, bounds)
+    rows, cols = grid.slices(window)
+    group: Any = _open(store, "r")
+    return window, {name: np.asarray(group[name][rows, cols]) for name in names}
+
+
+def window_of(grid: Grid, bounds: Bounds) -> Grid:
+    """The cells of `grid` that `bounds` touch. Raises ValueError where there are none.
+
+    >>> window_of(Grid(0.0, 10.0, 1.0, 10, 10), (-5.0, 8.5, 1.5, 20.0))
+    Grid(x_min=0.0, y_max=10.0, cell=1.0, rows=2, cols=2)
+    """
+    touched = Grid.covering(bounds, grid.cell)
+    x_min, y_min, x_max, y_max = grid.bounds
+    inner = touched.bounds
+    left, right = max(inner[0], x_min), min(inner[2], x_max)
+    low, high = max(inner[1], y_min), min(inner[3], y_max)
+    rows, cols = round((high - low) / grid.cell), round((right - left) / grid.cell)
+    if rows < 1 or cols < 1:
+        raise ValueError(f"bounds {bounds} do not meet the surface {grid.bounds}")
+    return Grid(left, high, grid.cell, rows, cols)
+
+
+def _open(store: StoreLike, mode: Literal["r", "r+"]) -> zarr.Group:
+    # a chunk of nothing but fill values is written too: a missing chunk means a tile not done
+    zarr.config.set({"array.write_empty_chunks": True})
+    return zarr.open_group(store, mode=mode, zarr_format=3)
+
+
+def _consolidate(group: zarr.Group) -> None:
+    """Put the metadata of all arrays beside the group's, so that one request opens everything."""
+    with warnings.catch_warnings():
+        # zarr warns that the specification does not have this yet; readers that do not know it read the arrays' own
+        warnings.filterwarnings("ignore", message="Consolidated metadata", category=UserWarning)
+        zarr.consolidate_metadata(group.store_path.store, path=group.path, zarr_format=3)
+
+
+def _attributes(store: StoreLike) -> dict[str, Any] | None:
+    try:
+        return zarr.open_group(store, mode="r", zarr_format=3).attrs.asdict()
+    except (FileNotFoundError, GroupNotFoundError):
+        return None
+
+
+def _layer(group: zarr.Group, name: str, layer: Layer, grid: Grid, chunk_cells: int) -> bool:
+    attributes: dict[str, Any] = {"long_name": layer.meaning, "grid_mapping": CRS_VARIABLE, "coordinates": CRS_VARIABLE}
+    if layer.units:
+        attributes["units"] = layer.units
+    if layer.dtype.startswith("float"):
+        attributes["_FillValue"] = _NAN_AS_XARRAY_WRITES_IT
+    return _array(group, name, grid.shape, (chunk_cells, chunk_cells), layer.dtype, layer.fill, attributes, ("y", "x"))
+
+
+def _coordinate(group: zarr.Group, name: str, values: NDArray[np.float64]) -> bool:
+    attributes = {
+        "standard_name": f"projection_{name}_coordinate",
+        "long_name": f"{name} coordinate of cell centres",
+        "units": "m",
+        "axis": name.upper(),
+    }
+    if not _array(group, name, values.shape, values.shape, "float64", 0.0, attributes, (name,)):
+        return False
+    array: Any = group[name]
+    array[:] = values
+    return True
+
+
+def _crs_variable(group: zarr.Group, grid: Grid, reference: Reference) -> bool:
+    crs = crs_of(reference)
+    a, b, c, d, e, f = grid.transform
+    attributes: dict[str, Any] = {"GeoTransform": f"{c!r} {a!r} {b!r} {f!r} {d!r} {e!r}"}
+    if crs is not None:
+        attributes |= {"crs_wkt": crs.to_wkt(), "spatial_ref": crs.to_wkt()}
+    return _array(group, CRS_VARIABLE, (), (), "int32", 0, attributes, ())
+
+
+def _array(
+    group: zarr.Group,
+    name: str,
+    shape: tuple[int, ...],
+    chunks: tuple[int, ...],
+    dtype: DTypeLike,
+    fill: float | int | bool,
+    attributes: dict[str, Any],
+    dimensions: tuple[str, ...],
+) -> bool:
+    try:
+        group.create_array(
+            name,
+            shape=shape,
+            chunks=chunks,
+            dtype=dtype,
+            fill_value=fill,
+            attributes=attributes,
+            dimension_names=dimensions,
+            compressors=BloscCodec(cname="lz4", clevel=5),
+        )
+    except ContainsArrayError:
+        return False
+    return True
