@@ -33,13 +33,18 @@ def test_a_cog_is_one_and_holds_the_array(amersfoort: Reference) -> None:
     data = write_cog(array, GRID, amersfoort)
     with MemoryFile(data) as memory, memory.open() as dataset:
         assert np.array_equal(dataset.read(1), array, equal_nan=True)
-        parts = pyproj.CRS.from_wkt(dataset.crs.to_wkt()).sub_crs_list
-        assert [part.to_epsg() for part in parts] == [28992, 5709]
+        assert dataset.crs == CRS.from_epsg(7415)
         assert dataset.bounds == pytest.approx(GRID.bounds)
         assert np.isnan(dataset.nodata)
         assert dataset.overviews(1) == [2]
         assert dataset.profile["tiled"]
         assert dataset.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
+
+
+def test_a_compound_without_a_code_of_its_own_keeps_its_vertical_datum() -> None:
+    with MemoryFile(write_cog(_slope(GRID), GRID, resolve("EPSG:25833+7837"))) as memory, memory.open() as dataset:
+        parts = pyproj.CRS.from_wkt(dataset.crs.to_wkt()).sub_crs_list
+    assert [part.to_epsg() for part in parts] == [25833, 7837]
 
 
 def test_the_same_array_gives_the_same_bytes(amersfoort: Reference) -> None:

@@ -22,7 +22,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.reference import crs_of, horizontal_crs
+from cityflow.io.reference import horizontal_crs
 
 BLOCK_PX = 512
 _LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
@@ -45,7 +45,7 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
         nodata = None
     profile = {
         "driver": "COG", "height": grid.rows, "width": grid.cols, "count": len(bands), "dtype": bands.dtype,
-        "crs": _rasterio_crs(crs_of(reference)), "transform": Affine(*grid.transform), "nodata": nodata,
+        "crs": _crs_with_heights(reference), "transform": Affine(*grid.transform), "nodata": nodata,
         "compress": "DEFLATE", "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
         "overview_resampling": "NEAREST" if np.issubdtype(bands.dtype, np.integer) else "AVERAGE",
     }  # fmt: skip
@@ -71,7 +71,7 @@ def write_vrt(
     """
     parts = sorted(tiles, key=lambda tile: tile[0])
     whole = _mosaic([grid for _, grid in parts])
-    crs = crs_of(reference)
+    crs = _crs_with_heights(reference)
     c = whole.transform
     srs = "" if crs is None else f"  <SRS>{escape(crs.to_wkt())}</SRS>\n"
     no_data = "" if nodata is None else f"    <NoDataValue>{nodata}</NoDataValue>\n"
@@ -166,6 +166,11 @@ def _source(path: str, grid: Grid, whole: Grid, dtype: str, nodata: float | None
         f'      <SrcRect xOff="0" yOff="0" {size}/>\n      <DstRect xOff="{cols.start}" yOff="{rows.start}" {size}/>\n'
         f"{no_data}    </ComplexSource>\n"
     )
+
+
+def _crs_with_heights(reference: Reference) -> CRS | None:
+    # by code: through WKT the parts of a compound CRS lose theirs, and GeoTIFF then names a wrong vertical datum
+    return None if reference.is_local else CRS.from_user_input(reference.code)
 
 
 def _rasterio_crs(crs: pyproj.CRS | None) -> CRS | None:
