@@ -162,6 +162,7 @@ class Candidate:
     method : name as in the workflow
     solid : closed LoD2.2 polyhedron, or None where the method found no answer
     planes : roof planes that the faces' `plane` refers to
+    blocks : the same unit at lower levels of detail (LoD1.2, 1.3), where the method makes them
     status : DONE, or DEGRADED for a simpler roof than the points ask for
     reason : why degraded, or why there is no solid
     notes : figures worth recording (numbers of regions, iterations, …)
@@ -170,6 +171,7 @@ class Candidate:
     method: str
     solid: Polyhedron | None
     planes: tuple[RoofPlane, ...] = ()
+    blocks: Mapping[Lod, Polyhedron] = field(default_factory=dict)
     status: Status = Status.DONE
     reason: str = ""
     notes: Mapping[str, Scalar] = field(default_factory=dict)
