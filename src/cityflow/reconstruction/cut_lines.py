@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import Delaunay, QhullError, cKDTree
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -50,11 +50,15 @@ class Borders:
         return len(self.planes)
 
 
-def find_borders(segments: PlaneSegments, reach: float) -> Borders:
-    """Where points of different planes are nearer to each other than `reach` (m)."""
+def find_borders(segments: PlaneSegments, reach: float, gap: float) -> Borders:
+    """Where points of different planes are neighbours.
+
+    Points nearer than `reach` (m) are; across stretches without planes those are that a Delaunay edge no longer than
+    `gap` (m) joins.
+    """
     on_plane = segments.labels >= 0
     xy, labels = _thinned(segments.points[on_plane, :2], segments.labels[on_plane])
-    pairs = cKDTree(xy).query_pairs(reach, output_type="ndarray").astype(np.int64)
+    pairs = np.concatenate([_near_pairs(xy, reach), _delaunay_pairs(xy, gap)])
     pairs = pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]]
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     distance = np.hypot(*(xy[pairs[:, 0]] - xy[pairs[:, 1]]).T)
@@ -66,6 +70,22 @@ def find_borders(segments: PlaneSegments, reach: float) -> Borders:
     pairs[swap] = pairs[swap, ::-1]
     pairs = np.unique(pairs, axis=0)
     return Borders(labels[pairs], xy[pairs[:, 0]], xy[pairs[:, 1]])
+
+
+def _near_pairs(xy: FloatArray, reach: float) -> IntArray:
+    return cKDTree(xy).query_pairs(reach, output_type="ndarray").astype(np.int64).reshape(-1, 2)
+
+
+def _delaunay_pairs(xy: FloatArray, gap: float) -> IntArray:
+    if len(xy) < 4 or np.ptp(xy, axis=0).min() == 0:
+        return np.empty((0, 2), np.int64)
+    try:
+        triangles = Delaunay(xy).simplices.astype(np.int64)
+    except QhullError:  # all points on one line
+        return np.empty((0, 2), np.int64)
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]]), axis=1)
+    edges = np.unique(edges, axis=0)
+    return edges[np.hypot(*(xy[edges[:, 0]] - xy[edges[:, 1]]).T) <= gap]
 
 
 def _thinned(xy: FloatArray, labels: IntArray) -> tuple[FloatArray, IntArray]:
@@ -89,10 +109,12 @@ def intersection_lines(
         if steepness < PARALLEL_SLOPES:
             continue
         mine = np.flatnonzero(np.all(borders.planes == (i, j), axis=1))
-        nx, ny, offset = a / steepness, b / steepness, -c / steepness
+        nx, ny, offset = float(a / steepness), float(b / steepness), float(-c / steepness)
         away = np.abs(middle[mine] @ (nx, ny) - offset)
         # Flat crossings are located badly: a height difference within the noise is on the line, however far in plan.
         near = away < max(reach / 2, min(3 * segments.noise / steepness, reach))
+        first, second = borders.first[mine] @ (nx, ny) - offset, borders.second[mine] @ (nx, ny) - offset
+        near |= first * second <= 0
         along = middle[mine[near]] @ (-ny, nx)
         for start, end in _stretches(along, 2 * reach):
             if end - start >= min_length / 2:
@@ -252,3 +274,46 @@ def _moved(line: CutLine, edge: tuple[float, ...], distance: float) -> CutLine |
     centre = nx * y - ny * x
     half = (line.end - line.start) / 2
     return CutLine(nx, ny, offset, centre - half, centre + half, line.support)
+
+
+def outline_extensions(outline: Polygon, length: float) -> list[CutLine]:
+    """Edges prolonged into the outline from its concave corners: wings often end there, points or not."""
+    lines = []
+    for ring in (outline.exterior, *outline.interiors):
+        xy = np.asarray(ring.coords)[:-1, :2]
+        if ring.is_ccw != (ring is outline.exterior):
+            xy = xy[::-1]
+        into, out = xy - np.roll(xy, 1, axis=0), np.roll(xy, -1, axis=0) - xy
+        concave = into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0] < 0
+        for k in np.flatnonzero(concave):
+            lines += [_prolonged(xy[k], step, length) for step in (into[k], -out[k]) if np.hypot(*step) >= length]
+    return lines
+
+
+def _prolonged(corner: FloatArray, step: FloatArray, length: float) -> CutLine:
+    dx, dy = step / np.hypot(*step)
+    start = float(dx * corner[0] + dy * corner[1])
+    # The direction along a line is (−ny, nx), so that the normal is the step turned clockwise.
+    return CutLine(float(dy), float(-dx), float(dy * corner[0] - dx * corner[1]), start, start + length, 0.0)
+
+
+def without_doubles(lines: list[CutLine], distance: float, angle_deg: float = 2.0) -> list[CutLine]:
+    """Lines less the later ones of those that nearly coincide; the earlier one takes over the later one's stretch."""
+    kept: list[CutLine] = []
+    for line in lines:
+        twin = next((k for k, other in enumerate(kept) if _coincide(other, line, distance, angle_deg)), None)
+        if twin is None:
+            kept.append(line)
+        else:
+            start, end = sorted(kept[twin].along(*line.at(t)) for t in (line.start, line.end))
+            kept[twin] = replace(kept[twin], start=min(kept[twin].start, start), end=max(kept[twin].end, end))
+    return kept
+
+
+def _coincide(a: CutLine, b: CutLine, distance: float, angle_deg: float) -> bool:
+    if abs(a.nx * b.nx + a.ny * b.ny) < math.cos(math.radians(angle_deg)):
+        return False
+    if max(abs(a.side(*b.at(t))) for t in (b.start, b.end)) > distance:
+        return False
+    start, end = sorted(a.along(*b.at(t)) for t in (b.start, b.end))
+    return start <= a.end + distance and end >= a.start - distance

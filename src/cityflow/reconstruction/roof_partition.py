@@ -20,7 +20,9 @@ from cityflow.reconstruction.cut_lines import (
     intersection_lines,
     main_directions,
     on_outline,
+    outline_extensions,
     step_lines,
+    without_doubles,
 )
 from cityflow.reconstruction.labelling import label_cells
 from cityflow.reconstruction.partition_values import RoofPartition, single_cell
@@ -33,6 +35,7 @@ class PartitionParameters(Parameters):
     """How an outline is cut, and what an edge must be worth."""
 
     reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
+    gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
     min_length: float = Field(0.8, gt=0, le=10, description="shortest line (m) along which the outline is cut")
     min_width: float = Field(0.4, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
@@ -67,13 +70,13 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
 
 def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> list[CutLine]:
     """All lines that may become roof edges, longest support first."""
-    borders = find_borders(segments, parameters.reach)
+    borders = find_borders(segments, parameters.reach, parameters.gap)
     crossings, explained = intersection_lines(segments, borders, parameters.min_length, parameters.reach)
     directions = main_directions(outline, crossings)
     steps = step_lines(borders.take(~explained), directions, parameters.min_length, parameters.max_lines)
-    lines = [*crossings, *on_outline(steps, outline, 0.3)]
+    lines = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
     lines.sort(key=lambda line: -line.support)
-    return lines[: parameters.max_lines]
+    return without_doubles(lines, 0.1)[: parameters.max_lines]
 
 
 def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:

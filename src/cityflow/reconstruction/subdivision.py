@@ -52,6 +52,10 @@ class CutLine:
         """Position (m) of a point along the line."""
         return self.nx * y - self.ny * x
 
+    def at(self, t: float) -> tuple[float, float]:
+        """The point at a position along the line."""
+        return self.nx * self.offset - self.ny * t, self.ny * self.offset + self.nx * t
+
 
 class Subdivision:
     """Cells of a polygon: `cells[i]` is exterior ring and holes, `left[u, v]` the cell on the left of an edge."""
@@ -188,7 +192,7 @@ class Subdivision:
             if isinstance(a, int) and isinstance(b, int) and (self._borders(number, a, b) or a == b):
                 continue
             t = (t1 + t2) / 2
-            if len(crossings) == 2 or inside_rings(*_at(line, t), rings, self.xy):
+            if len(crossings) == 2 or inside_rings(*line.at(t), rings, self.xy):
                 inner.append(i)
         matter = [i for i in inner if min(crossings[i + 1][0], line.end) - max(crossings[i][0], line.start) > 0.05]
         # Only all chords together are sure to separate a cell that has holes.
@@ -269,10 +273,6 @@ class Subdivision:
                 if place is not None:
                     del ring[(place + 1) % len(ring)]
                     break
-
-
-def _at(line: CutLine, t: float) -> tuple[float, float]:
-    return line.nx * line.offset - line.ny * t, line.ny * line.offset + line.nx * t
 
 
 def _place_of_edge(ring: Ring, u: int, v: int) -> int | None:
