@@ -1,0 +1,233 @@
+"""CityGML 2.0, LoD2 (with LoD0 footprints and LoD1 blocks): buildings with semantic surfaces, and the terrain as a TIN.
+
+Written piece by piece, so that a tile of any size needs the memory of one building. What the standard has no element
+for becomes a generic attribute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import BinaryIO
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.reference import Reference
+from cityflow.io.attributes import described, ncname, scalars, xml_text
+from cityflow.io.cityjson import plane_attributes
+from cityflow.io.cityjson_sequence import Bounds3, extent_of
+from cityflow.io.roof_type import ROOF_TYPE_CODES, roof_type_code
+
+Tin = tuple[str, FloatArray, IntArray]
+"""Name, (V, 3) world vertices, (T, 3) triangles counter-clockwise from above."""
+
+LARGEST_INT = 2**31 - 1
+"""Databases keep generic integers in 32 bits; longer ones, mostly ids, are written as text."""
+
+_NAMESPACES = {
+    "": "http://www.opengis.net/citygml/2.0",
+    "bldg": "http://www.opengis.net/citygml/building/2.0",
+    "dem": "http://www.opengis.net/citygml/relief/2.0",
+    "gen": "http://www.opengis.net/citygml/generics/2.0",
+    "gml": "http://www.opengis.net/gml",
+    "xlink": "http://www.w3.org/1999/xlink",
+    "xsi": "http://www.w3.org/2001/XMLSchema-instance",
+}
+_SCHEMAS = {"bldg": "building", "dem": "relief", "gen": "generics"}
+
+
+def write_citygml(
+    target: BinaryIO,
+    buildings: Iterable[Building],
+    reference: Reference,
+    bounds: Bounds3 | None = None,
+    terrain: Iterable[Tin] = (),
+    title: str = "",
+) -> None:
+    """Write a city model; `bounds` (if known) become its envelope."""
+    for piece in _model(buildings, reference, bounds, terrain, title):
+        target.write(piece.encode())
+
+
+def srs_name(reference: Reference) -> str:
+    """The CRS as a URN, its parts by their own codes where the vertical one is known; empty for a local frame."""
+    if reference.is_local:
+        return ""
+    if reference.vertical_epsg is None:
+        return f"urn:ogc:def:crs:EPSG::{reference.horizontal_epsg}"
+    return f"urn:ogc:def:crs,crs:EPSG::{reference.horizontal_epsg},crs:EPSG::{reference.vertical_epsg}"
+
+
+def _model(
+    buildings: Iterable[Building], reference: Reference, bounds: Bounds3 | None, terrain: Iterable[Tin], title: str
+) -> Iterator[str]:
+    yield '<?xml version="1.0" encoding="UTF-8"?>\n<CityModel'
+    yield "".join(f'\n  xmlns{":" if p else ""}{p}="{uri}"' for p, uri in _NAMESPACES.items())
+    yield f'\n  xsi:schemaLocation="{_schema_locations()}">\n'
+    if title:
+        yield f"<gml:name>{_text(title)}</gml:name>\n"
+    if bounds is not None:
+        yield _envelope(bounds, srs_name(reference))
+    for building in buildings:
+        yield f"<cityObjectMember>\n{_building(building)}</cityObjectMember>\n"
+    for tin in terrain:
+        yield from _relief(tin)
+    yield "</CityModel>\n"
+
+
+def _schema_locations() -> str:
+    base = "http://schemas.opengis.net/citygml"
+    return " ".join(f"{_NAMESPACES[p]} {base}/{name}/2.0/{name}.xsd" for p, name in _SCHEMAS.items())
+
+
+def _building(building: Building) -> str:
+    name = ncname("b", building.id)
+    bounds = extent_of([building])
+    parts = [f'<bldg:Building gml:id="{name}">\n<gml:name>{_text(building.id)}</gml:name>\n']
+    if bounds is not None:
+        parts.append(_envelope(bounds))
+    parts.append(_generic(described(building)))
+    parts += _standard(building)
+    if not building.footprint.is_empty:
+        parts.append(_footprint(building))
+    if Lod.LOD12 in building.solids:
+        members = _polygons(building.id, Lod.LOD12, building.solids[Lod.LOD12])
+        parts.append(_solid("bldg:lod1Solid", ncname("solid1", building.id), members))
+    if Lod.LOD22 in building.solids:
+        parts += _lod2(building, building.solids[Lod.LOD22])
+    parts.append("</bldg:Building>\n")
+    return "".join(parts)
+
+
+def _standard(building: Building) -> Iterator[str]:
+    """Roof type by the SIG 3D code list, and the height of the highest vertex above the floor."""
+    code = roof_type_code(building)
+    if code is not None:
+        yield f'<bldg:roofType codeSpace="{ROOF_TYPE_CODES}">{code}</bldg:roofType>\n'
+    solid = building.solids.get(Lod.LOD22) or building.solids.get(Lod.LOD12)
+    if solid is not None:
+        height = float(solid.vertices[:, 2].max()) - building.ground_height
+        yield f'<bldg:measuredHeight uom="m">{height:.4f}</bldg:measuredHeight>\n'
+
+
+def _footprint(building: Building) -> str:
+    rings = [building.footprint.exterior, *building.footprint.interiors]
+    points = [np.asarray(ring.coords)[:-1, :2] for ring in rings]
+    texts = [_positions(np.column_stack([xy, np.full(len(xy), building.ground_height)])) for xy in points]
+    polygon = _polygon(ncname("p", building.id) + "-0-0", texts)
+    return f"<bldg:lod0FootPrint><gml:MultiSurface>{_members([polygon])}</gml:MultiSurface></bldg:lod0FootPrint>\n"
+
+
+def _lod2(building: Building, solid: Polyhedron) -> Iterator[str]:
+    """The solid, by reference to the polygons of the boundary surfaces that follow it."""
+    polygons = list(_polygons(building.id, Lod.LOD22, solid))
+    name = ncname("p", building.id)
+    links = "".join(f'<gml:surfaceMember xlink:href="#{name}-2-{i}"/>' for i in range(len(polygons)))
+    yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
+    for number, faces in enumerate(_surfaces(solid.faces)):
+        first = solid.faces[faces[0]]
+        kind = f"bldg:{first.semantic.value}"
+        members = _members([polygons[i] for i in faces])
+        yield (
+            f'<bldg:boundedBy><{kind} gml:id="{ncname("s", building.id)}-{number}">\n'
+            f"{_generic(_said_of(first, building))}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
+            f"</gml:MultiSurface></bldg:lod2MultiSurface></{kind}></bldg:boundedBy>\n"
+        )
+
+
+def _surfaces(faces: Sequence[Face]) -> list[list[int]]:
+    """Faces by boundary surface: one per roof plane and per neighbour, one for each other face."""
+    groups: dict[tuple[Semantic, int, str | None, int], list[int]] = {}
+    for i, face in enumerate(faces):
+        alone = i if face.plane < 0 and face.neighbour is None else -1
+        groups.setdefault((face.semantic, face.plane, face.neighbour, alone), []).append(i)
+    return list(groups.values())
+
+
+def _said_of(face: Face, building: Building) -> dict[str, Scalar]:
+    said: dict[str, Scalar] = {}
+    if 0 <= face.plane < len(building.planes):
+        said |= {"plane": face.plane} | plane_attributes(building.planes[face.plane])
+    if face.neighbour is not None:
+        said |= {"is_party_wall": True, "neighbour": face.neighbour}
+    return scalars(said)
+
+
+def _polygons(identifier: str, lod: Lod, solid: Polyhedron) -> Iterator[str]:
+    texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (solid.vertices + 0.0).tolist()]
+    name = f"{ncname('p', identifier)}-{lod.value[0]}"
+    for i, face in enumerate(solid.faces):
+        yield _polygon(f"{name}-{i}", [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings])
+
+
+def _polygon(name: str, rings: Sequence[str]) -> str:
+    exterior, *interiors = (f"<gml:LinearRing><gml:posList>{ring}</gml:posList></gml:LinearRing>" for ring in rings)
+    holes = "".join(f"<gml:interior>{ring}</gml:interior>" for ring in interiors)
+    return f'<gml:Polygon gml:id="{name}"><gml:exterior>{exterior}</gml:exterior>{holes}</gml:Polygon>'
+
+
+def _members(polygons: Iterable[str]) -> str:
+    return "".join(f"<gml:surfaceMember>{polygon}</gml:surfaceMember>" for polygon in polygons)
+
+
+def _solid(element: str, name: str, polygons: Iterable[str]) -> str:
+    return _solid_of(element, name, _members(polygons))
+
+
+def _solid_of(element: str, name: str, members: str) -> str:
+    return (
+        f'<{element}><gml:Solid gml:id="{name}"><gml:exterior><gml:CompositeSurface>{members}'
+        f"</gml:CompositeSurface></gml:exterior></gml:Solid></{element}>\n"
+    )
+
+
+def _relief(tin: Tin) -> Iterator[str]:
+    name, vertices, triangles = tin
+    texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.asarray(vertices, np.float64) + 0.0).tolist()]
+    yield f'<cityObjectMember>\n<dem:ReliefFeature gml:id="{ncname("relief", name)}">\n'
+    yield f"<gml:name>{_text(name)}</gml:name>\n<dem:lod>2</dem:lod>\n<dem:reliefComponent>"
+    yield f'<dem:TINRelief gml:id="{ncname("tin", name)}">\n<dem:lod>2</dem:lod>\n'
+    yield f'<dem:tin><gml:TriangulatedSurface gml:id="{ncname("triangles", name)}"><gml:trianglePatches>\n'
+    for a, b, c in np.asarray(triangles, np.int64).tolist():
+        ring = f"{texts[a]} {texts[b]} {texts[c]} {texts[a]}"
+        yield (
+            "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
+            f"{ring}</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle>\n"
+        )
+    yield "</gml:trianglePatches></gml:TriangulatedSurface></dem:tin>\n</dem:TINRelief></dem:reliefComponent>\n"
+    yield "</dem:ReliefFeature>\n</cityObjectMember>\n"
+
+
+def _generic(attributes: Mapping[str, Scalar]) -> str:
+    return "".join(_generic_attribute(name, value) for name, value in attributes.items() if value is not None)
+
+
+def _generic_attribute(name: str, value: Scalar) -> str:
+    kind, text = "string", str(value)
+    if isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, int) and abs(value) <= LARGEST_INT:
+        kind = "int"
+    elif isinstance(value, float):
+        kind, text = "double", repr(value)
+    element = f"gen:{kind}Attribute"
+    return f"<{element} name={quoteattr(name)}><gen:value>{_text(text)}</gen:value></{element}>\n"
+
+
+def _envelope(bounds: Bounds3, srs: str = "") -> str:
+    named = f' srsName="{srs}"' if srs else ""
+    low, high = (" ".join(f"{v + 0.0:.4f}" for v in corner) for corner in (bounds[:3], bounds[3:]))
+    return (
+        f'<gml:boundedBy><gml:Envelope{named} srsDimension="3"><gml:lowerCorner>{low}</gml:lowerCorner>'
+        f"<gml:upperCorner>{high}</gml:upperCorner></gml:Envelope></gml:boundedBy>\n"
+    )
+
+
+def _positions(points: FloatArray) -> str:
+    return " ".join(f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.concatenate([points, points[:1]]) + 0.0).tolist())
+
+
+def _text(text: str) -> str:
+    return escape(xml_text(text))
