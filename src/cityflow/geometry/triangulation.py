@@ -85,15 +85,27 @@ def _one_loop(xy: FloatArray, ring_start: IntArray, first: int, last: int) -> In
         if rightmost[h] < 0:
             continue
         begin, end = ring_start[first + 1 + h], ring_start[first + 2 + h]
-        at = _bridge(xy, loop, rightmost[h], ring_start[first + 1], ring_start[last])
-        size = end - begin
-        joined = np.empty(len(loop) + size + 2, np.int64)
-        joined[: at + 1] = loop[: at + 1]
-        for i in range(size + 1):
-            joined[at + 1 + i] = begin + (rightmost[h] - begin + i) % size
-        joined[at + 2 + size :] = loop[at:]
-        loop = joined
+        at, start = _common_corner(xy, loop, begin, end)
+        touching = at >= 0
+        if not touching:
+            at, start = _bridge(xy, loop, rightmost[h], ring_start[first + 1], ring_start[last]), rightmost[h]
+        ring = np.empty(end - begin - 1 if touching else end - begin + 1, np.int64)
+        for i in range(len(ring)):
+            ring[i] = begin + (start - begin + i + touching) % (end - begin)
+        loop = np.concatenate((loop[: at + 1], ring, loop[at:]))
     return loop
+
+
+@njit(cache=True, nogil=True)
+def _common_corner(xy: FloatArray, loop: IntArray, begin: int, end: int) -> tuple[int, int]:
+    """Position in the loop, and corner, where a hole touches the loop from inside; (−1, −1) where it does not."""
+    n = len(loop)
+    for k in range(n):
+        for i in range(begin, end):
+            following = i + 1 if i + 1 < end else begin
+            if _same(xy[loop[k]], xy[i]) and _in_cone(xy[loop[k - 1]], xy[i], xy[loop[(k + 1) % n]], xy[following]):
+                return k, i
+    return -1, -1
 
 
 @njit(cache=True, nogil=True)
@@ -196,15 +208,32 @@ def _shape(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def _is_ear(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArray, alive: BoolArray, at: int) -> bool:
-    """True where no other corner lies in the closed triangle at a corner; corners on its own corners do not count."""
+    """True where no other corner lies in the closed triangle at a corner.
+
+    Corners in the place of one of its own (bridges, rings that touch) count where the loop runs on into the triangle.
+    """
     a, b, c = xy[loop[before[at]]], xy[loop[at]], xy[loop[after[at]]]
     for i in range(len(loop)):
-        p = xy[loop[i]]
-        if not alive[i] or _same(p, a) or _same(p, b) or _same(p, c):
+        if not alive[i] or i == at or i == before[at] or i == after[at]:
             continue
-        if _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0:
+        p, u, v = xy[loop[i]], xy[loop[before[i]]], xy[loop[after[i]]]
+        if _same(p, a):
+            blocked = _between(a, b, c, u) or _between(a, b, c, v)
+        elif _same(p, b):
+            blocked = _between(b, c, a, u) or _between(b, c, a, v)
+        elif _same(p, c):
+            blocked = _between(c, a, b, u) or _between(c, a, b, v)
+        else:
+            blocked = _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0
+        if blocked:
             return False
     return True
+
+
+@njit(cache=True, nogil=True)
+def _between(at: FloatArray, b: FloatArray, c: FloatArray, p: FloatArray) -> bool:
+    """True where p, seen from a corner, lies strictly between the directions to b and to c."""
+    return bool(_cross(at, b, p) > 0 and _cross(at, p, c) > 0)
 
 
 @njit(cache=True, nogil=True)
