@@ -67,6 +67,7 @@ def _local(workers: int) -> Iterator[Client]:
         memory_limit=0,
         dashboard_address=f"127.0.0.1:{_free_port(DASHBOARD_PORT)}",
         silence_logs=logging.CRITICAL,
+        preload=["cityflow.flow.worker_setup"],
     )
     client = Client(cluster)
     try:

@@ -1,0 +1,120 @@
+"""Scheduler, workers and drivers as separate processes of the operating system."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Thread
+
+from distributed import Client
+
+from cityflow.flow.store import Store
+
+HERE = Path(__file__).parent
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+
+
+@dataclass
+class Cluster:
+    """A scheduler and its workers, each started from the command line."""
+
+    folder: Path
+    address: str = ""
+    scheduler: subprocess.Popen[bytes] | None = None
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def start(self, port: int, workers: int) -> None:
+        self.address = f"tcp://127.0.0.1:{port}"
+        self.scheduler = self._spawn("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
+        for _ in range(workers):
+            self.add_worker()
+        with Client(self.address, timeout=30) as client:
+            if workers:
+                client.wait_for_workers(workers, timeout=30)
+
+    def add_worker(self) -> None:
+        # Without a nanny a killed worker stays dead, as when a machine goes down.
+        self.workers.append(
+            self._spawn("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
+                        "--local-directory", str(self.folder))
+        )  # fmt: skip
+
+    def stop(self) -> None:
+        for process in [*self.workers, *([self.scheduler] if self.scheduler else [])]:
+            process.kill()
+            process.wait()
+
+    def _spawn(self, kind: str, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
+        with open(self.folder / f"{kind}-{len(self.workers)}.log", "wb") as log:
+            return subprocess.Popen(command, env=environment(), stdout=log, stderr=log)
+
+
+class Driver:
+    """A run as a process; `lines` grows with what it tells."""
+
+    def __init__(self, store: Store, scheduler: str, sleep_s: float) -> None:
+        command = [sys.executable, str(HERE / "driver.py"), store.root, scheduler, str(sleep_s)]
+        self.process = subprocess.Popen(
+            command,
+            env=environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        self.lines: list[str] = []
+        self.errors = ""
+        self._threads = [Thread(target=self._read), Thread(target=self._read_errors)]
+        for thread in self._threads:
+            thread.start()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.append(line.strip())
+
+    def _read_errors(self) -> None:
+        assert self.process.stderr is not None
+        self.errors = self.process.stderr.read()
+
+    def wait_for(self, units: int, within_s: float = 60) -> None:
+        deadline = time.monotonic() + within_s
+        while len(self.lines) < units:
+            assert time.monotonic() < deadline, f"only {len(self.lines)} units: {self.errors}"
+            assert self.process.poll() is None, self.errors
+            time.sleep(0.01)
+
+    def interrupt_group(self) -> None:
+        """Ctrl-C as a terminal gives it: to the driver and everything it started."""
+        os.killpg(self.process.pid, signal.SIGINT)
+
+    def end(self, within_s: float = 60) -> int:
+        code = self.process.wait(timeout=within_s)
+        for thread in self._threads:
+            thread.join(timeout=10)
+        return code
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.end()
+
+
+@contextmanager
+def driver(store: Store, scheduler: str, sleep_s: float = 0.05) -> Iterator[Driver]:
+    running = Driver(store, scheduler, sleep_s)
+    try:
+        yield running
+    finally:
+        if running.process.poll() is None:
+            running.kill()

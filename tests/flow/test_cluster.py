@@ -1,0 +1,219 @@
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow import cluster as module
+from cityflow.flow.cluster import connect
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from flow.conftest import free_port
+from flow.processes import Cluster, driver
+from flow.toy_sources import Given, Town
+from flow.toy_stages import toy
+
+pytestmark = pytest.mark.cluster
+
+SIZE = Town(4, 8).size
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    cluster = Cluster(tmp_path)
+    try:
+        cluster.start(free_port(), workers=2)
+        yield cluster
+    finally:
+        cluster.stop()
+
+
+def products(store: Store) -> dict[str, bytes]:
+    return {path: store.read_bytes(path) for path in store.find("work")}
+
+
+def finished(store: Store) -> dict[str, int]:
+    """Unit → number of attempts that have a record."""
+    with Ledger.open(store) as ledger:
+        return {f"{r.stage}-{r.unit}": len(ledger.attempts(r.stage, r.unit)) for r in ledger.records()}
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """What a run gives in which nothing goes wrong."""
+    store = Store.open(tmp_path_factory.mktemp("undisturbed"))
+    with connect(None, 1) as client, Ledger.open(store) as ledger:
+        run_tasks(Town(4, 8), client, store, ledger)
+    return products(store)
+
+
+def test_a_killed_worker_changes_nothing(cluster: Cluster, store: Store, undisturbed: dict[str, bytes]) -> None:
+    with driver(store, cluster.address) as run:
+        run.wait_for(6)
+        cluster.workers[0].kill()
+        assert run.end() == 0, run.errors
+        assert len(run.lines) == SIZE
+    assert products(store) == undisturbed
+    assert len(finished(store)) == SIZE
+    with Ledger.open(store) as ledger:
+        assert {record.status for record in ledger.records()} == {Status.DONE}
+
+
+def test_a_killed_driver_is_continued(cluster: Cluster, store: Store, undisturbed: dict[str, bytes]) -> None:
+    with driver(store, cluster.address) as run:
+        run.wait_for(8)
+        run.kill()
+    time.sleep(0.3)
+    before = finished(store)
+    assert 8 <= len(before) < SIZE
+    with driver(store, cluster.address) as run:
+        assert run.end() == 0, run.errors
+        assert len(run.lines) == SIZE - len(before), "the rest, and only the rest"
+    assert products(store) == undisturbed
+    assert set(finished(store).values()) == {1}
+
+
+def test_ctrl_c_ends_a_remote_run_within_seconds(cluster: Cluster, store: Store, undisturbed: dict[str, bytes]) -> None:
+    with driver(store, cluster.address, sleep_s=0.2) as run:
+        run.wait_for(5)
+        start = time.monotonic()
+        run.interrupt_group()
+        assert run.end(within_s=10) == 130, run.errors
+        assert time.monotonic() - start < 5
+        assert "Traceback" not in run.errors
+    with driver(store, cluster.address) as run:
+        assert run.end() == 0, run.errors
+        assert len(run.lines) <= SIZE - 5
+    assert products(store) == undisturbed
+
+
+@pytest.mark.parametrize("sleep_s", [0.1, 20])
+def test_ctrl_c_ends_a_local_run_within_seconds_and_leaves_no_process(
+    store: Store, undisturbed: dict[str, bytes], sleep_s: float
+) -> None:
+    with driver(store, "local", sleep_s) as run:
+        if sleep_s < 1:
+            run.wait_for(5)
+        else:
+            time.sleep(5)
+        family = psutil.Process(run.process.pid).children(recursive=True)
+        assert len(family) >= 4, "two workers, each with a sandbox"
+        start = time.monotonic()
+        run.interrupt_group()
+        assert run.end(within_s=15) == 130, run.errors
+        assert time.monotonic() - start < 8
+        assert run.errors == ""
+    _, alive = psutil.wait_procs(family, timeout=5)
+    assert not alive
+    with Ledger.open(store) as ledger:
+        assert all(record.status is Status.DONE for record in ledger.records()), "no unit is blamed for Ctrl-C"
+    if sleep_s < 1:
+        with driver(store, "local") as run:
+            assert run.end() == 0, run.errors
+        assert products(store) == undisturbed
+
+
+def test_a_killed_local_driver_leaves_no_process(store: Store) -> None:
+    with driver(store, "local", 0.2) as run:
+        run.wait_for(3)
+        family = psutil.Process(run.process.pid).children(recursive=True)
+        run.kill()
+    _, alive = psutil.wait_procs(family, timeout=15)
+    assert not alive
+
+
+def test_a_lost_scheduler_ends_the_run_with_a_remedy(cluster: Cluster, store: Store) -> None:
+    class Killer(Town):
+        def after(self, task, record):  # type: ignore[no-untyped-def]
+            if len(self.told) == 5 and cluster.scheduler is not None:
+                cluster.scheduler.kill()
+            return super().after(task, record)
+
+    start = time.monotonic()
+    with (
+        pytest.raises(RunError, match="lost the connection to the scheduler") as caught,
+        connect(cluster.address, 0) as client,
+        Ledger.open(store) as ledger,
+    ):
+        run_tasks(Killer(4, 8, sleep_s=0.05), client, store, ledger)
+    assert time.monotonic() - start < 20
+    assert caught.value.where == cluster.address
+    assert "goes on where it stopped" in caught.value.remedy
+    assert len(finished(store)) >= 5
+
+
+def test_an_unreachable_scheduler_is_named(store: Store) -> None:
+    address = f"tcp://127.0.0.1:{free_port()}"
+    start = time.monotonic()
+    with pytest.raises(RunError, match="no scheduler answers") as caught, connect(address, 0, connect_s=1):
+        pass
+    assert time.monotonic() - start < 5
+    assert caught.value.where == address
+    assert "dask scheduler" in caught.value.remedy
+
+
+@pytest.mark.parametrize("address", ["nonsense", "http://x:1", "tcp://no.such.host.invalid:8786", "127.0.0.1:99999"])
+def test_an_address_that_is_none_is_named(address: str) -> None:
+    with pytest.raises(RunError, match="no scheduler answers") as caught, connect(address, 0, connect_s=1):
+        pass
+    assert caught.value.where == address
+
+
+def test_a_scheduler_without_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "WORKERS_S", 0.5)
+    cluster = Cluster(tmp_path)
+    try:
+        cluster.start(free_port(), workers=0)
+        with pytest.raises(RunError, match="has no workers") as caught, connect(cluster.address, 0):
+            pass
+        assert "dask worker" in caught.value.remedy
+    finally:
+        cluster.stop()
+
+
+def test_other_versions_are_named(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cityflow.__version__", "99.0")
+    with pytest.raises(RunError, match=r"cityflow 0\.\S+ instead of 99\.0"), connect(cluster.address, 0):
+        pass
+
+
+def test_the_same_bytes_through_an_object_store(
+    cluster_on_s3: tuple[Cluster, Store], undisturbed: dict[str, bytes]
+) -> None:
+    cluster, store = cluster_on_s3
+    with driver(store, cluster.address, 0) as run:
+        assert run.end() == 0, run.errors
+    assert products(store) == undisturbed
+    with connect(cluster.address, 0) as client, Ledger.open(store) as ledger:
+        assert run_tasks(Town(4, 8), client, store, ledger).ran == {}
+        store.remove("work/export")
+    with connect(cluster.address, 0) as client, Ledger.open(store) as ledger:
+        assert run_tasks(Town(4, 8), client, store, ledger).ran == {("export", "done"): 1}
+
+
+@pytest.fixture
+def cluster_on_s3(s3_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Cluster, Store]]:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    cluster = Cluster(tmp_path)
+    try:
+        cluster.start(free_port(), workers=2)
+        yield cluster, Store.open(f"{s3_url}/run")
+    finally:
+        cluster.stop()
+
+
+def test_memory_of_driver_and_worker_stays_flat(store: Store) -> None:
+    with connect(None, 1) as client, Ledger.open(store) as ledger:
+        run_tasks(Given(toy(f"a{i:05d}", "nothing") for i in range(300)), client, store, ledger)
+        pids = [os.getpid(), *client.run(os.getpid).values()]
+        before = [psutil.Process(pid).memory_info().rss for pid in pids]
+        run_tasks(Given(toy(f"b{i:05d}", "nothing") for i in range(1500)), client, store, ledger)
+        grown = [psutil.Process(pid).memory_info().rss - rss for pid, rss in zip(pids, before, strict=True)]
+    assert max(grown) < 25e6, f"grown by {[g / 1e6 for g in grown]} MB over 1,500 units"

@@ -1,0 +1,195 @@
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import dask
+import pytest
+from distributed import Client
+
+from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow.cluster import connect
+from cityflow.flow.executor import readable_key, run_tasks
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.progress import Silent
+from cityflow.flow.store import Store
+from cityflow.flow.task import Limits, Record, Task
+from flow.toy_sources import Given, Town
+from flow.toy_stages import toy
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    # One death is enough for the scheduler to give up on a task: the tests need not wait for four.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), connect(None, 2) as client:
+        yield client
+
+
+@pytest.fixture
+def ledger(store: Store) -> Iterator[Ledger]:
+    with Ledger.open(store) as ledger:
+        yield ledger
+
+
+def statuses(ledger: Ledger) -> dict[str, Status]:
+    return {record.unit: record.status for record in ledger.records()}
+
+
+def test_tasks_run_as_they_become_ready(client: Client, store: Store, ledger: Ledger) -> None:
+    town = Town()
+    summary = run_tasks(town, client, store, ledger, max_in_flight=6)
+    assert Counter(town.told).most_common(1)[0][1] == 1
+    assert len(town.told) == town.size
+    assert summary.ran == {("surface", "done"): 4, ("reconstruct", "done"): 20, ("export", "done"): 1}
+    assert not summary.interrupted
+    record = ledger.latest("reconstruct", "003/0002")
+    assert record is not None
+    assert record.result == {"square": 11**2}
+    with Ledger.open(store) as again:
+        assert list(again.records()) == list(ledger.records())
+
+
+def test_running_again_does_nothing_and_tells_the_same(client: Client, store: Store, ledger: Ledger) -> None:
+    first, second = Town(), Town()
+    run_tasks(first, client, store, ledger)
+    before = store.find("")
+    summary = run_tasks(second, client, store, ledger)
+    assert summary.ran == {}
+    assert sum(summary.kept.values()) == first.size
+    assert sorted(second.told) == sorted(first.told)
+    assert second.digests == first.digests
+    assert store.find("") == before
+
+
+def test_a_changed_stage_runs_again_and_an_equal_result_stops_there(
+    client: Client, store: Store, ledger: Ledger
+) -> None:
+    run_tasks(Town(), client, store, ledger)
+    summary = run_tasks(Town(version=2), client, store, ledger)
+    assert summary.ran == {("reconstruct", "done"): 20}, "the export's inputs are contents, which did not change"
+    assert ledger.next_attempt("reconstruct", "000/0000") == 3
+
+
+def test_failed_units_run_again_only_when_asked(client: Client, store: Store, ledger: Ledger) -> None:
+    tasks = [toy("good"), toy("bad", "unusable"), toy("ugly", "refuse")]
+    run_tasks(Given(tasks), client, store, ledger)
+    assert statuses(ledger) == {"good": Status.DONE, "bad": Status.FAILED, "ugly": Status.REFUSED}
+    assert run_tasks(Given(tasks), client, store, ledger).ran == {}
+    summary = run_tasks(
+        Given(tasks), client, store, ledger, redo=lambda task, record: record.status is Status.FAILED
+    )  # fmt: skip
+    assert summary.ran == {("toy", "failed"): 1}
+    assert [record.attempt for record in ledger.attempts("toy", "bad")] == [1, 2]
+
+
+def test_tasks_are_pulled_lazily(client: Client, store: Store, ledger: Ledger) -> None:
+    source = Given(toy(f"{i:05d}", "nothing") for i in range(60))
+    ahead = []
+
+    class Watch(Silent):
+        def tick(self) -> None:
+            ahead.append(source.pulled - len(source.told))
+
+    run_tasks(source, client, store, ledger, max_in_flight=5, progress=Watch())
+    assert max(ahead) <= 5
+    assert len(source.told) == 60
+
+
+def test_poisonous_units_never_stop_the_others(client: Client, store: Store, ledger: Ledger) -> None:
+    poison = ["endless", "endless_in_c", "deaf", "bomb", "leave", "leave_politely", "segfault", "wrong"]
+    tasks = [toy(name, name, limits=Limits(1.5, 500, 0)) for name in poison]
+    tasks += [toy(f"{i:03d}", arguments={"number": i}) for i in range(30)]
+    summary = run_tasks(Given(tasks), client, store, ledger)
+    assert summary.ran == {("toy", "failed"): len(poison), ("toy", "done"): 30}
+    reasons = {unit: record.reason for unit in poison if (record := ledger.latest("toy", unit))}
+    assert reasons["endless"] == reasons["endless_in_c"] == reasons["deaf"] == "timeout: killed after 1.5 s"
+    assert reasons["bomb"].startswith("memory: killed at")
+    assert reasons["leave"] == "crashed: the process exited with code 3"
+    assert reasons["segfault"] == "crashed with signal SIGSEGV"
+    assert reasons["wrong"].startswith("ValueError: no plane")
+
+
+def test_a_unit_that_kills_its_worker_is_named_and_the_innocent_finish(
+    client: Client, store: Store, ledger: Ledger
+) -> None:
+    tasks = [toy(f"{i:03d}", arguments={"sleep_s": 0.02}) for i in range(20)]
+    tasks.insert(3, toy("killer", "kill_parent"))
+    source = Given(tasks)
+    run_tasks(source, client, store, ledger)
+    found = statuses(ledger)
+    assert found.pop("killer") is Status.FAILED
+    assert set(found.values()) == {Status.DONE}
+    assert len(found) == 20
+    record = ledger.latest("toy", "killer")
+    assert record is not None
+    assert record.reason == "the worker running it died 2 times"
+    assert len(source.told) == 21
+
+
+def test_a_stage_that_cannot_work_stops_the_run(client: Client, store: Store, ledger: Ledger) -> None:
+    source = Given(toy(f"{i:05d}", "wrong") for i in range(1000))
+    with pytest.raises(RunError, match="the first 20 units of stage toy all failed in the same way: ValueError"):
+        run_tasks(source, client, store, ledger)
+    assert source.pulled < 100
+    assert ledger.count_by_status("toy")[Status.FAILED] >= 20
+
+
+def test_bad_data_never_stops_the_run(client: Client, store: Store, ledger: Ledger) -> None:
+    tasks = [toy(f"{i:05d}", ("unusable", "refuse")[i % 2]) for i in range(40)]
+    assert sum(run_tasks(Given(tasks), client, store, ledger).ran.values()) == 40
+
+
+def test_one_good_unit_lets_the_stage_go_on(client: Client, store: Store, ledger: Ledger) -> None:
+    tasks = [toy("good"), *(toy(f"{i:05d}", "wrong") for i in range(40))]
+    assert sum(run_tasks(Given(tasks), client, store, ledger, max_in_flight=1).ran.values()) == 41
+
+
+def test_records_that_cannot_be_written_stop_the_run(client: Client, tmp_path: Path, store: Store) -> None:
+    with (
+        Ledger.open(Store.open(tmp_path / "elsewhere")) as ledger,
+        pytest.raises(RunError, match="cannot run or record"),
+    ):
+        run_tasks(Given([toy("u")]), client, Store.open("/proc/1/run"), ledger)
+
+
+def test_tasks_that_somebody_cancels_are_submitted_again(client: Client, store: Store, ledger: Ledger) -> None:
+    class Saboteur(Silent):
+        done = False
+
+        def tick(self) -> None:
+            if not self.done and client.futures:
+                Saboteur.done = True
+                with Client(client.scheduler.address, set_as_default=False) as other:
+                    other.sync(other.scheduler.cancel, keys=list(client.futures), client=client.id, force=True)
+
+    tasks = [toy(f"{i}", arguments={"sleep_s": 0.3}) for i in range(6)]
+    source = Given(tasks)
+    run_tasks(source, client, store, ledger, progress=Saboteur())
+    assert Saboteur.done
+    assert set(statuses(ledger).values()) == {Status.DONE}
+    assert len(source.told) == 6
+
+
+def test_an_error_of_the_source_leaves_nothing_in_flight(client: Client, store: Store, ledger: Ledger) -> None:
+    class Broken(Given):
+        def after(self, task: Task, record: Record) -> Iterator[Task]:
+            raise LookupError("a bug of ours")
+
+    with pytest.raises(LookupError):
+        run_tasks(Broken([toy(f"{i}", arguments={"sleep_s": 0.1}) for i in range(8)]), client, store, ledger)
+    assert run_tasks(Given([toy("next")]), client, store, ledger).ran == {("toy", "done"): 1}
+
+
+@pytest.mark.parametrize(
+    ("unit", "group"),
+    [("0503100000012345", "reconstruct"), ("NL.IMBAG.Pand.0503", "reconstruct"), ("tile-a-b", "reconstruct"),
+     ("merge", "reconstruct"), ("84_447", "reconstruct"), ("a/b", "reconstruct")],
+)  # fmt: skip
+def test_the_dashboard_groups_by_stage(unit: str, group: str) -> None:
+    from dask.utils import key_split
+
+    key = f"{readable_key(toy(unit, stage='reconstruct'))}-1a2b3c4d"
+    assert key_split(key) == group
+    assert unit in key

@@ -1,0 +1,210 @@
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cityflow.core.building import Status
+from cityflow.flow.index import cache_path
+from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.records import mark_path, record_path, write_mark, write_record
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record, Task
+from flow.test_records import a_record
+from flow.toy_stages import toy
+
+
+def record_for(task: Task, attempt: int = 1, **changes: object) -> Record:
+    values = {"stage": task.stage, "digest": task.digest, "outputs": {}, **changes}
+    return a_record(task.unit, attempt, **values)
+
+
+def test_states_follow_the_architecture(store: Store) -> None:
+    task = toy("u", inputs={"points": "1"})
+    with Ledger.open(store) as ledger:
+        assert ledger.state(task) is State.MISSING
+        store.write_bytes("work/out", b"")
+        ledger.add(record_for(task, outputs={"work/out": "0"}))
+        assert ledger.state(task) is State.DONE
+        assert ledger.state(toy("u", inputs={"points": "2"})) is State.STALE
+        assert ledger.state(toy("u", inputs={"points": "1"}, version=2)) is State.STALE
+        assert ledger.state(toy("u", inputs={"points": "1"}, parameters={"a": 1})) is State.STALE
+        assert ledger.state(toy("u", inputs={"points": "1"}, arguments={"a": 1})) is State.DONE
+        store.remove("work/out")
+        assert ledger.state(task) is State.LOST
+
+
+def test_the_newest_attempt_counts(store: Store) -> None:
+    old, new = toy("u", version=1), toy("u", version=2)
+    with Ledger.open(store) as ledger:
+        ledger.add(record_for(new, 2))
+        ledger.add(record_for(old, 1))
+        assert ledger.state(old) is State.STALE
+        assert ledger.state(new) is State.DONE
+        assert ledger.next_attempt("toy", "u") == 3
+        assert [r.attempt for r in ledger.attempts("toy", "u")] == [1, 2]
+        assert ledger.next_attempt("toy", "other") == 1
+        assert ledger.latest("toy", "other") is None
+
+
+@pytest.mark.parametrize("status", [Status.FAILED, Status.REFUSED, Status.DEGRADED])
+def test_a_failed_unit_is_settled_until_somebody_asks(store: Store, status: Status) -> None:
+    with Ledger.open(store) as ledger:
+        ledger.add(record_for(toy("u"), status=status, reason="r"))
+        assert ledger.state(toy("u")) is State.DONE
+
+
+def test_an_attempt_that_died_in_place_spoils_the_one_before(store: Store) -> None:
+    task = toy("u", in_place=True)
+    write_mark(store, "toy", "u", 1)
+    write_record(store, record_for(task, 1))
+    with Ledger.open(store) as ledger:
+        assert ledger.state(task) is State.DONE
+    write_mark(store, "toy", "u", 2)
+    with Ledger.open(store) as ledger:
+        assert ledger.state(task) is State.SPOILED
+        assert ledger.next_attempt("toy", "u") == 3
+        ledger.add(record_for(task, 3))
+        assert ledger.state(task) is State.DONE
+
+
+def test_records_of_a_worker_whose_driver_died_are_found(store: Store) -> None:
+    with Ledger.open(store) as ledger:
+        ledger.add(record_for(toy("a")))
+        write_record(store, record_for(toy("a")))
+    write_record(store, record_for(toy("b"), status=Status.FAILED))
+    with Ledger.open(store) as ledger:
+        assert ledger.state(toy("b")) is State.DONE
+        assert [r.unit for r in ledger.records("toy")] == ["a", "b"]
+        assert ledger.units("toy", Status.FAILED) == ["b"]
+        assert ledger.refresh() == 0
+
+
+def test_records_that_are_gone_do_not_exist(store: Store) -> None:
+    for unit in ("a", "b"):
+        write_record(store, record_for(toy(unit)))
+    Ledger.open(store).close()
+    store.remove("records/toy/a")
+    with Ledger.open(store) as ledger:
+        assert ledger.state(toy("a")) is State.MISSING
+        assert ledger.state(toy("b")) is State.DONE
+    store.remove("records")
+    with Ledger.open(store) as ledger:
+        assert list(ledger.records()) == []
+
+
+def test_half_a_record_does_not_exist(store: Store) -> None:
+    store.write_bytes(record_path("toy", "u", 1), b'{"stage": "toy", "un')
+    store.write_bytes("records/toy/u/notes.txt", b"what is this")
+    with Ledger.open(store) as ledger:
+        assert ledger.state(toy("u")) is State.MISSING
+        ledger.add(record_for(toy("u"), 1))
+        assert ledger.state(toy("u")) is State.DONE
+
+
+@pytest.mark.parametrize("harm", ["missing", "garbage", "empty", "cut", "other version"])
+def test_the_index_is_made_anew(store: Store, harm: str) -> None:
+    for i in range(300):
+        write_record(store, record_for(toy(f"u{i}"), result={"text": "x" * 500 + str(i)}))
+    Ledger.open(store).close()
+    path = Path(store.root) / "ledger.sqlite"
+    assert path.exists()
+    if harm == "missing":
+        path.unlink()
+    elif harm == "garbage":
+        path.write_bytes(os.urandom(20_000))
+    elif harm == "empty":
+        path.write_bytes(b"")
+    elif harm == "cut":
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    else:
+        with sqlite3.connect(path) as database:
+            database.execute("PRAGMA user_version = 99")
+    with Ledger.open(store) as ledger:
+        assert len(list(ledger.records("toy"))) == 300
+        assert ledger.state(toy("u7")) is State.DONE
+
+
+def test_counts_and_means(store: Store) -> None:
+    with Ledger.open(store) as ledger:
+        assert ledger.mean_seconds("toy") is None
+        for i, status in enumerate([Status.DONE, Status.DONE, Status.DEGRADED, Status.FAILED]):
+            ledger.add(record_for(toy(f"u{i}"), status=status, seconds=float(i), peak_mb=100.0 * i))
+        ledger.add(record_for(toy("u3"), 2, status=Status.DONE, seconds=5.0, peak_mb=50))
+        assert ledger.count_by_status("toy") == {
+            Status.DONE: 3, Status.DEGRADED: 1, Status.FAILED: 0, Status.REFUSED: 0,
+        }  # fmt: skip
+        assert ledger.mean_seconds("toy") == 2.0
+        assert ledger.peak_mb("toy") == 200.0
+        assert ledger.stages() == ["toy"]
+
+
+def test_strange_ids_are_found_by_their_own_name(store: Store) -> None:
+    units = ["a/b", "a:b", "é", "..", "x" * 400, "%41", "A"]
+    for unit in units:
+        write_record(store, record_for(toy(unit)))
+    with Ledger.open(store) as ledger:
+        assert all(ledger.state(toy(unit)) is State.DONE for unit in units)
+        assert ledger.units("toy") == sorted(units)
+
+
+def test_a_remote_run_is_indexed_in_the_cache_folder(
+    s3_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    store = Store.open(f"{s3_url}/run")
+    store.write_bytes("work/toy/out", b"")
+    task = toy("u", in_place=True)
+    write_record(store, record_for(task, outputs={"work/toy/out": "0"}))
+    with Ledger.open(store) as ledger:
+        assert ledger.state(task) is State.DONE
+        store.write_bytes("work/toy/later", b"")
+        ledger.add(record_for(toy("v"), outputs={"work/toy/later": "0"}))
+        assert ledger.state(toy("v")) is State.DONE
+        ledger.add(record_for(toy("w"), outputs={"work/toy/never": "0", "work/other/x": "0"}))
+    assert cache_path(store.root).is_relative_to(tmp_path)
+    assert cache_path(store.root).exists()
+    assert not store.exists("ledger.sqlite")
+    store.write_bytes(mark_path("toy", "u", 2), b"")
+    store.remove("work/toy/later")
+    write_record(store, record_for(toy("v"), outputs={"work/toy/later": "0"}))
+    with Ledger.open(store) as ledger:
+        assert ledger.state(task) is State.SPOILED
+        assert ledger.state(toy("v")) is State.LOST
+
+
+def test_a_reader_may_look_while_a_run_writes(store: Store) -> None:
+    with Ledger.open(store) as writer:
+        write_record(store, record_for(toy("a")))
+        writer.add(record_for(toy("a")))
+        writer.commit()
+        with Ledger.open(store) as reader:
+            assert reader.state(toy("a")) is State.DONE
+        write_record(store, record_for(toy("b")))
+        writer.add(record_for(toy("b")))
+        assert writer.state(toy("b")) is State.DONE
+
+
+def test_a_killed_driver_leaves_a_sound_index(store: Store) -> None:
+    script = """
+import os, signal, sys
+from flow.test_ledger import record_for
+from flow.toy_stages import toy
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.records import write_record
+from cityflow.flow.store import Store
+store = Store.open(sys.argv[1])
+ledger = Ledger.open(store)
+for i in range(333):
+    write_record(store, record_for(toy(f"u{i}")))
+    ledger.add(record_for(toy(f"u{i}")))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    assert subprocess.run([sys.executable, "-c", script, store.root], env=environment).returncode == -9
+    with Ledger.open(store) as ledger:
+        assert ledger.count_by_status("toy")[Status.DONE] == 333
