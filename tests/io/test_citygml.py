@@ -36,7 +36,7 @@ class _Shipped(etree.Resolver):
         address = system_url.split("://", 1)[-1]
         if not address.startswith(("schemas.opengis.net", "docs.oasis-open.org", "www.w3.org")):
             return None
-        return self.resolve_filename(str(_schema_folder() / address), context)
+        return self.resolve_filename(str(_schema_folder() / address), context)  # type: ignore[attr-defined]
 
 
 def _schema_folder() -> Path:
@@ -46,7 +46,7 @@ def _schema_folder() -> Path:
 @pytest.fixture(scope="module")
 def schema() -> etree.XMLSchema:
     parser = etree.XMLParser(no_network=True)
-    parser.resolvers.add(_Shipped())  # type: ignore[attr-defined]
+    parser.resolvers.add(_Shipped())
     base = "http://schemas.opengis.net/citygml"
     imports = "".join(
         f'<xs:import namespace="http://www.opengis.net/citygml/{n}/2.0" schemaLocation="{base}/{n}/2.0/{f}.xsd"/>'
