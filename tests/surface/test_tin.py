@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 import shapely
@@ -76,13 +78,13 @@ def test_walls_are_edges_of_the_terrain(seed: int) -> None:
     found = edges(tin)
     for house in houses:
         ring = [tuple(p) for p in np.round(shapely.get_coordinates(house.exterior), 4).tolist()]
-        for p, q in zip(ring[:-1], ring[1:], strict=True):
+        for p, q in itertools.pairwise(ring):
             assert abs(tin.vertices[at[p], 2] - hills(*map(np.asarray, p))) < 0.01
             chain = sorted(
                 i for (x, y), i in at.items() if shapely.LineString([p, q]).distance(shapely.Point(x, y)) < 2e-4
             )
             chain.sort(key=lambda i: np.hypot(*(tin.vertices[i, :2] - p)))
-            assert all((min(i, k), max(i, k)) in found for i, k in zip(chain[:-1], chain[1:], strict=True))
+            assert all((min(i, k), max(i, k)) in found for i, k in itertools.pairwise(chain))
 
 
 def test_neighbouring_tiles_meet_without_a_crack() -> None:

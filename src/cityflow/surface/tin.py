@@ -7,6 +7,7 @@ the vertices: the neighbouring tile, which sees the same profile, chooses the sa
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -113,7 +114,7 @@ def _border(height: _Heights, bounds: Bounds, crossings: FloatArray, parameters:
     x_min, y_min, x_max, y_max = bounds
     corners = [(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max), (x_min, y_min)]
     sides = []
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in itertools.pairwise(corners):
         # Both tiles beside an edge must walk it in the same direction to choose the same vertices.
         side = _simplified(height, min(a, b), max(a, b), parameters)[:, :2]
         axis = 0 if a[1] == b[1] else 1
