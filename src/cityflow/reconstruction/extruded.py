@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 from shapely import Polygon
 
-from cityflow.core.building import Candidate, Evidence, Polyhedron, RoofPlane, Status
+from cityflow.core.building import Candidate, Evidence, Lod, Polyhedron, RoofPlane, Status
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.assemble import MIN_HEIGHT, assemble
 from cityflow.reconstruction.partition_values import single_cell
@@ -29,7 +29,8 @@ def reconstruct(evidence: Evidence, parameters: ExtrudedParameters) -> Candidate
     x0, y0 = evidence.outline.bounds[:2]
     plane = RoofPlane(0.0, 0.0, top, (x0, y0), len(z), float(np.sqrt(np.mean((z - top) ** 2))))
     solid = extrude(evidence.outline, evidence.ground_height, top)
-    return Candidate("extruded", solid, (plane,), Status.DEGRADED, "one block with a level top")
+    blocks = {Lod.LOD12: solid, Lod.LOD13: solid}
+    return Candidate("extruded", solid, (plane,), blocks, Status.DEGRADED, "one block with a level top")
 
 
 def extrude(outline: Polygon, floor: float, top: float) -> Polyhedron:
