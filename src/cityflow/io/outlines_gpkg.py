@@ -1,0 +1,142 @@
+"""``outlines.gpkg``: outlines, units and status as layers of a GeoPackage, with every attribute in a typed column."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyogrio
+import pyogrio.raw
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from cityflow.core.building import Building, Outline, Scalar, Status
+from cityflow.core.reference import Reference
+from cityflow.io.attributes import described, scalars
+from cityflow.io.reference import horizontal_crs
+
+_RESERVED = ("fid", "geom")
+_NO_TIME = "2000-01-01T00:00:00.000Z"
+"""GeoPackage wants a time of last change; the products have none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One layer: a geometry (or None) and a row for each feature; rows need not have the same keys."""
+
+    name: str
+    geometries: Sequence[BaseGeometry | None]
+    rows: Sequence[Mapping[str, Scalar]]
+
+
+def outline_layer(outlines: Iterable[Outline]) -> Layer:
+    """Outlines as they were used, with what was repaired."""
+    found = list(outlines)
+    rows = [{"id": o.id, "remark": o.remark, **_without(scalars(o.attributes), "id", "remark")} for o in found]
+    return Layer("outlines", [o.polygon for o in found], rows)
+
+
+def unit_layer(buildings: Iterable[Building]) -> Layer:
+    """Footprints with all attributes, source's and measured ones."""
+    found = list(buildings)
+    rows = [{"id": b.id, **_without(described(b), "id")} for b in found]
+    return Layer("units", [None if b.footprint.is_empty else b.footprint for b in found], rows)
+
+
+def status_layer(units: Iterable[tuple[str, BaseGeometry | None, Status, str]]) -> Layer:
+    """Id, place, status and reason of every unit, also of those that left no building."""
+    found = list(units)
+    rows = [{"id": identifier, "status": status.value, "reason": reason} for identifier, _, status, reason in found]
+    return Layer("status", [place for _, place, _, _ in found], rows)
+
+
+def write_geopackage(layers: Iterable[Layer], reference: Reference) -> bytes:
+    """The file's contents: the same bytes for the same layers."""
+    with tempfile.TemporaryDirectory(prefix="cityflow-") as folder, _without_time():
+        path = Path(folder) / "layers.gpkg"
+        for number, layer in enumerate(layers):
+            _write(path, layer, reference, append=number > 0)
+        return path.read_bytes()
+
+
+def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None:
+    columns = _columns(layer.rows)
+    crs = horizontal_crs(reference)
+    geometries = np.array(layer.geometries, dtype=object)
+    pyogrio.raw.write(
+        str(path),
+        geometry=shapely.to_wkb(geometries) if len(geometries) else np.array([], dtype=object),
+        field_data=[data for _, data, _ in columns],
+        field_mask=[mask for _, _, mask in columns],
+        fields=[name for name, _, _ in columns],
+        layer=layer.name,
+        driver="GPKG",
+        geometry_type=_geometry_type(layer.geometries),
+        crs=None if crs is None else crs.to_wkt(),
+        append=append,
+        layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
+    )
+
+
+def _geometry_type(geometries: Sequence[BaseGeometry | None]) -> str:
+    kinds = sorted({g.geom_type for g in geometries if g is not None})
+    return kinds[0] if len(kinds) == 1 else "Polygon" if not kinds else "Unknown"
+
+
+def _columns(rows: Sequence[Mapping[str, Scalar]]) -> list[tuple[str, NDArray[Any], NDArray[np.bool_]]]:
+    """Name, values and mask of nulls of each column, in the order in which rows first have them."""
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    return [
+        (name, *_typed([row.get(key) for row in rows])) for name, key in zip(_column_names(keys), keys, strict=True)
+    ]
+
+
+def _typed(values: Sequence[Scalar]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """One type for all that is known: bool, integer, float, else text."""
+    mask = np.array([value is None for value in values])
+    kinds = {type(value) for value in values if value is not None}
+    if kinds and kinds <= {bool}:
+        return np.array([bool(value) for value in values]), mask
+    if kinds and kinds <= {int} and all(abs(v) < 2**63 for v in values if isinstance(v, int)):
+        return np.array([0 if value is None else value for value in values], np.int64), mask
+    if kinds and kinds <= {int, float}:
+        return np.array([np.nan if value is None else value for value in values], np.float64), mask
+    return np.array([None if value is None else _as_text(value) for value in values], object), mask
+
+
+def _as_text(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _column_names(keys: Sequence[str]) -> list[str]:
+    """Names that SQLite tells apart: it does not look at case, and `fid` and `geom` are the format's own."""
+    taken = set(_RESERVED)
+    names = []
+    for key in keys:
+        name, number = key or "_", 2
+        while name.lower() in taken:
+            name, number = f"{key}_{number}", number + 1
+        taken.add(name.lower())
+        names.append(name)
+    return names
+
+
+def _without(row: Mapping[str, Scalar], *own: str) -> dict[str, Scalar]:
+    """A source's attribute that bears one of our names goes under ``source_…``."""
+    return {f"source_{key}" if key in own else key: value for key, value in row.items()}
+
+
+@contextmanager
+def _without_time() -> Iterator[None]:
+    before = pyogrio.get_gdal_config_option("OGR_CURRENT_DATE")
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": _NO_TIME})
+    try:
+        yield
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": before})
