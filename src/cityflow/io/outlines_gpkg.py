@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,6 +21,9 @@ from cityflow.core.building import Building, Outline, Scalar, Status
 from cityflow.core.reference import Reference
 from cityflow.io.attributes import described, scalars
 from cityflow.io.reference import horizontal_crs
+
+_Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
+"""Name, values, mask of nulls."""
 
 _RESERVED = ("fid", "geom")
 _NO_TIME = "2000-01-01T00:00:00.000Z"
@@ -68,17 +72,23 @@ def write_geopackage(layers: Iterable[Layer], reference: Reference) -> bytes:
 def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None:
     columns = _columns(layer.rows)
     crs = horizontal_crs(reference)
-    geometries = np.array(layer.geometries, dtype=object)
+    with warnings.catch_warnings():
+        # a local frame has no CRS, on purpose
+        warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
+        _write_features(path, layer, columns, None if crs is None else crs.to_wkt(), append)
+
+
+def _write_features(path: Path, layer: Layer, columns: Sequence[_Column], crs_wkt: str | None, append: bool) -> None:
     pyogrio.raw.write(
         str(path),
-        geometry=shapely.to_wkb(geometries) if len(geometries) else np.array([], dtype=object),
+        geometry=shapely.to_wkb(np.array(layer.geometries, dtype=object)),
         field_data=[data for _, data, _ in columns],
         field_mask=[mask for _, _, mask in columns],
         fields=[name for name, _, _ in columns],
         layer=layer.name,
         driver="GPKG",
         geometry_type=_geometry_type(layer.geometries),
-        crs=None if crs is None else crs.to_wkt(),
+        crs=crs_wkt,
         append=append,
         layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
     )
@@ -89,8 +99,8 @@ def _geometry_type(geometries: Sequence[BaseGeometry | None]) -> str:
     return kinds[0] if len(kinds) == 1 else "Polygon" if not kinds else "Unknown"
 
 
-def _columns(rows: Sequence[Mapping[str, Scalar]]) -> list[tuple[str, NDArray[Any], NDArray[np.bool_]]]:
-    """Name, values and mask of nulls of each column, in the order in which rows first have them."""
+def _columns(rows: Sequence[Mapping[str, Scalar]]) -> list[_Column]:
+    """The columns, in the order in which rows first have them."""
     keys = list(dict.fromkeys(key for row in rows for key in row))
     return [
         (name, *_typed([row.get(key) for row in rows])) for name, key in zip(_column_names(keys), keys, strict=True)
@@ -101,11 +111,12 @@ def _typed(values: Sequence[Scalar]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """One type for all that is known: bool, integer, float, else text."""
     mask = np.array([value is None for value in values])
     kinds = {type(value) for value in values if value is not None}
-    if kinds and kinds <= {bool}:
+    if kinds == {bool}:
         return np.array([bool(value) for value in values]), mask
-    if kinds and kinds <= {int} and all(abs(v) < 2**63 for v in values if isinstance(v, int)):
+    fits = all(abs(value) < 2**63 for value in values if isinstance(value, int))
+    if kinds == {int} and fits:
         return np.array([0 if value is None else value for value in values], np.int64), mask
-    if kinds and kinds <= {int, float}:
+    if kinds and kinds <= {int, float} and fits:
         return np.array([np.nan if value is None else value for value in values], np.float64), mask
     return np.array([None if value is None else _as_text(value) for value in values], object), mask
 
