@@ -1,0 +1,177 @@
+"""The products of a run as a static STAC catalog: what, where, in which CRS, of which date, under which licence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+import pystac
+import shapely
+from pyproj import CRS
+
+from cityflow.core.grid import Bounds
+from cityflow.core.reference import Reference
+from cityflow.io.attributes import ncname
+from cityflow.io.reference import crs_of, horizontal_transform, vertical_datum
+
+ROOT = "catalog.json"
+ITEMS = "items"
+PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
+FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"
+MEDIA_TYPES: Mapping[str, str] = {
+    ".tif": "image/tiff; application=geotiff; profile=cloud-optimized",
+    ".vrt": "application/xml",
+    ".gml": "application/gml+xml",
+    ".city.jsonl": "application/city+json-seq",
+    ".city.json": "application/city+json",
+    ".gpkg": "application/geopackage+sqlite3",
+    ".obj": "model/obj",
+    ".mtl": "model/mtl",
+    ".json": "application/json",
+    ".html": "text/html",
+    ".zarr": "application/vnd.zarr; version=3",
+}
+UNKNOWN_DATE = (datetime(1900, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
+"""STAC wants some time: the range of a survey that says none."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProductFile:
+    """One file: its path relative to the products' folder, and what it is."""
+
+    path: str
+    title: str
+    role: str = "data"
+    sha256: str = ""
+    size: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ProductItem:
+    """The files of one place: a ground tile, or the whole city. Keys of `files` name contents (``dsm``, ``obj``)."""
+
+    id: str
+    bounds: Bounds
+    files: Mapping[str, ProductFile]
+    properties: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where the products come from, and on which terms.
+
+    Attributes
+    ----------
+    licence : SPDX identifier, or ``other``
+    attribution : what whoever uses the products has to say
+    date : of the survey, ``YYYY-MM-DD`` or ISO 8601; two of them with ``/`` between for a range; empty where unknown
+    """
+
+    title: str
+    description: str = "City model, surface and outlines"
+    licence: str = "other"
+    attribution: str = ""
+    date: str = ""
+
+
+def products_catalog(items: Iterable[ProductItem], source: Source, reference: Reference) -> dict[str, bytes]:
+    """The files of the catalog by path: ``catalog.json`` and one ``items/….json`` for each item."""
+    written = {f"{ITEMS}/{ncname('p', item.id)}.json": _item(item, source, reference) for item in items}
+    catalog = pystac.Catalog("products", source.description, title=source.title or None)
+    catalog.catalog_type = pystac.CatalogType.SELF_CONTAINED
+    root = catalog.to_dict(include_self_link=False)
+    root["links"] = [_link("root", f"./{ROOT}")]
+    root["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in written]
+    return {ROOT: _json(root), **{path: _json(item) for path, item in written.items()}}
+
+
+def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, Any]:
+    moment, start, end = _dates(source.date)
+    polygon, box = _on_the_globe(reference, item.bounds)
+    stac = pystac.Item(
+        ncname("p", item.id),
+        geometry=polygon,
+        bbox=box,
+        datetime=moment,
+        start_datetime=start,
+        end_datetime=end,
+        properties={**_said(source, reference, item.bounds), "title": item.id, **item.properties},
+        stac_extensions=[FILE, PROJECTION],
+    )
+    for key, product in item.files.items():
+        stac.add_asset(key, _asset(product))
+    written: dict[str, Any] = stac.to_dict(include_self_link=False, transform_hrefs=False)
+    written["links"] = [_link("root", f"../{ROOT}"), _link("parent", f"../{ROOT}")]
+    return written
+
+
+def _said(source: Source, reference: Reference, bounds: Bounds) -> dict[str, Any]:
+    crs = crs_of(reference)
+    said: dict[str, Any] = {
+        "license": source.licence,
+        "proj:code": _epsg(reference),
+        "proj:bbox": [float(v) for v in bounds],
+        "vertical_datum": vertical_datum(reference),
+    }
+    if crs is not None:
+        said["proj:wkt2"] = crs.to_wkt()
+    if source.attribution:
+        said |= {"attribution": source.attribution, "providers": [{"name": source.attribution, "roles": ["producer"]}]}
+    return said
+
+
+def _epsg(reference: Reference) -> str | None:
+    """The code, of a compound CRS without one the horizontal part's; None for a local frame."""
+    return None if reference.is_local else reference.code.partition("+")[0]
+
+
+def _asset(product: ProductFile) -> pystac.Asset:
+    extra: dict[str, Any] = {}
+    if product.sha256:
+        # a multihash: SHA-256 is 0x12, its length 0x20
+        extra["file:checksum"] = f"1220{product.sha256}"
+    if product.size is not None:
+        extra["file:size"] = product.size
+    endings = [ending for ending in MEDIA_TYPES if product.path.endswith(ending)]
+    media_type = MEDIA_TYPES[max(endings, key=len)] if endings else None
+    return pystac.Asset(f"../{product.path}", product.title, None, media_type, [product.role], extra)
+
+
+def _dates(text: str) -> tuple[datetime | None, datetime | None, datetime | None]:
+    """Moment, or start and end."""
+    if not text:
+        return None, *UNKNOWN_DATE
+    start, _, end = text.partition("/")
+    if not end:
+        return _moment(start), None, None
+    return None, _moment(start), _moment(end)
+
+
+def _moment(text: str) -> datetime:
+    moment = datetime.fromisoformat(text.strip())
+    return moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+
+
+def _on_the_globe(reference: Reference, bounds: Bounds) -> tuple[dict[str, Any] | None, list[float] | None]:
+    """The rectangle as a polygon in longitude and latitude, and its box; None for a local frame."""
+    if reference.is_local:
+        return None, None
+    # edges of a projected rectangle are curves in degrees
+    rectangle = shapely.segmentize(shapely.box(*bounds), max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 8)
+    x, y = shapely.get_coordinates(shapely.orient_polygons(rectangle)).T
+    lon, lat = horizontal_transform(reference, CRS.from_epsg(4326)).transform(x, y)
+    ring = np.round(np.column_stack([lon, lat]), 7).tolist()
+    box = [min(p[0] for p in ring), min(p[1] for p in ring), max(p[0] for p in ring), max(p[1] for p in ring)]
+    return {"type": "Polygon", "coordinates": [ring]}, box
+
+
+def _link(relation: str, target: str) -> dict[str, str]:
+    return {"rel": relation, "href": target, "type": "application/json"}
+
+
+def _json(value: Mapping[str, Any]) -> bytes:
+    return (json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
