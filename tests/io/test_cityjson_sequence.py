@@ -13,7 +13,14 @@ import pytest
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
 from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import document, extent_of, header_line, join, terrain_feature_line
+from cityflow.io.cityjson_sequence import (
+    document,
+    extent_of,
+    extent_of_headers,
+    header_line,
+    join,
+    terrain_feature_line,
+)
 
 SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 SURVEY = Transform(84000, 447000, 0)
@@ -73,6 +80,15 @@ def test_cjio_reads_and_cleans_the_document(
     assert city.remove_orphan_vertices() == 0
     extent = city.get_bbox()
     assert extent == pytest.approx(_bounds_of_vertices(lines[:-1]), abs=1e-4)
+
+
+def test_the_extent_of_the_whole_is_that_of_its_headers(
+    buildings: list[Building], terrain: Terrain, local: Reference
+) -> None:
+    headers = [header_line(local, extent_of([b])) for b in buildings]
+    headers.append(header_line(local, extent_of([], [terrain[0]])))
+    assert extent_of_headers(headers) == extent_of(buildings, [terrain[0]])
+    assert extent_of_headers(headers[3:4]) is None
 
 
 def test_joining_moves_features_to_the_common_transform(buildings: list[Building], local: Reference) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -63,16 +64,23 @@ def crs_url(reference: Reference) -> str:
     return f"https://www.opengis.net/def/crs/EPSG/0/{reference.code.removeprefix('EPSG:').partition('+')[0]}"
 
 
-def extent_of(buildings: Iterable[Building]) -> Bounds3 | None:
-    """Bounds of all vertices and footprints; None where there are none."""
+def extent_of(buildings: Iterable[Building], more: Iterable[FloatArray] = ()) -> Bounds3 | None:
+    """Bounds of all vertices and footprints, and of `more` points, (N, 3) each; None where there are none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for building in buildings:
-        for points in _points_of(building):
+    for points in chain(chain.from_iterable(map(_points_of, buildings)), more):
+        if len(points):
             low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
     if not np.isfinite(low).all():
         return None
     x_min, y_min, z_min, x_max, y_max, z_max = (float(v) for v in (*low, *high))
     return x_min, y_min, z_min, x_max, y_max, z_max
+
+
+def extent_of_headers(headers: Iterable[bytes]) -> Bounds3 | None:
+    """Bounds of all files whose headers say theirs; None where none does."""
+    said = [json.loads(header)["metadata"].get("geographicalExtent") for header in headers]
+    boxes = np.array([box for box in said if box is not None])
+    return extent_of((), [boxes[:, :3], boxes[:, 3:]]) if len(boxes) else None
 
 
 def join(files: Iterable[Iterable[bytes]], header: bytes) -> Iterator[bytes]:
