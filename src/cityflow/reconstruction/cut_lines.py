@@ -151,7 +151,8 @@ def main_directions(outline: Polygon, lines: list[CutLine], tolerance_deg: float
         for candidate in (angle, (angle + math.pi / 2) % math.pi):
             if all(_angle_between(candidate, other) > limit for other in chosen):
                 chosen.append(candidate)
-    return chosen
+    # A round outline has no directions of its own: its roof is parted along any of a dozen.
+    return chosen or [math.pi * k / 12 for k in range(12)]
 
 
 def _angle_between(a: float, b: float) -> float:

@@ -245,9 +245,11 @@ def _without_idle(
             ends.setdefault(b, set()).add(a)
     idle: set[int] = set()
     for vertex in sorted(set(ends) - old):
-        if len(ends[vertex]) == 2 and _is_straight(vertex, *sorted(ends[vertex]), xyz):
+        if len(ends[vertex]) != 2:
+            continue
+        a, b = sorted(ends[vertex])
+        if _is_straight(vertex, a, b, xyz):
             idle.add(vertex)
-            a, b = sorted(ends[vertex])
             ends[a] = (ends[a] - {vertex}) | {b}
             ends[b] = (ends[b] - {vertex}) | {a}
     return [[v for v in ring if v not in idle] for ring in rings], [v for v in border if v not in idle]
