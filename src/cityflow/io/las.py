@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import date
@@ -280,6 +280,51 @@ def read_points_of(data: bytes, name: str = "points") -> PointCloud:
     with _opened(io.BytesIO(data), name) as reader:
         records = reader.read_points(-1)
         return _cloud(records, *usable_points(records))
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What some of a file's points say.
+
+    Attributes
+    ----------
+    points : number of points looked at
+    classes : ASPRS class → how many of these
+    returns : largest number of returns
+    dropped : how many a reader leaves out
+    """
+
+    points: int
+    classes: Mapping[int, int]
+    returns: int
+    dropped: Dropped
+
+
+SAMPLE_PARTS, SAMPLE_PART_POINTS = 24, 50_000
+
+
+def sample(path: str | Path) -> Sample:
+    """Look at all points of a small file, or at evenly spaced parts of a large one. Raises as `stream_records`."""
+    name, points, returns, dropped = str(path), 0, 1, Dropped()
+    histogram = np.zeros(256, np.int64)
+    with open_binary(name) as file, _opened(file, name) as reader:
+        for start, length in _parts(int(reader.header.point_count)):
+            reader.seek(start)
+            records = reader.read_points(length)
+            points += len(records)
+            histogram += np.bincount(np.asarray(records.classification, np.uint8), minlength=256)
+            returns = max(returns, int(np.max(records.number_of_returns, initial=1)))
+            dropped += usable_points(records)[1]
+    classes = {int(c): int(histogram[c]) for c in np.flatnonzero(histogram)}
+    return Sample(points, classes, returns, dropped)
+
+
+def _parts(points: int) -> list[tuple[int, int]]:
+    if points <= SAMPLE_PARTS * SAMPLE_PART_POINTS:
+        return [(0, points)]
+    step = points // SAMPLE_PARTS
+    # A LAZ file is decompressed by chunks of 50,000 points; parts that begin with one cost one chunk each.
+    return [(k * step // SAMPLE_PART_POINTS * SAMPLE_PART_POINTS, SAMPLE_PART_POINTS) for k in range(SAMPLE_PARTS)]
 
 
 def read_pieces(paths: Iterable[str | Path], bounds: Bounds | None = None) -> PointCloud:
