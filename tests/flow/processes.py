@@ -1,5 +1,6 @@
 """Scheduler, workers and drivers as separate processes of the operating system."""
 
+# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import os
@@ -38,7 +39,7 @@ class Cluster:
         self.scheduler = self._spawn("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
         for _ in range(workers):
             self.add_worker()
-        with Client(self.address, timeout=30) as client:
+        with Client(self.address, timeout=30, set_as_default=False) as client:
             if workers:
                 client.wait_for_workers(workers, timeout=30)
 

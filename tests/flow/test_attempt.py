@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from unittest.mock import Mock
 
 import pytest
 
@@ -53,13 +54,12 @@ def test_without_retries_there_is_one_try(store: Store, function: str, tries: in
 def test_what_would_end_the_same_way_is_not_tried_again(
     store: Store, function: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    runs = []
     sandbox = thread_sandbox()
-    run = sandbox.run
-    monkeypatch.setattr(sandbox, "run", lambda *args: runs.append(1) or run(*args))
+    run = Mock(wraps=sandbox.run)
+    monkeypatch.setattr(sandbox, "run", run)
     record = run_attempt(store, toy("u", function, limits=Limits(0.3, 2000, 3)), 1)
     assert record.status is (Status.REFUSED if function == "refuse" else Status.FAILED)
-    assert len(runs) == 1
+    assert run.call_count == 1
     assert is_unexpected(record) == (function == "wrong")
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import dask
 import pytest
@@ -154,15 +155,14 @@ def test_records_that_cannot_be_written_stop_the_run(client: Client, tmp_path: P
         run_tasks(Given([toy("u")]), client, Store.open("/proc/1/run"), ledger)
 
 
-def test_tasks_that_somebody_cancels_are_submitted_again(client: Client, store: Store, ledger: Ledger) -> None:
+def test_tasks_that_somebody_cancels_are_submitted_again(client: Any, store: Store, ledger: Ledger) -> None:
     class Saboteur(Silent):
         done = False
 
         def tick(self) -> None:
             if not self.done and client.futures:
                 Saboteur.done = True
-                with Client(client.scheduler.address, set_as_default=False) as other:
-                    other.sync(other.scheduler.cancel, keys=list(client.futures), client=client.id, force=True)
+                client.sync(client.scheduler.cancel, keys=list(client.futures), client=client.id, force=True)
 
     tasks = [toy(f"{i}", arguments={"sleep_s": 0.3}) for i in range(6)]
     source = Given(tasks)

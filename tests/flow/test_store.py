@@ -87,7 +87,7 @@ def test_zarr_and_xarray_take_the_store(any_store: Store) -> None:
     assert any_store.exists("surface.zarr/dsm/c/1/3")
     again = zarr.open_array(any_store.zarr_store("surface.zarr/dsm"), mode="r")
     np.testing.assert_array_equal(again[5:, 10:], values[5:, 10:])
-    xr.Dataset({"dtm": (("y", "x"), values)}).to_zarr(any_store.zarr_store("x.zarr"), zarr_format=3)  # type: ignore[call-overload]
+    xr.Dataset({"dtm": (("y", "x"), values)}).to_zarr(any_store.zarr_store("x.zarr"), zarr_format=3)
     with xr.open_zarr(any_store.zarr_store("x.zarr")) as dataset:
         np.testing.assert_array_equal(dataset.dtm.values, values)
 

@@ -38,6 +38,8 @@ CONFIG: dict[str, Any] = {
 def connect(scheduler: str | None, workers: int, *, connect_s: float = CONNECT_S) -> Iterator[Client]:
     """A client, closed at the end of the block; a local cluster ends with it.
 
+    It is not made Dask's default: a stage's or reader's own arrays never go to the cluster behind their back.
+
     Parameters
     ----------
     scheduler : address (``tcp://host:8786``), or None for a cluster of `workers` local processes
@@ -69,7 +71,7 @@ def _local(workers: int) -> Iterator[Client]:
         silence_logs=logging.CRITICAL,
         preload=["cityflow.flow.worker_setup"],
     )
-    client = Client(cluster)
+    client = Client(cluster, set_as_default=False)
     try:
         yield client
     finally:
@@ -81,7 +83,7 @@ def _local(workers: int) -> Iterator[Client]:
 def _remote(address: str, connect_s: float) -> Iterator[Client]:
     remedy = "check the address and that the scheduler runs (dask scheduler); leave --scheduler out to run locally"
     try:
-        client = Client(address, timeout=connect_s)
+        client = Client(address, timeout=connect_s, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise RunError("no scheduler answers", where=address, remedy=remedy) from error
     try:

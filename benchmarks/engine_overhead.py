@@ -1,0 +1,158 @@
+# mypy: disable-error-code="no-untyped-call"
+"""What the engine costs: time per unit that does nothing, against Dask alone; and the ledger at 100,000 records.
+
+Run it on an idle machine: ``python benchmarks/engine_overhead.py [UNITS] [RECORDS]``. Both kinds of tasks go through
+the same cluster of two local workers in the same run, with as many in flight, so their ratio is what counts.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import psutil
+from distributed import as_completed
+
+from cityflow.core.building import Status
+from cityflow.flow.cluster import connect
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.records import write_record
+from cityflow.flow.sandbox import Renewal, Sandbox
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.workspace import Workspace
+
+IN_FLIGHT = 64
+
+
+def nothing(workspace: Workspace, task: Task) -> Outcome:  # noqa: ARG001
+    return Outcome()
+
+
+def plain(number: int) -> int:
+    return number
+
+
+class Units:
+    def __init__(self, prefix: str, count: int) -> None:
+        self._prefix, self._count = prefix, count
+
+    def initial(self) -> Iterator[Task]:
+        for i in range(self._count):
+            yield unit(f"{self._prefix}{i:07d}")
+
+    def after(self, task: Task, record: Record) -> tuple[Task, ...]:  # noqa: ARG002
+        return ()
+
+
+def unit(name: str) -> Task:
+    parameters = {f"parameter_{k}": k * 0.5 for k in range(20)}
+    return Task("nothing", name, "engine_overhead:nothing", 1, parameters, {"points": "0" * 64})
+
+
+@contextmanager
+def timed(label: str, count: int) -> Iterator[None]:
+    start, cpu = time.perf_counter(), _cpu_s()
+    yield
+    seconds, cpu = time.perf_counter() - start, _cpu_s() - cpu
+    each_ms, cpu_ms = seconds / count * 1e3, cpu / count * 1e3
+    print(f"{label:<52} {seconds:8.2f} s {each_ms:9.3f} ms each, CPU {cpu_ms:7.3f} ms", flush=True)
+
+
+def _cpu_s() -> float:
+    """Processor time of this process and all below it."""
+    processes = [psutil.Process(), *psutil.Process().children(recursive=True)]
+    return sum(sum(p.cpu_times()[:4]) for p in processes)
+
+
+def bounded(client: Any, count: int) -> None:
+    """No-ops with Dask alone, as many in flight as the engine has."""
+    completed = as_completed([client.submit(plain, i, pure=False) for i in range(IN_FLIGHT)], with_results=True)
+    submitted = IN_FLIGHT
+    for _ in completed:
+        if submitted < count:
+            completed.add(client.submit(plain, submitted, pure=False))
+            submitted += 1
+
+
+def engine(units: int) -> None:
+    with tempfile.TemporaryDirectory() as folder, connect(None, 2) as client:
+        store = Store.open(folder)
+        with Ledger.open(store) as ledger:
+            run_tasks(Units("warm", 50), client, store, ledger)
+            bounded(client, 50)
+            with timed(f"engine: {units} units, 2 workers", units):
+                run_tasks(Units("u", units), client, store, ledger, max_in_flight=IN_FLIGHT)
+            with timed("Dask alone: submit, as_completed", units):
+                bounded(client, units)
+            with timed("engine: the same units again (nothing to do)", units):
+                run_tasks(Units("u", units), client, store, ledger)
+        workers = [psutil.Process(pid).memory_info().rss / 1e6 for pid in client.run(os.getpid).values()]
+        print(f"resident: driver with scheduler {rss_mb():.0f} MB, workers {[round(w) for w in workers]} MB")
+
+
+def sandbox(units: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        store, box = Store.open(folder), Sandbox(Renewal(tasks=10**9))
+        with timed("sandbox: start of a child", 1):
+            box.run(store, unit("first"))
+        with timed("sandbox: a unit, there and back", units):
+            for i in range(units):
+                box.run(store, unit(f"{i}"))
+        box.close()
+
+
+def ledger(records: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store.open(folder)
+        with timed(f"records: write {records}", records):
+            for i in range(records):
+                write_record(store, _record(f"{i:07d}"))
+        with timed("ledger: made anew from the records", records):
+            Ledger.open(store).close()
+        with timed("ledger: opened again, up to date", records):
+            opened = Ledger.open(store)
+        with opened:
+            with timed("ledger: state of each task", records):
+                assert all(opened.state(unit(f"{i:07d}")) == "done" for i in range(records))
+            with timed("ledger: counts by status and mean", 1):
+                assert opened.count_by_status("nothing")[Status.DONE] == records
+                opened.mean_seconds("nothing")
+            with timed("ledger: walk over all newest records", records):
+                assert sum(1 for _ in opened.records("nothing")) == records
+            with timed("ledger: add a record of a second attempt", records):
+                for i in range(records):
+                    opened.add(_record(f"{i:07d}", 2))
+        print(f"ledger.sqlite {os.path.getsize(f'{folder}/ledger.sqlite') / 1e6:.0f} MB, peak {peak_mb():.0f} MB")
+
+
+def _record(name: str, attempt: int = 1) -> Record:
+    task = unit(name)
+    return Record(
+        task.stage, task.unit, attempt, task.digest, 1, Status.DONE, "", {}, {"planes": 4}, task.parameters, task.inputs
+    )  # fmt: skip
+
+
+def rss_mb() -> float:
+    return float(psutil.Process().memory_info().rss / 1e6)
+
+
+def peak_mb() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+
+
+def main(units: int = 2000, records: int = 100_000) -> None:
+    sandbox(units)
+    engine(units)
+    ledger(records)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
