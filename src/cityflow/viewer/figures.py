@@ -1,0 +1,131 @@
+"""Figures of a run: what report.json holds, and what the page is drawn from."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.building import Status
+from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
+
+MOST_UNITS_IN_A_COMMAND = 20
+"""A longer command would not be typed or pasted; the one for all failed units takes its place."""
+
+UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
+
+
+def report_figures(data: ReportData) -> dict[str, Any]:
+    """Everything that report.json says; units are sorted by id, and what is not finite becomes None."""
+    units = sorted(data.units, key=lambda u: u.id)
+    figures = {
+        "title": data.title,
+        "workflow": data.workflow,
+        "reference": {"crs": data.crs, "vertical_datum": data.vertical_datum},
+        "summary": summary(units),
+        "stages": [asdict(s) for s in data.stages],
+        "problems": problem_groups(data),
+        "units": [_unit(u) for u in units],
+        "products": [asdict(p) for p in data.products],
+        "sources": [asdict(s) for s in data.sources],
+        "versions": dict(sorted(data.versions.items())),
+        "parameters": data.parameters,
+        "overrides": {unit: dict(values) for unit, values in sorted(data.overrides.items())},
+    }
+    cleaned: dict[str, Any] = finite(figures)
+    return cleaned
+
+
+def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
+    """Counts by status, level of detail and method; medians over the units that have the figure."""
+    seconds = [u.seconds for u in units]
+    return {
+        "units": len(units),
+        **{s.value: sum(u.status is s for u in units) for s in Status},
+        "by_lod": _counts(u.lod for u in units if u.lod),
+        "by_method": _counts(u.method for u in units if u.method),
+        "planes": sum(u.planes for u in units),
+        "nmad_median": quantile(measured(units, "nmad"), 0.5),
+        "nmad_95": quantile(measured(units, "nmad"), 0.95),
+        "rmse_median": quantile(measured(units, "rmse"), 0.5),
+        "bias_median": quantile(measured(units, "bias"), 0.5),
+        "share_explained_median": quantile(measured(units, "share_explained"), 0.5),
+        "seconds_total": math.fsum(seconds),
+        "seconds_median": quantile(seconds, 0.5),
+        "seconds_max": max(seconds, default=None),
+        "peak_mb": max((u.peak_mb for u in units), default=None),
+    }
+
+
+def measured(units: Iterable[UnitRow], name: str) -> list[float]:
+    """Finite values of a measure."""
+    values = (getattr(u, name) for u in units)
+    return [float(v) for v in values if v is not None and math.isfinite(v)]
+
+
+def quantile(values: Sequence[float], share: float) -> float | None:
+    return float(np.quantile(values, share)) if values else None
+
+
+def problem_groups(data: ReportData) -> list[dict[str, Any]]:
+    """What did not end as asked, by stage, status and kind of reason, the most frequent first.
+
+    Reasons that differ in figures only are one kind; the first one by id stands for it.
+    """
+    rows = [ProblemRow(data.unit_stage, u.id, u.status, u.reason) for u in data.units if u.status is not Status.DONE]
+    groups: dict[tuple[str, Status, str], list[ProblemRow]] = {}
+    for row in sorted((*rows, *data.problems), key=lambda p: (p.stage, p.unit)):
+        groups.setdefault((row.stage, row.status, re.sub(r"\d+([.,]\d+)?", "#", row.reason)), []).append(row)
+    severity = [Status.FAILED, Status.REFUSED, Status.DEGRADED, Status.DONE]
+    order = sorted(groups.items(), key=lambda g: (severity.index(g[0][1]), -len(g[1]), g[0][0], g[0][2]))
+    return [_group(rows, data) for _, rows in order]
+
+
+def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:
+    first = rows[0]
+    return {
+        "stage": first.stage,
+        "status": first.status.value,
+        "reason": first.reason or "no reason given",
+        "count": len(rows),
+        "units": [r.unit for r in rows],
+        "command": rerun_command(first.stage, [r.unit for r in rows], data.unit_stage, first.status),
+        "explain": f"cityflow explain RUN {shlex.quote(first.unit)}",
+    }
+
+
+def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Status) -> str:
+    """The command that runs these units, and what depends on them, again."""
+    if len(units) > MOST_UNITS_IN_A_COMMAND:
+        return "cityflow rerun RUN --degraded" if status is Status.DEGRADED else "cityflow rerun RUN --failed"
+    chosen = " ".join(f"--unit {shlex.quote(u)}" for u in units)
+    return f"cityflow rerun RUN {'' if stage == unit_stage else f'--stage {shlex.quote(stage)} '}{chosen}"
+
+
+def _counts(values: Iterable[str]) -> dict[str, int]:
+    return dict(sorted(Counter(values).items()))
+
+
+def _unit(unit: UnitRow) -> dict[str, Any]:
+    names = ("id", "tile", "reason", "method", "lod", "planes", *UNIT_MEASURES, "seconds", "peak_mb")
+    row = {name: getattr(unit, name) for name in names}
+    return {**row, "status": unit.status.value, "attributes": dict(unit.attributes)}
+
+
+def finite(value: Any) -> Any:
+    """The same JSON value with None for numbers that JSON cannot say."""
+    if isinstance(value, dict):
+        return {str(k): finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(v) for v in value]
+    if isinstance(value, np.generic):
+        return finite(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,176 @@
+"""report.json and report.html of a run: one page that opens anywhere, without a network."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from cityflow.core.building import Status
+from cityflow.viewer.figures import finite, measured, report_figures
+from cityflow.viewer.histogram import Histogram, histogram
+from cityflow.viewer.rows import ReportData, UnitRow
+from cityflow.viewer.unit_map import draw_map
+
+LISTED = 10
+"""Units in the lists of the worst and of the slowest."""
+
+STATUS_TEXTS = {
+    Status.DONE: ("Done", "modelled as asked"),
+    Status.DEGRADED: ("Simplified", "a simpler model than asked for"),
+    Status.FAILED: ("Failed", "no model of its own"),
+    Status.REFUSED: ("Refused", "the input cannot be a building"),
+}
+
+ADVICE = {
+    Status.FAILED: "Read the reason, change a parameter if it names one (--set key=value), run them again:",
+    Status.REFUSED: "Mend these outlines in the source and run the workflow again, or leave them out. To try again as they are:",
+    Status.DEGRADED: "Usable as they are. To try again, for instance with other parameters (--set key=value):",
+}
+
+
+def write_report(data: ReportData) -> tuple[bytes, bytes]:
+    """Bytes of report.json and of report.html; the same data give the same bytes."""
+    figures = report_figures(data)
+    text = json.dumps(figures, ensure_ascii=False, indent=1, allow_nan=False)
+    return (text + "\n").encode(), _page(data, figures).encode()
+
+
+def _page(data: ReportData, figures: dict[str, Any]) -> str:
+    units = sorted(data.units, key=lambda u: u.id)
+    unit_map = draw_map(units)
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            data=data,
+            figures=figures,
+            summary=figures["summary"],
+            verdict=verdict(figures["summary"]),
+            status_texts={s.value: texts for s, texts in STATUS_TEXTS.items()},
+            advice={s.value: text for s, text in ADVICE.items()},
+            unit_map=unit_map,
+            units=units,
+            histograms=_histograms(units),
+            worst=_highest(units, "nmad"),
+            slowest=_highest(units, "seconds"),
+            payload=Markup(_script_json(_payload(units, data))),  # noqa: S704
+            style=_text("report.css"),
+            script=_text("report.js"),
+        )
+    )
+
+
+def verdict(summary: dict[str, Any]) -> str:
+    """The outcome in one sentence."""
+    total, done = summary["units"], summary["done"]
+    if total == 0:
+        return "No building has been worked on yet."
+    if done == total:
+        return (
+            f"All {total:,} buildings are modelled as asked." if total > 1 else "The one building is modelled as asked."
+        )
+    parts = [f"{done:,} of {total:,} buildings {'is' if done == 1 else 'are'} modelled as asked"]
+    for status, text in (("degraded", "simpler than asked"), ("failed", "failed"), ("refused", "refused")):
+        if summary[status]:
+            parts.append(f"{summary[status]:,} {text}")
+    return ", ".join(parts) + "."
+
+
+def _highest(units: Sequence[UnitRow], name: str) -> list[tuple[int, UnitRow]]:
+    """Positions and units with the highest values, the highest first."""
+    known = [(i, u) for i, u in enumerate(units) if measured([u], name)]
+    return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:LISTED]
+
+
+def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
+    nmad = [100 * v for v in measured(units, "nmad")]
+    planes = [float(u.planes) for u in units if u.planes > 0]
+    return [
+        histogram("Distance of points from their roof", "NMAD of a building (cm)", nmad),
+        histogram("How detailed the roofs are", "roof planes of a building", planes, whole=True),
+        histogram("Time per building", "seconds", measured(units, "seconds")),
+    ]
+
+
+PAYLOAD_FIELDS = (
+    "id", "tile", "status", "reason", "method", "lod", "planes", "nmad", "rmse", "bias", "le95", "share_explained",
+    "seconds", "peak_mb",
+)  # fmt: skip
+
+
+def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
+    """What the page's script needs: rows without repeated keys, figures to four digits."""
+    rows = [[_short(getattr(u, name)) for name in PAYLOAD_FIELDS] for u in units]
+    keys = sorted({key for u in units for key in u.attributes})
+    extra = [[_short(u.attributes.get(key)) for key in keys] for u in units] if keys else []
+    overrides = {u.id: data.overrides[u.id] for u in units if u.id in data.overrides}
+    payload = {"fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": overrides}
+    cleaned: dict[str, Any] = finite(payload)
+    return cleaned
+
+
+def _short(value: Any) -> Any:
+    return float(f"{value:.4g}") if isinstance(value, float) and abs(value) < 1e4 else value
+
+
+def _script_json(value: Any) -> str:
+    """JSON that can stand inside a script element: nothing in it can end the element or begin a comment."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
+
+
+def _text(name: str) -> Markup:
+    return Markup((files("cityflow.viewer") / "templates" / name).read_text("utf-8"))  # noqa: S704
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("cityflow.viewer", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(cm=_cm, share=_share, seconds=_seconds, tree=_tree)
+    return environment
+
+
+def _cm(metres: float | None) -> str:
+    return "–" if metres is None or metres != metres else f"{100 * metres:.1f} cm"
+
+
+def _share(value: float | None) -> str:
+    return "–" if value is None or value != value else f"{100 * value:.1f} %"
+
+
+def _seconds(value: float | None) -> str:
+    """Time as a person says it.
+
+    >>> [_seconds(v) for v in (0.0123, 4.56, 75.0, 5400.0)]
+    ['12 ms', '4.6 s', '1 min 15 s', '1 h 30 min']
+    """
+    if value is None or value != value:
+        return "–"
+    if value < 1:
+        return f"{1000 * value:.0f} ms"
+    if value < 60:
+        return f"{value:.1f} s"
+    if value < 3600:
+        return f"{int(value // 60)} min {int(value % 60)} s"
+    return f"{int(value // 3600)} h {int(value % 3600 // 60)} min"
+
+
+def _tree(value: Any, prefix: str = "") -> list[tuple[str, str]]:
+    """Nested parameters as dotted keys with their values."""
+    if isinstance(value, dict) and value:
+        return [row for k, v in value.items() for row in _tree(v, f"{prefix}.{k}" if prefix else str(k))]
+    return [(prefix, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False))]

@@ -1,0 +1,116 @@
+"""What a report is made of: plain values, one row per building, stage and problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Scalar, Status
+
+
+@dataclass(frozen=True, slots=True)
+class UnitRow:
+    """One building.
+
+    Attributes
+    ----------
+    id, tile : names;  status, reason : how it ended
+    method : the method whose model was chosen;  lod : highest level of detail reached, as ``2.2``
+    planes : roof planes
+    nmad, rmse, bias, le95 : metres, of points to roof; None where not measured
+    share_explained : 0 to 1, of the roof points near a roof plane
+    seconds, peak_mb : time and memory of the task
+    rings : exterior, then holes, (n, 2) world metres
+    attributes : more to show when the building is chosen
+    """
+
+    id: str
+    tile: str
+    status: Status
+    reason: str = ""
+    method: str = ""
+    lod: str = ""
+    planes: int = 0
+    nmad: float | None = None
+    rmse: float | None = None
+    bias: float | None = None
+    le95: float | None = None
+    share_explained: float | None = None
+    seconds: float = 0.0
+    peak_mb: float = 0.0
+    rings: tuple[FloatArray, ...] = ()
+    attributes: Mapping[str, Scalar] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class StageRow:
+    """One stage: tasks by status, their time (s) and the greatest memory of one (MB)."""
+
+    stage: str
+    units: int
+    done: int
+    degraded: int
+    failed: int
+    refused: int
+    seconds_total: float
+    seconds_median: float
+    seconds_max: float
+    peak_mb: float
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemRow:
+    """A task, not of a building, that did not end as asked."""
+
+    stage: str
+    unit: str
+    status: Status
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """A file or folder of the run: path relative to the report, and what it holds."""
+
+    path: str
+    title: str
+    description: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A data source: its name, licence and who must be named."""
+
+    title: str
+    licence: str
+    attribution: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReportData:
+    """All that the report shows.
+
+    Attributes
+    ----------
+    title : of the survey;  workflow : name of the workflow
+    crs, vertical_datum : as a person reads them
+    versions : library → version;  parameters : stage → parameters as used, nested
+    unit_stage : the stage whose tasks the units are
+    overrides : unit → parameters that were set for it alone
+    """
+
+    title: str
+    workflow: str
+    crs: str
+    vertical_datum: str
+    units: tuple[UnitRow, ...] = ()
+    stages: tuple[StageRow, ...] = ()
+    problems: tuple[ProblemRow, ...] = ()
+    products: tuple[Product, ...] = ()
+    sources: tuple[Source, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    overrides: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    unit_stage: str = "reconstruct"

@@ -1,0 +1,113 @@
+"""The map of units: outlines as SVG paths in decimetres, and the class of each unit in every colour scale."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Status
+from cityflow.viewer.figures import quantile
+from cityflow.viewer.rows import UnitRow
+
+UNITS_PER_METRE = 10
+STATUS_ORDER = (Status.DONE, Status.DEGRADED, Status.REFUSED, Status.FAILED)
+"""Drawn in this order, so that what needs attention lies on top."""
+
+NMAD_BREAKS_M = (0.02, 0.04, 0.06, 0.10, 0.20)
+PLANE_BREAKS = (2.0, 3.0, 5.0, 9.0, 17.0)
+STEPS = [m * 10.0**e for e in range(-3, 5) for m in (1, 2, 5)]
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A colour scale: key and title, text of each class, and how the text begins for classes without a value."""
+
+    key: str
+    title: str
+    breaks: tuple[float, ...]
+    labels: tuple[str, ...]
+
+    def index(self, value: float | None) -> str:
+        """Number of the class of a value; ``x`` where there is none."""
+        return "x" if value is None or value != value else str(bisect_right(self.breaks, value))
+
+
+@dataclass(frozen=True, slots=True)
+class UnitShape:
+    """One unit on the map: position in the list of units, SVG path, CSS classes, centre."""
+
+    row: int
+    path: str
+    classes: str
+    centre: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class UnitMap:
+    """Shapes in drawing order, the size of the drawing in its own units, and the colour scales."""
+
+    shapes: tuple[UnitShape, ...]
+    width: int
+    height: int
+    scales: tuple[Scale, ...]
+
+
+def draw_map(units: Sequence[UnitRow]) -> UnitMap:
+    """The map of units, in the order given; units without outline are left out."""
+    drawn = [(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)]
+    scales = colour_scales(units)
+    if not drawn:
+        return UnitMap((), 0, 0, scales)
+    corners = np.concatenate([np.asarray(r, np.float64)[:, :2] for _, u in drawn for r in u.rings if len(r)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    margin = max(0.02 * float((high - low).max()), 2.0)
+    origin = np.array([low[0] - margin, high[1] + margin])
+    drawn.sort(key=lambda entry: (STATUS_ORDER.index(entry[1].status), entry[0]))
+    shapes = tuple(_shape(i, u, origin, scales) for i, u in drawn)
+    width, height = ((high - low + 2 * margin) * UNITS_PER_METRE).round().astype(int)
+    return UnitMap(shapes, int(width), int(height), scales)
+
+
+def colour_scales(units: Sequence[UnitRow]) -> tuple[Scale, ...]:
+    """Scales with fixed classes, so that maps of different runs can be compared; time follows its median."""
+    median = quantile([u.seconds for u in units], 0.5) or 0.05
+    start = max(bisect_right(STEPS, median * 1.0001) - 1, 0)
+    seconds = tuple(STEPS[start : start + 5])
+    return (
+        Scale("nmad", "NMAD", NMAD_BREAKS_M, _labels([f"{100 * b:g}" for b in NMAD_BREAKS_M], "cm")),
+        Scale("planes", "Roof planes", PLANE_BREAKS, ("1", "2", "3–4", "5–8", "9–16", "17 or more")),
+        Scale("seconds", "Time", seconds, _labels([f"{b:g}" for b in seconds], "s")),
+    )
+
+
+def _labels(breaks: Sequence[str], unit: str) -> tuple[str, ...]:
+    inner = [f"{a}–{b} {unit}" for a, b in zip(breaks, breaks[1:], strict=False)]
+    return (f"below {breaks[0]} {unit}", *inner, f"{breaks[-1]} {unit} or more")
+
+
+def _shape(row: int, unit: UnitRow, origin: FloatArray, scales: tuple[Scale, ...]) -> UnitShape:
+    planes = float(unit.planes) if unit.planes > 0 else None
+    values = {"nmad": unit.nmad, "planes": planes, "seconds": unit.seconds}
+    classes = " ".join(f"{s.key[0]}{s.index(values[s.key])}" for s in scales)
+    rings = [_to_drawing(np.asarray(r, np.float64)[:, :2], origin) for r in unit.rings if len(r)]
+    middle = (rings[0].min(axis=0) + rings[0].max(axis=0)) // 2
+    centre = int(middle[0]), int(middle[1])
+    return UnitShape(row, "".join(_path(r) for r in rings), f"{unit.status.value} {classes}", centre)
+
+
+def _to_drawing(ring: FloatArray, origin: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    flipped = (ring - origin) * np.array([UNITS_PER_METRE, -UNITS_PER_METRE])
+    whole: np.ndarray[tuple[int, int], np.dtype[np.int64]] = np.rint(flipped).astype(np.int64)
+    return whole
+
+
+def _path(ring: np.ndarray[tuple[int, int], np.dtype[np.int64]]) -> str:
+    """Absolute first point, then steps: half the size of absolute coordinates."""
+    steps = np.diff(ring, axis=0)
+    steps = steps[np.any(steps != 0, axis=1)]
+    inner = "".join(f"{x} {y}" if i == 0 else f" {x} {y}" for i, (x, y) in enumerate(steps.tolist()))
+    return f"M{ring[0, 0]} {ring[0, 1]}l{inner or '0 0'}z"
