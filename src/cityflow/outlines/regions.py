@@ -1,0 +1,186 @@
+"""Building regions in the surface: high, not vegetation, not water or bridge, smooth, large enough (Gross 2005 §2.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from pydantic import Field
+from scipy import ndimage
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
+
+
+class RegionParameters(Parameters):
+    """What is high and smooth enough, and wide and large enough, to be a building."""
+
+    minimum_height_m: float = Field(2.0, ge=0.5, le=20, description="lowest roof above terrain, m")
+    opening_m: float = Field(1.5, ge=0, le=10, description="parts narrower than this are dropped, m")
+    closing_m: float = Field(0.5, ge=0, le=10, description="gaps in a region narrower than this are closed, m")
+    minimum_area_m2: float = Field(10.0, gt=0, le=1000, description="smaller regions are dropped, m²")
+    minimum_courtyard_m2: float = Field(9.0, ge=0, le=1000, description="smaller holes in a region are filled, m²")
+    rough_m: float = Field(
+        0.35, gt=0, le=5, description="median height difference to the cells around above which a cell is foliage, m"
+    )
+    rough_share: float = Field(0.5, gt=0, le=1, description="a region with a larger share of rough cells is foliage")
+
+
+@dataclass(frozen=True, slots=True)
+class RegionSurface:
+    """The surface of one tile with its halo.
+
+    Attributes
+    ----------
+    grid : Grid
+    ndsm : (rows, cols) float32, metres above terrain, NaN where unknown
+    klass : (rows, cols) uint8, ASPRS classes; vegetation, water and bridge are taken as said
+    holes : (rows, cols) bool, no measurement near
+    core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
+    """
+
+    grid: Grid
+    ndsm: Float32Array
+    klass: ByteArray
+    holes: BoolArray
+    core: Bounds | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """One connected part of the building mask.
+
+    Attributes
+    ----------
+    grid : of the mask, the region's bounding box and a margin of one cell
+    mask : (rows, cols) bool
+    """
+
+    grid: Grid
+    mask: BoolArray
+
+    @property
+    def area_m2(self) -> float:
+        return float(self.mask.sum()) * self.grid.cell**2
+
+    def polygon(self) -> Polygon:
+        """The cells' union."""
+        return cells_polygon(self.mask, self.grid)
+
+
+def building_regions(surface: RegionSurface, parameters: RegionParameters) -> list[Region]:
+    """Connected building regions that meet the tile's core, from the north-west in reading order."""
+    mask = building_mask(surface, parameters)
+    labels, count = ndimage.label(mask)
+    wanted = _labels_of_core(labels, count, surface)
+    found = []
+    for label, part in enumerate(ndimage.find_objects(labels), 1):
+        if wanted[label]:
+            found.append(_region(labels[part] == label, part, surface.grid))
+    return [region for region in found if region.area_m2 >= parameters.minimum_area_m2]
+
+
+def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolArray:
+    """(rows, cols) True on buildings."""
+    cell = surface.grid.cell
+    known = np.isfinite(surface.ndsm) & ~surface.holes
+    excluded = np.isin(surface.klass, (HIGH_VEGETATION, WATER, BRIDGE))
+    high = known & ~excluded & (np.nan_to_num(surface.ndsm) >= parameters.minimum_height_m)
+    closed = _closed(high, disc(parameters.closing_m / 2, cell)) & ~excluded
+    opened = _opened(closed, disc(parameters.opening_m / 2, cell))
+    smooth = _without_foliage(opened, surface.ndsm, parameters)
+    return _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
+
+
+def disc(radius_m: float, cell: float) -> BoolArray:
+    """Structuring element: cells whose centres lie within the radius of the middle one."""
+    n = int(np.floor(radius_m / cell + 1e-9))
+    y, x = np.mgrid[-n : n + 1, -n : n + 1]
+    return np.asarray(np.hypot(x, y) * cell <= radius_m + 1e-9)
+
+
+def _closed(mask: BoolArray, element: BoolArray) -> BoolArray:
+    margin = len(element)
+    return np.asarray(ndimage.binary_closing(np.pad(mask, margin), element)[margin:-margin, margin:-margin])
+
+
+def _opened(mask: BoolArray, element: BoolArray) -> BoolArray:
+    # Beyond the edge of the raster the region may go on: it must not be worn off there.
+    margin = len(element)
+    return np.asarray(ndimage.binary_opening(np.pad(mask, margin, "edge"), element)[margin:-margin, margin:-margin])
+
+
+def _without_foliage(mask: BoolArray, ndsm: Float32Array, parameters: RegionParameters) -> BoolArray:
+    """Regions that are mostly rough are trees that the classes did not tell."""
+    rough = roughness(ndsm) > parameters.rough_m
+    labels, count = ndimage.label(mask)
+    if not count:
+        return mask
+    share = ndimage.mean(rough, labels, np.arange(count + 1))
+    return np.asarray(mask & (share[labels] <= parameters.rough_share))
+
+
+def roughness(ndsm: Float32Array) -> Float32Array:
+    """(rows, cols) of the four second differences around each cell the second smallest, metres.
+
+    A ridge or an eave bends the surface across one direction, a step across two or three; foliage bends it in all.
+    """
+    padded = np.pad(np.nan_to_num(ndsm), 1, "edge")
+    rows, cols = ndsm.shape
+    middle = padded[1:-1, 1:-1]
+    bends = [
+        np.abs(padded[1 + i : 1 + i + rows, 1 + j : 1 + j + cols] + padded[1 - i : 1 - i + rows, 1 - j : 1 - j + cols]
+               - 2 * middle) / 2
+        for i, j in ((0, 1), (1, 0), (1, 1), (1, -1))
+    ]  # fmt: skip
+    return np.asarray(np.partition(np.stack(bends), 1, axis=0)[1], np.float32)
+
+
+def _filled(mask: BoolArray, minimum_cells: float) -> BoolArray:
+    labels, count = ndimage.label(~mask)
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)
+    small = sizes < minimum_cells
+    small[0] = False
+    edge = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    small[edge] = False
+    return np.asarray(mask | small[labels])
+
+
+def _labels_of_core(labels: IntArray, count: int, surface: RegionSurface) -> BoolArray:
+    wanted = np.zeros(count + 1, bool)
+    if surface.core is None:
+        wanted[:] = True
+        return wanted
+    x_min, y_min, x_max, y_max = surface.core
+    x, y = surface.grid.x_centres(), surface.grid.y_centres()
+    wanted[np.unique(labels[np.ix_((y > y_min) & (y < y_max), (x > x_min) & (x < x_max))])] = True
+    return wanted
+
+
+def _region(mask: BoolArray, part: tuple[slice, slice], grid: Grid) -> Region:
+    row, col = part[0].start - 1, part[1].start - 1
+    padded = np.pad(mask, 1)
+    own = Grid(grid.x_min + col * grid.cell, grid.y_max - row * grid.cell, grid.cell, *padded.shape)
+    return Region(own, padded)
+
+
+def cells_polygon(mask: BoolArray, grid: Grid) -> Polygon:
+    """Outline of the cells of a mask; of the largest part where only corners hold them together."""
+    step = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, start = np.nonzero(step == 1)
+    end = np.nonzero(step == -1)[1]
+    top = grid.y_max - row * grid.cell
+    boxes = shapely.box(grid.x_min + start * grid.cell, top - grid.cell, grid.x_min + end * grid.cell, top)
+    parts = shapely.get_parts(shapely.union_all(boxes, grid_size=grid.cell / 64))
+    largest: Polygon = max(parts, key=lambda p: (p.area, p.bounds))
+    return largest
+
+
+def crack_midpoints(ring: FloatArray, cell: float) -> FloatArray:
+    """(n, 2) middles of the cell sides along a ring of `cells_polygon`, in order."""
+    sides = shapely.get_coordinates(shapely.segmentize(shapely.LinearRing(ring), cell * 1.001))
+    return np.asarray((sides[1:] + sides[:-1]) / 2)
