@@ -1,0 +1,344 @@
+"""What is missing or contradictory in a catalog, before a run finds out."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Outline
+from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.core.points import GROUND
+from cityflow.errors import CatalogError
+from cityflow.io.las import Dropped, LasHeader, Sample, read_header, sample
+from cityflow.io.raster_header import read_raster_header
+from cityflow.io.reference import contradiction, suspicion, vertical_datum
+from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.vector import listing, read_outlines
+from cityflow.stages.catalog_findings import CheckReport, Finding, Level
+
+SPARSE_PER_M2 = 2.0
+"""Below this a roof plane of 10 m² has fewer than 20 points."""
+TALL_M = 1500.0
+"""No town has its lowest and highest point farther apart; heights in feet or blunders do."""
+OVERLAP_SHARE = 0.02
+CLASS_NAMES = {
+    0: "never classified", 1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation",
+    6: "building", 7: "low noise", 9: "water", 17: "bridge", 18: "high noise", 26: "civil structure",
+}  # fmt: skip
+MADE_AGAIN = "fetch the file again, or make the catalog again if the new file is meant"
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What reading the files brought to light."""
+
+    findings: list[Finding] = field(default_factory=list)
+    headers: dict[str, LasHeader] = field(default_factory=dict)
+    samples: dict[str, Sample] = field(default_factory=dict)
+    outlines: list[Outline] = field(default_factory=list)
+    outside: int = 0
+
+    def say(self, level: Level, where: str, problem: str, remedy: str = "") -> None:
+        self.findings.append(Finding(level, where, problem, remedy))
+
+    def fail(self, error: CatalogError, where: str) -> None:
+        self.say(Level.ERROR, error.where or where, error.problem, error.remedy)
+
+
+def check_catalog(catalog: str | Path | Catalog) -> CheckReport:
+    """Read every header, take every checksum, compare.
+
+    Raises
+    ------
+    CatalogError
+        Where there is no readable catalog at all.
+    """
+    known = catalog if isinstance(catalog, Catalog) else read_catalog(catalog)
+    seen = _Seen()
+    for asset in known.assets:
+        _check_file(asset, seen)
+    for lidar in known.lidar:
+        _check_lidar(lidar, known, seen)
+    _check_points(known, seen)
+    _check_neighbours(known, seen)
+    for raster in known.rasters.values():
+        _check_raster(raster, known, seen)
+    if known.outlines is not None:
+        _check_outlines(known.outlines, known, seen)
+    _check_whole(known, seen)
+    order = {level: i for i, level in enumerate(Level)}
+    findings = sorted(seen.findings, key=lambda f: order[f.level])
+    return CheckReport(known.title, tuple(findings), _summary(known, seen))
+
+
+def _check_file(asset: LidarAsset | OutlineAsset | RasterAsset, seen: _Seen) -> None:
+    """Is it there, and is it the file that the catalog was made from?"""
+    try:
+        checksum, size = sha256_of(asset.href)
+    except FileNotFoundError:
+        seen.say(Level.ERROR, asset.href, "the file is missing", "put it back, or make the catalog again without it")
+        return
+    except OSError as error:
+        seen.say(Level.ERROR, asset.href, f"the file cannot be read ({error})", "check its permissions or address")
+        return
+    if size < asset.size:
+        problem = f"the file is cut off or another: {size:,} bytes instead of {asset.size:,}"
+        seen.say(Level.ERROR, asset.href, problem, MADE_AGAIN)
+    elif checksum != asset.checksum:
+        seen.say(
+            Level.ERROR, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN
+        )
+
+
+def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: _Seen) -> None:
+    try:
+        header = read_header(asset.href)
+        seen.samples[asset.name] = sample(asset.href)
+    except CatalogError as error:
+        if not any(f.where == asset.href and f.level is Level.ERROR for f in seen.findings):
+            seen.fail(error, asset.href)
+        return
+    seen.headers[asset.name] = header
+    if header.points != asset.points:
+        problem = f"the header says {header.points:,} points, the catalog {asset.points:,}"
+        seen.say(Level.ERROR, asset.href, problem, MADE_AGAIN)
+    if not np.allclose(header.bounds, asset.bounds, rtol=0, atol=0.01):
+        seen.say(Level.ERROR, asset.href, "the header's extent is not that in the catalog", MADE_AGAIN)
+    against = contradiction(catalog.reference, header.crs) if header.crs is not None else ""
+    if against:
+        level = Level.WARNING if catalog.reference.is_local else Level.ERROR
+        seen.say(level, asset.href, against, "make the catalog again with the CRS of the file, or reproject the file")
+    _check_values(asset, header, catalog, seen)
+
+
+def _check_values(asset: LidarAsset, header: LasHeader, catalog: Catalog, seen: _Seen) -> None:
+    doubt = suspicion(catalog.reference, header.bounds)
+    if doubt:
+        seen.say(
+            Level.ERROR, asset.href, doubt, "assign the CRS in which the coordinates are metres, or reproject the file"
+        )
+    low, high = header.z_range
+    if high - low > TALL_M:
+        problem = f"heights from {low:,.0f} to {high:,.0f}: blunders, or not metres"
+        seen.say(Level.WARNING, asset.href, problem, "remove outliers, or convert the heights to metres")
+    dropped = seen.samples[asset.name].dropped
+    if dropped != Dropped():
+        problem = f"of {seen.samples[asset.name].points:,} points looked at, {dropped.withheld:,} are withheld and {dropped.absurd:,} impossibly high or low"
+        seen.say(Level.NOTE, asset.href, problem, "they are left out")
+    if header.density < SPARSE_PER_M2:
+        problem = f"{header.density:.2f} points per m² of its extent"
+        seen.say(
+            Level.WARNING, asset.href, problem, f"small roofs need {SPARSE_PER_M2:g} or more; expect simpler models"
+        )
+
+
+def _check_points(catalog: Catalog, seen: _Seen) -> None:
+    """Classes and returns concern the survey, not each file."""
+    classes, returns = _classes(seen), max((s.returns for s in seen.samples.values()), default=0)
+    if seen.samples and GROUND not in classes:
+        remedy = "nothing to do, but check the DTM"
+        seen.say(
+            Level.NOTE,
+            catalog.href,
+            "no point is classified as ground: the terrain is estimated from the points",
+            remedy,
+        )
+    mixed = [n for n, s in seen.samples.items() if GROUND not in s.classes] if GROUND in classes else []
+    if mixed:
+        remedy = "classify all files alike"
+        seen.say(Level.WARNING, listing(mixed), "no ground points, although other files have them", remedy)
+    if seen.samples and returns <= 1:
+        problem = "no pulse has more than one return: vegetation is told from buildings by roughness alone"
+        seen.say(Level.NOTE, catalog.href, problem)
+
+
+def _classes(seen: _Seen) -> Counter[int]:
+    total: Counter[int] = Counter()
+    for each in seen.samples.values():
+        total.update(each.classes)
+    return total
+
+
+def _check_neighbours(catalog: Catalog, seen: _Seen) -> None:
+    """The same file twice, and files over the same ground."""
+    by_checksum = defaultdict(list)
+    for asset in catalog.lidar:
+        by_checksum[asset.checksum].append(asset.name)
+    for names in by_checksum.values():
+        if len(names) > 1:
+            seen.say(Level.ERROR, " = ".join(names), "the same file is there more than once", "keep one of them")
+    for a, b, share in _overlaps(catalog):
+        if a.checksum != b.checksum:
+            problem = f"their extents overlap by {share:.0%} of the smaller"
+            remedy = "all points are used; if they are the same points, remove one file"
+            seen.say(Level.NOTE, f"{a.name}, {b.name}", problem, remedy)
+
+
+def _overlaps(catalog: Catalog) -> Iterator[tuple[LidarAsset, LidarAsset, float]]:
+    boxes = shapely.box(*np.array([a.bounds for a in catalog.lidar]).reshape(-1, 4).T)
+    tree = shapely.STRtree(boxes)
+    first, second = tree.query(boxes, predicate="intersects")
+    for i, j in sorted(zip(first.tolist(), second.tolist(), strict=True)):
+        if i < j:
+            smaller = min(boxes[i].area, boxes[j].area)
+            share = boxes[i].intersection(boxes[j]).area / smaller if smaller > 0 else 0.0
+            if share > OVERLAP_SHARE:
+                yield catalog.lidar[i], catalog.lidar[j], share
+
+
+def _check_raster(asset: RasterAsset, catalog: Catalog, seen: _Seen) -> None:
+    try:
+        header = read_raster_header(asset.href)
+    except CatalogError as error:
+        seen.fail(error, asset.href)
+        return
+    if header.crs is None:
+        seen.say(Level.NOTE, asset.href, f"carries no CRS; {catalog.reference.name} is assumed")
+    elif contradiction(catalog.reference, header.crs):
+        seen.say(Level.NOTE, asset.href, f"is in {header.crs.name} and is reprojected when it is read")
+    if catalog.lidar and not bounds_meet(asset.bounds, catalog.bounds):
+        seen.say(Level.ERROR, asset.href, f"the {asset.kind} does not meet the LiDAR survey", "check its CRS")
+    elif catalog.lidar and not _contains(asset.bounds, catalog.bounds):
+        seen.say(Level.WARNING, asset.href, f"the {asset.kind} covers the LiDAR survey in part only")
+
+
+def _contains(outer: Bounds, inner: Bounds) -> bool:
+    return outer[0] <= inner[0] and outer[1] <= inner[1] and outer[2] >= inner[2] and outer[3] >= inner[3]
+
+
+def _check_outlines(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
+    try:
+        outlines, notes = read_outlines(asset.href, asset.id_column, asset.id_format, catalog.reference, asset.layer)
+    except CatalogError as error:
+        if not any(f.where == asset.href and f.level is Level.ERROR for f in seen.findings):
+            seen.fail(error, asset.href)
+        return
+    seen.outlines = outlines
+    for note in notes:
+        seen.say(Level.NOTE, asset.href, note)
+    if asset.id_column is None:
+        remedy = "name a column with --id-column to keep the source's ids"
+        seen.say(Level.NOTE, asset.href, "no id column: ids come from the geometry", remedy)
+    _check_places(asset, catalog, seen)
+    _check_shapes(asset, seen)
+
+
+def _check_places(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
+    """Outlines that no LiDAR file's extent covers; those partly covered are told apart."""
+    extents = [a.bounds for a in catalog.lidar] or [r.bounds for r in catalog.rasters.values()]
+    survey = shapely.union_all([shapely.box(*bounds) for bounds in extents])
+    polygons = np.array([o.polygon for o in seen.outlines], object)
+    placed = ~shapely.is_empty(polygons)
+    shapely.prepare(survey)
+    meets = shapely.intersects(survey, polygons)
+    boxes = shapely.box(*shapely.bounds(polygons).T)
+    # Adjoining files leave gaps of a point spacing between their extents, which are no holes in the survey.
+    inside = shapely.covers(survey.buffer(1.0), boxes)
+    names = np.array([o.id or f"feature {i}" for i, o in enumerate(seen.outlines, 1)])
+    outside = names[placed & ~meets].tolist()
+    seen.outside = len(outside)
+    if placed.any() and len(outside) == int(placed.sum()):
+        seen.say(
+            Level.ERROR,
+            asset.href,
+            "all outlines stand outside the survey",
+            "check the CRS of the outlines and of the LiDAR files",
+        )
+    elif outside:
+        problem = f"{len(outside)} outlines stand outside the survey: {listing(outside)}"
+        seen.say(Level.WARNING, asset.href, problem, "they are refused in a run; add LiDAR files, or remove them")
+    partly = names[placed & meets & ~inside].tolist()
+    if partly:
+        problem = f"{len(partly)} outlines reach over the edge of the survey: {listing(partly)}"
+        seen.say(Level.WARNING, asset.href, problem, "their roofs will lack points")
+
+
+def _check_shapes(asset: OutlineAsset, seen: _Seen) -> None:
+    polygons = np.array([o.polygon for o in seen.outlines], object)
+    names = np.array([o.id or f"feature {i}" for i, o in enumerate(seen.outlines, 1)])
+    filled = ~shapely.is_empty(polygons)
+    finite = np.array([bool(np.isfinite(shapely.get_coordinates(p)).all()) for p in polygons])
+    invalid = filled & ~shapely.is_valid(polygons)
+    flat = filled & finite & (shapely.area(polygons) < 0.01)
+    repeated = _repeated(polygons, names, filled & finite)
+    for found, problem, remedy in (
+        (names[~finite].tolist(), "have coordinates that are no finite numbers", "they are refused in a run"),
+        (
+            names[invalid & finite].tolist(),
+            "cross themselves or are invalid otherwise",
+            "they are repaired where that is possible",
+        ),
+        (names[flat].tolist(), "have no area", "they are refused in a run"),
+        (repeated, "are the same polygon as another", "they are refused in a run"),
+    ):
+        if found:
+            seen.say(Level.WARNING, asset.href, f"{len(found)} outlines {problem}: {listing(found)}", remedy)
+
+
+def _repeated(polygons: np.ndarray, names: np.ndarray, usable: np.ndarray) -> list[str]:
+    known: set[bytes] = set()
+    twice = []
+    for i in np.flatnonzero(usable).tolist():
+        key = shapely.to_wkb(shapely.normalize(polygons[i]))
+        if key in known:
+            twice.append(str(names[i]))
+        known.add(key)
+    return twice
+
+
+def _check_whole(catalog: Catalog, seen: _Seen) -> None:
+    reference = catalog.reference
+    if reference.is_local:
+        seen.say(Level.NOTE, catalog.href, "a local frame: products carry no CRS")
+    elif reference.vertical_epsg is None:
+        remedy = "make the catalog again with a compound CRS, such as EPSG:7415"
+        seen.say(Level.WARNING, catalog.href, f"{reference.code} does not say what heights refer to", remedy)
+    if not catalog.lidar:
+        seen.say(Level.ERROR, catalog.href, "there is no LiDAR file", "make the catalog again with --lidar")
+    if catalog.licence in ("", "other") and not catalog.attribution:
+        seen.say(
+            Level.NOTE, catalog.href, "neither licence nor attribution is stated", "give --licence and --attribution"
+        )
+    undated = [a.name for a in catalog.lidar if not a.date]
+    if undated:
+        seen.say(Level.NOTE, listing(undated), "no date is known", "give the day of the survey with --date")
+
+
+def _summary(catalog: Catalog, seen: _Seen) -> dict[str, str]:
+    x_min, y_min, x_max, y_max = catalog.bounds
+    points = sum(h.points for h in seen.headers.values())
+    area = sum((h.bounds[2] - h.bounds[0]) * (h.bounds[3] - h.bounds[1]) for h in seen.headers.values())
+    rows = {
+        "CRS": f"{catalog.reference.code} {catalog.reference.name}",
+        "heights": vertical_datum(catalog.reference),
+        "extent": f"{x_min:,.1f} to {x_max:,.1f}, {y_min:,.1f} to {y_max:,.1f} ({x_max - x_min:,.0f} × {y_max - y_min:,.0f} m)",
+        "date": catalog.date or "unknown",
+        "LiDAR": f"{len(seen.headers)} of {len(catalog.lidar)} files readable, {points:,} points",
+    }
+    if seen.headers:
+        low, high = min(h.z_range[0] for h in seen.headers.values()), max(h.z_range[1] for h in seen.headers.values())
+        rows["density"] = f"{points / area:.1f} points per m² of the files' extents" if area else "unknown"
+        rows["z"] = f"{low:.2f} to {high:.2f}"
+        rows["returns"] = f"up to {max(s.returns for s in seen.samples.values())}"
+        rows["classes"] = _classes_in_words(seen)
+    for kind, raster in catalog.rasters.items():
+        rows[kind.upper() if kind != "ortho" else "ortho"] = (
+            f"{raster.shape[1]} × {raster.shape[0]} cells of {raster.cell:g} m"
+        )
+    if catalog.outlines is not None:
+        rows["outlines"] = (
+            f"{len(seen.outlines)}, {len(seen.outlines) - seen.outside} in the survey, {seen.outside} outside"
+        )
+    rows["licence"] = f"{catalog.licence}" + (f"; {catalog.attribution}" if catalog.attribution else "")
+    return rows
+
+
+def _classes_in_words(seen: _Seen) -> str:
+    classes = _classes(seen)
+    total = sum(classes.values())
+    return ", ".join(f"{c} {CLASS_NAMES.get(c, '')}".strip() + f" {n / total:.1%}" for c, n in sorted(classes.items()))
