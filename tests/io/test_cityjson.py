@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from shapely import Polygon
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic, Status
 from cityflow.io.cityjson import ORIGIN, Transform, feature_line, read_feature
@@ -92,9 +93,23 @@ def test_vertices_that_coincide_within_a_solid_stay_apart() -> None:
     assert read_feature(feature_line(building)).solids[Lod.LOD22].vertices.tobytes() == xyz.tobytes()
 
 
-def _bare() -> Building:
-    from shapely import Polygon
+def test_numbers_of_numpy_are_numbers(gable: Building) -> None:
+    solid = gable.solids[Lod.LOD22]
+    faces = tuple(
+        replace(f, plane=np.int64(f.plane), rings=tuple(tuple(np.array(r)) for r in f.rings)) for f in solid.faces
+    )  # type: ignore[arg-type]
+    plane = replace(gable.planes[0], points=np.int64(612), slope_x=np.float64(0.0))  # type: ignore[arg-type]
+    odd = replace(
+        gable,
+        solids={**gable.solids, Lod.LOD22: Polyhedron(solid.vertices, faces)},
+        planes=(plane, gable.planes[1]),
+        attributes={**gable.attributes, "ridge_height": np.float32(7.5), "inonderzoek": np.False_},  # type: ignore[dict-item]
+        ground_height=np.float64(gable.ground_height),
+    )
+    assert feature_line(odd) == feature_line(gable)
 
+
+def _bare() -> Building:
     return Building("x", Polygon(), 0.0, {}, status=Status.FAILED)
 
 

@@ -152,7 +152,7 @@ def _solid(building: Building, lod: Lod, vertices: _Vertices) -> Json:
 def _surface(semantic: Semantic, plane: int, neighbour: str | None, planes: Sequence[RoofPlane]) -> dict[str, Json]:
     surface: dict[str, Json] = {"type": semantic.value}
     if plane >= 0:
-        surface["plane"] = plane
+        surface["plane"] = int(plane)
     if 0 <= plane < len(planes):
         surface |= plane_attributes(planes[plane])
     if neighbour is not None:
