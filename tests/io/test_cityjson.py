@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -94,16 +95,16 @@ def test_vertices_that_coincide_within_a_solid_stay_apart() -> None:
 
 
 def test_numbers_of_numpy_are_numbers(gable: Building) -> None:
+    integer, real, truth = (cast(Any, kind) for kind in (np.int64, np.float32, np.bool_))
     solid = gable.solids[Lod.LOD22]
     faces = tuple(
-        replace(f, plane=np.int64(f.plane), rings=tuple(tuple(np.array(r)) for r in f.rings)) for f in solid.faces
-    )  # type: ignore[arg-type]
-    plane = replace(gable.planes[0], points=np.int64(612), slope_x=np.float64(0.0))  # type: ignore[arg-type]
+        replace(f, plane=integer(f.plane), rings=tuple(tuple(np.array(r)) for r in f.rings)) for f in solid.faces
+    )
     odd = replace(
         gable,
         solids={**gable.solids, Lod.LOD22: Polyhedron(solid.vertices, faces)},
-        planes=(plane, gable.planes[1]),
-        attributes={**gable.attributes, "ridge_height": np.float32(7.5), "inonderzoek": np.False_},  # type: ignore[dict-item]
+        planes=(replace(gable.planes[0], points=integer(612), slope_x=real(0)), gable.planes[1]),
+        attributes={**gable.attributes, "ridge_height": real(7.5), "inonderzoek": truth(False)},
         ground_height=np.float64(gable.ground_height),
     )
     assert feature_line(odd) == feature_line(gable)
