@@ -23,16 +23,9 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.grid import Bounds, Tile, tiles_over
 from cityflow.errors import CatalogError
-from cityflow.io.las import (
-    CHUNK_POINTS,
-    Dropped,
-    LasHeader,
-    blank_header,
-    encode,
-    read_header,
-    stream_records,
-    usable_points,
-)
+from cityflow.io.las import CHUNK_POINTS, Dropped, stream_records, usable_points
+from cityflow.io.las_header import LasHeader, read_header
+from cityflow.io.las_write import blank_header, encode
 
 MAX_CELLS = 1_000_000
 SPILL_BYTES = 64_000_000

@@ -13,7 +13,7 @@ import shapely
 
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
-from cityflow.io.las import LasHeader
+from cityflow.io.las_header import LasHeader
 from cityflow.io.raster_header import RasterHeader
 from cityflow.io.reference import crs_of, geographic_bounds, vertical_datum
 from cityflow.io.stac import (

@@ -26,7 +26,7 @@ from cityflow.core.building import Outline, Scalar
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.las import open_binary
+from cityflow.io.las_header import open_binary
 from cityflow.io.reference import contradiction, horizontal_transform, looks_like_degrees, suspicion, transformed
 
 POLYGON, MULTIPOLYGON = 3, 6

@@ -14,7 +14,8 @@ from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
-from cityflow.io.las import Dropped, LasHeader, Sample, read_header, sample
+from cityflow.io.las import Dropped, Sample, sample
+from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
 from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of

@@ -15,7 +15,8 @@ from pyproj import CRS
 
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.las import LasHeader, read_header, sample
+from cityflow.io.las import sample
+from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, horizontal_transform, reference_of, resolve, suspicion
 from cityflow.io.stac import (
