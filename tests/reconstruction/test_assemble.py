@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
@@ -158,6 +158,8 @@ def test_any_partition_and_planes_give_a_valid_solid(
     outline, lines, planes, labels = roof
     partition = partition_of(cut_up(outline, lines), labels)
     assert sum(partition.polygon(c).area for c in partition.cells) == pytest.approx(outline.area, rel=1e-9)
+    # The partition leaves no cell narrower than a stated width; millimetres would drown in the rounding.
+    assume(all(not partition.polygon(c).buffer(-0.02).is_empty for c in partition.cells))
     planes[:, 2] += max(0.0, MIN_HEIGHT + 0.1 - _lowest(partition, planes))
     solid = assemble(partition, planes, 0.0, ORIGIN)
     assert edges_are_matched(solid)
