@@ -1,0 +1,6 @@
+"""``python -m cityflow``."""
+
+from cityflow.cli import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,183 @@
+"""The command line. A command reads its options, calls one function of `workflow` or `stages`, and prints what that returns."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cityflow import __version__
+from cityflow.errors import CityflowError
+
+app = typer.Typer(
+    name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False, rich_markup_mode=None,
+    help="From a LiDAR survey or an oriented flight to a valid city model, as a task graph on Dask.",
+)  # fmt: skip
+catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
+app.add_typer(catalog_app, name="catalog")
+console = Console()
+
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter, e.g. surface.cell_m=0.25; repeatable"),
+]
+SchedulerOption = Annotated[
+    str, typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786; without it a local cluster starts")
+]
+WorkersOption = Annotated[int, typer.Option(min=0, help="Workers of the local cluster; 0: one per core")]
+AreaOption = Annotated[
+    str, typer.Option("--aoi", metavar="FILE|BBOX", help="Vector file, or x_min,y_min,x_max,y_max in the run's CRS")
+]
+
+
+@app.command()
+def run(
+    workflow: Annotated[Path, typer.Argument(help="Workflow file, see workflows/")],
+    catalog: Annotated[str, typer.Option(help="Catalog folder or URL, instead of the workflow's own")] = "",
+    out: Annotated[str, typer.Option(metavar="RUN", help="Folder or fsspec URL (s3://…) for the results")] = "",
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+    settings: SetOption = None,
+    aoi: AreaOption = "",
+) -> None:
+    """Run a workflow; what is done already is not done again."""
+    from cityflow.workflow.run import run_workflow
+
+    run_workflow(workflow, catalog, out, settings or [], aoi, scheduler, workers, console)
+
+
+@app.command()
+def rerun(
+    run_url: RunArgument,
+    failed: Annotated[bool, typer.Option("--failed", help="Units that failed")] = False,
+    degraded: Annotated[
+        bool, typer.Option("--degraded", help="Units that failed or have a simpler model than asked for")
+    ] = False,
+    stage: Annotated[str, typer.Option(help="All units of a stage")] = "",
+    unit: Annotated[list[str] | None, typer.Option(help="A unit by its id; repeatable")] = None,
+    settings: SetOption = None,
+    clear_overrides: Annotated[
+        bool, typer.Option("--clear-overrides", help="Forget earlier --set values of these units")
+    ] = False,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+) -> None:
+    """Run some units again, with other parameters if you like, and what depends on their results."""
+    from cityflow.workflow.rerun import Selection, rerun_units
+
+    selection = Selection(failed or degraded, degraded, stage, tuple(unit or ()))
+    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console)
+
+
+@app.command()
+def status(run_url: RunArgument) -> None:
+    """How far a run is, stage by stage, and what failed."""
+    from cityflow.workflow.status import print_status
+
+    print_status(run_url, console)
+
+
+@app.command()
+def plan(
+    workflow: Annotated[Path, typer.Argument(help="Workflow file")],
+    catalog: Annotated[str, typer.Option(help="Catalog folder or URL")] = "",
+    out: Annotated[str, typer.Option(metavar="RUN", help="RUN folder to compare with")] = "",
+    settings: SetOption = None,
+    aoi: AreaOption = "",
+    workers: WorkersOption = 0,
+) -> None:
+    """What would run, what is stale and why, and what it would take."""
+    from cityflow.workflow.plan import print_plan
+
+    print_plan(workflow, catalog, out, settings or [], aoi, workers, console)
+
+
+@app.command()
+def explain(
+    run_url: RunArgument, unit: Annotated[str, typer.Argument(help="Id of a building, or name of a tile or file")]
+) -> None:
+    """All that is known of one unit: inputs, attempts, parameters, timings, reason, outputs."""
+    from cityflow.workflow.explain import print_explanation
+
+    print_explanation(run_url, unit, console)
+
+
+@app.command()
+def report(run_url: RunArgument) -> None:
+    """Write report.html and report.json anew from the records."""
+    from cityflow.workflow.report import write_run_report
+    from cityflow.workflow.run_folder import open_run
+
+    console.print(write_run_report(open_run(run_url)))
+
+
+@app.command()
+def parameters() -> None:
+    """Every key that a workflow may set, with its default, bounds and unit."""
+    from cityflow.workflow.settings import described_parameters
+
+    console.print(described_parameters(), markup=False, highlight=False, soft_wrap=True)
+
+
+@catalog_app.command("create")
+def catalog_create(
+    out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
+    crs: Annotated[
+        str, typer.Option(help="EPSG:n (compound codes include the heights), or 'local' for a metric frame of its own")
+    ],
+    lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
+    outlines: Annotated[Path | None, typer.Option(help="Building outlines in any format that GDAL reads")] = None,
+    id_column: Annotated[str, typer.Option(help="Column of the outlines that names the building")] = "",
+    id_format: Annotated[str, typer.Option(help="How ids are written, e.g. {:016d}")] = "",
+    dsm: Annotated[Path | None, typer.Option(help="A DSM raster")] = None,
+    dtm: Annotated[
+        Path | None, typer.Option(help="A DTM raster; it normalises the heights instead of an own DTM")
+    ] = None,
+    ortho: Annotated[Path | None, typer.Option(help="An orthophoto")] = None,
+    title: Annotated[str, typer.Option(help="Name of the survey")] = "",
+    licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
+    attribution: Annotated[str, typer.Option(help="Who must be named")] = "",
+    copy: Annotated[bool, typer.Option("--copy", help="Copy the files into the catalog's folder")] = False,
+) -> None:
+    """Make a catalog from files."""
+    from cityflow.stages.catalog_create import create_catalog
+
+    create_catalog(
+        out, lidar=lidar or [], outlines=outlines, dsm=dsm, dtm=dtm, ortho=ortho, crs=crs, id_column=id_column or None,
+        id_format=id_format or None, title=title, licence=licence, attribution=attribution, copy=copy,
+    )  # fmt: skip
+    console.print(f"Catalog written to {out}. Next: cityflow catalog check {out}", markup=False)
+
+
+@catalog_app.command("check")
+def catalog_check(catalog: Annotated[str, typer.Argument(help="Catalog folder or URL")]) -> None:
+    """Read every header and say what is missing or contradictory."""
+    from cityflow.stages.catalog_check import check_catalog
+
+    result = check_catalog(catalog)
+    console.print(result.text(), markup=False, highlight=False)
+    if result.has_errors:
+        raise typer.Exit(1)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Print the version")] = False) -> None:
+    if version:
+        console.print(__version__)
+        raise typer.Exit
+
+
+def main() -> None:
+    """Entry point: errors that a user can mend become one line on stderr and exit code 1; Ctrl-C becomes 130."""
+    try:
+        app()
+    except CityflowError as error:
+        print(f"cityflow: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("cityflow: interrupted; a later run continues here", file=sys.stderr)  # noqa: T201
+        sys.exit(130)

@@ -1,0 +1,161 @@
+"""The city as a source of tasks: what is ready at the start, and what becomes ready when something finishes.
+
+The graph is data-dependent: units are known once the outlines of their tile are; whoever needs a surface asks for it, and a surface asks for the
+files it is made of. Everything here runs in the driver and touches names and digests only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from cityflow.errors import CatalogError
+from cityflow.flow.gates import Gates
+from cityflow.flow.task import Json, Record, Task
+from cityflow.io.stac import Catalog
+from cityflow.stages import export, export_city, ingest, outline, reconstruct, surface
+from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.parameters import CityParameters
+from cityflow.stages.survey import Survey, UnitEntry
+
+Node = tuple[str, str]
+"""Stage and unit. Two stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
+that share walls with them are known'."""
+
+CITY: Node = ("export", export.CITY)
+
+
+class CitySource:
+    """Tasks of one run, in the order in which they become ready.
+
+    Parameters
+    ----------
+    catalog, parameters : what there is, and what is asked for
+    area : only these units, and what they need
+    overrides : (stage, unit) → tree of values laid over the stage's parameters
+    """
+
+    def __init__(
+        self,
+        catalog: Catalog,
+        parameters: CityParameters,
+        area: Area = EVERYWHERE,
+        overrides: Mapping[Node, Mapping[str, Json]] | None = None,
+    ) -> None:
+        self.survey = Survey(catalog, parameters, overrides or {})
+        self.area = area
+        self._gates: Gates[Node, Node] = Gates()
+        self._wanted: set[Node] = set()
+        self._known: dict[str, UnitEntry] = {}
+        self._chosen: dict[str, list[str]] = {}
+        self._exports: dict[Node, None] = {}
+
+    def initial(self) -> Iterator[Task]:
+        """What can start at once; everything else follows from `after`."""
+        if self.survey.outlines_given:
+            yield from self._want([(ingest.STAGE, ingest.OUTLINES)])
+        tiles = [name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds)]
+        self._exports = {("export", name): None for name in tiles}
+        yield from self._want([("surface", name) for name in tiles])
+        yield from self._want([("gather", name) for name in tiles])
+        if self._gates.wait(CITY, self._exports):
+            raise CatalogError(
+                "no ground tile meets the area of interest",
+                where="--aoi",
+                remedy="see `cityflow catalog check` for the extent",
+            )
+
+    def after(self, task: Task, record: Record) -> Iterator[Task]:
+        """What a finished task sets free."""
+        node = (task.stage, task.unit)
+        self.survey.records[node] = record
+        if node == (ingest.STAGE, ingest.OUTLINES):
+            yield from self._refuse_broken(record)
+        if task.stage == outline.STAGE:
+            yield from self._learn_units(task.unit, record)
+        yield from self._open(node)
+
+    def expected_units(self) -> dict[str, int]:
+        """Units per stage as far as the catalog tells; what is known exactly is counted by walking the graph."""
+        tiles = sum(self.area.meets(t.bounds) for t in self.survey.tiles.values())
+        outlines = self.survey.catalog.outlines
+        units = outlines.count if outlines is not None and self.survey.outlines_given and self.area.is_everywhere else 0
+        files = len(self.survey.files) + self.survey.outlines_given
+        return {"ingest": files if self.area.is_everywhere else 0, "surface": tiles, "outline": tiles,
+                "reconstruct": units, "export": tiles + 1}  # fmt: skip
+
+    def _open(self, event: Node) -> Iterator[Task]:
+        for node in self._gates.fire(event):
+            yield from self._free(node)
+
+    def _want(self, nodes: Iterable[Node]) -> Iterator[Task]:
+        for node in nodes:
+            if node in self._wanted:
+                continue
+            self._wanted.add(node)
+            needs = self._needs(node)
+            yield from self._want(needs)
+            if self._gates.wait(node, needs):
+                yield from self._free(node)
+
+    def _needs(self, node: Node) -> list[Node]:
+        """The nodes whose results this one reads."""
+        stage, name = node
+        survey = self.survey
+        if stage == surface.STAGE:
+            return [(ingest.STAGE, f.name) for f in survey.files_near(survey.tiles[name])]
+        if stage == outline.STAGE:
+            if survey.outlines_given:
+                return [(ingest.STAGE, ingest.OUTLINES)]
+            return [(surface.STAGE, t) for t in survey.ring(name)]
+        if stage == reconstruct.STAGE:
+            return [(surface.STAGE, t) for t in survey.tiles_under(self._known[name])]
+        if stage == "gather":
+            return [(outline.STAGE, t) for t in survey.ring(name)]
+        if stage == "adjoin":
+            return [(outline.STAGE, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
+        if stage == ingest.STAGE:
+            return []
+        return [
+            *((surface.STAGE, t) for t in survey.ring(name)),
+            *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
+        ]
+
+    def _free(self, node: Node) -> Iterator[Task]:
+        """All that the node needs is there."""
+        stage, name = node
+        survey = self.survey
+        if stage == "gather":
+            self._chosen.setdefault(name, [])
+            yield from self._want([("adjoin", name)])
+        elif stage == "adjoin":
+            yield from self._want([("export", name)])
+        elif stage == ingest.STAGE:
+            yield ingest.outlines_task(survey) if name == ingest.OUTLINES else ingest.points_task(survey, name)
+        elif stage == surface.STAGE:
+            yield surface.task(survey, name)
+        elif stage == outline.STAGE:
+            yield outline.task(survey, name)
+        elif stage == reconstruct.STAGE:
+            yield reconstruct.task(survey, self._known[name])
+        elif node == CITY:
+            yield export_city.task(survey, [tile for _, tile in self._exports])
+        else:
+            yield export.task(survey, name, self._chosen[name], self._units_of_export(name))
+
+    def _units_of_export(self, tile: str) -> list[str]:
+        own = self._chosen[tile]
+        return list(dict.fromkeys([*own, *(n for u in own for n in self._known[u].neighbours if n in self._known)]))
+
+    def _learn_units(self, tile: str, record: Record) -> Iterator[Task]:
+        """Units of the area start at once; neighbours outside it only because an export needs their walls."""
+        mine = [UnitEntry.of(tile, entry) for entry in record.result.get("units", [])]
+        self._known.update({u.id: u for u in mine})
+        self._chosen[tile] = [u.id for u in mine if self.area.holds(u.point)]
+        if ("export", tile) in self._exports:
+            yield from self._want([(reconstruct.STAGE, u) for u in self._chosen[tile]])
+
+    def _refuse_broken(self, record: Record) -> Iterator[Task]:
+        """Given outlines that are no polygons, or stand where nothing was surveyed, leave a record all the same."""
+        if self.area.is_everywhere:
+            for unit, reason in record.result.get("refused", []):
+                yield reconstruct.refused_task(self.survey, str(unit), str(reason))

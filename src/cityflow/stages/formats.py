@@ -1,0 +1,71 @@
+"""One tile of the city in each export format: what files it becomes, and where they stand."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from cityflow.core.building import Building
+from cityflow.core.grid import Bounds
+from cityflow.core.reference import Reference
+from cityflow.io.citygml import write_citygml
+from cityflow.io.cityjson import Transform, feature_line
+from cityflow.io.cityjson_sequence import extent_of, header_line, terrain_feature_line
+from cityflow.io.obj import write_obj
+from cityflow.surface.tin import Tin
+
+Files = Iterator[tuple[str, bytes]]
+"""RUN-relative path, contents."""
+
+CITYJSON_FOLDER = "products/cityjson"
+
+
+@dataclass(frozen=True, slots=True)
+class CityTile:
+    """What is exported of one tile: buildings with their party walls cut, the terrain, and what the files say of themselves."""
+
+    name: str
+    bounds: Bounds
+    buildings: tuple[Building, ...]
+    terrain: Tin
+    reference: Reference
+    title: str
+    date: str
+
+
+def cityjson(tile: CityTile) -> Files:
+    """``cityjson/TILE.city.jsonl``: header, a line per building, the terrain."""
+    transform = Transform.over(tile.bounds)
+    lines = [header_line(tile.reference, extent_of(tile.buildings), transform, tile.title, tile.date)]
+    lines += [feature_line(b, transform) for b in tile.buildings]
+    if len(tile.terrain.triangles):
+        lines.append(terrain_feature_line(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles, transform))
+    yield f"{CITYJSON_FOLDER}/{tile.name}.city.jsonl", b"".join(lines)
+
+
+def citygml(tile: CityTile) -> Files:
+    """``citygml/TILE.gml``."""
+    target = io.BytesIO()
+    write_citygml(target, tile.buildings, tile.reference, extent_of(tile.buildings), _relief(tile), tile.title)
+    yield f"products/citygml/{tile.name}.gml", target.getvalue()
+
+
+def obj(tile: CityTile) -> Files:
+    """``obj/TILE.obj`` with materials and a sidecar of attributes."""
+    files = write_obj(tile.name, tile.buildings, tile.reference, Transform.over(tile.bounds), _relief(tile))
+    for name, data in files.items():
+        yield f"products/obj/{name}", data
+
+
+def terrain_name(tile: CityTile) -> str:
+    return f"terrain-{tile.name}"
+
+
+def _relief(tile: CityTile) -> list[tuple[str, object, object]]:
+    if not len(tile.terrain.triangles):
+        return []
+    return [(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles)]
+
+
+WRITERS: Mapping[str, Callable[[CityTile], Files]] = {"cityjson": cityjson, "citygml": citygml, "obj": obj}

@@ -1,0 +1,95 @@
+"""Stage ``ingest``: each LiDAR file streamed once into an index of small pieces; given outlines cleaned, noded and dealt out to tiles."""
+
+from __future__ import annotations
+
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.io.fetch import local_file
+from cityflow.io.point_index import split_file
+from cityflow.io.reference import resolve
+from cityflow.io.vector import read_outlines
+from cityflow.outlines.given import Refusal, clean_outlines
+from cityflow.outlines.noding import node_outlines, vanished
+from cityflow.stages.outline_lines import lines, owned
+from cityflow.stages.survey import Survey
+
+STAGE = "ingest"
+OUTLINES = "outlines"
+VERSION = 1
+OUTSIDE = "stands outside the survey: no LiDAR file covers it"
+
+
+def points_task(survey: Survey, name: str) -> Task:
+    """Index one LiDAR file."""
+    asset = survey.files[name]
+    return Task(
+        STAGE, name, "cityflow.stages.ingest:run_points", VERSION,
+        parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
+        inputs={"file": asset.checksum},
+        arguments={"href": asset.href},
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run_points(workspace: Workspace, task: Task) -> Outcome:
+    """One LAZ piece per index cell that the file touches."""
+    with local_file(task.arguments["href"]) as path:
+        index = split_file(
+            path, task.parameters["index_cell_m"], lambda cell, data: workspace.write(f"{cell}.laz", data)
+        )
+    return workspace.outcome(
+        result={
+            "points": index.points,
+            "dropped": index.dropped,
+            "classes": {str(k): v for k, v in index.classes.items()},
+        }
+    )
+
+
+def outlines_task(survey: Survey) -> Task:
+    """Clean, node and deal out the given outlines of the whole city: duplicates and shared walls know no tiles."""
+    asset = survey.catalog.outlines
+    assert asset is not None
+    return Task(
+        STAGE, OUTLINES, "cityflow.stages.ingest:run_outlines", VERSION,
+        parameters={
+            "tile_m": survey.parameters.tiles.tile_m,
+            "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
+            "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
+            "crs": survey.catalog.reference.code,
+        },
+        inputs={"file": asset.checksum, "tiles": digest_of(list(survey.tiles))},
+        arguments={"href": asset.href, "tiles": list(survey.tiles)},
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run_outlines(workspace: Workspace, task: Task) -> Outcome:
+    """One file of outline lines per tile, and those refused with their reasons."""
+    p = task.parameters
+    with local_file(task.arguments["href"]) as path:
+        raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
+    clean, refused = clean_outlines(raw)
+    noded = node_outlines(clean, p["noding_tolerance_m"])
+    known = set(task.arguments["tiles"])
+    by_tile = owned(noded, p["tile_m"], known)
+    for tile in sorted(known & by_tile.keys()):
+        workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
+    outside = [Refusal(s.outline.id, OUTSIDE) for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
+    named = _unique_names(
+        [*refused, *vanished(clean, noded), *outside], {o.id for o in noded} - {r.id for r in outside}
+    )
+    return workspace.outcome(reason="; ".join(notes), result={"refused": named, "notes": notes, "outlines": len(raw)})
+
+
+def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[list[str]]:
+    """Refused outlines under names of their own: a duplicate must not hide the unit whose id it bears."""
+    named = []
+    for refusal in refusals:
+        name, n = refusal.id, 1
+        while name in taken:
+            n += 1
+            name = f"{refusal.id}~{n}"
+        taken.add(name)
+        named.append([name, refusal.reason])
+    return named

@@ -1,0 +1,63 @@
+"""Stage ``outline``: the units of a ground tile, from given outlines or found in the surface."""
+
+from __future__ import annotations
+
+from cityflow.core.grid import Grid, Tile
+from cityflow.flow.task import Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.surface_zarr import read_layers
+from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
+from cityflow.stages import ingest
+from cityflow.stages.outline_lines import entries, lines, owned
+from cityflow.stages.surface import ZARR
+from cityflow.stages.survey import Survey
+
+STAGE = "outline"
+VERSION = 1
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The units of one tile."""
+    return _given_task(survey, name) if survey.outlines_given else _found_task(survey, name)
+
+
+def _given_task(survey: Survey, name: str) -> Task:
+    record = survey.records[ingest.STAGE, ingest.OUTLINES]
+    mine = {path: digest for path, digest in record.outputs.items() if path.endswith(f"/{name}.jsonl")}
+    return Task(
+        STAGE, name, "cityflow.stages.outline:run_given", VERSION,
+        inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run_given(workspace: Workspace, task: Task) -> Outcome:
+    """An index of the tile's given outlines: they were cleaned and noded with the whole city in view."""
+    units = [entry for path in task.arguments["pieces"] for entry in entries(workspace.read(path), path)]
+    return workspace.outcome(result={"units": units})
+
+
+def _found_task(survey: Survey, name: str) -> Task:
+    model = survey.parameters.outline.found
+    return Task(
+        STAGE, name, "cityflow.stages.outline:run_found", VERSION,
+        parameters=survey.parameters_for(STAGE, name, model),
+        inputs={t: survey.digest_of_result("surface", t) for t in survey.ring(name)},
+        arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
+                   "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m, "tiles": survey.ring(name)},
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run_found(workspace: Workspace, task: Task) -> Outcome:
+    """Outlines of the building regions whose representative point the tile owns."""
+    parameters = FindParameters.model_validate(task.parameters)
+    x_min, y_min, x_max, y_max = task.arguments["bounds"]
+    size, cell = task.arguments["tile_m"], task.arguments["cell_m"]
+    tile = Tile(round(x_min / size), round(y_min / size), size)
+    city = Grid.covering(tuple(task.arguments["city"]), cell)
+    grid, layers = read_layers(workspace.store.zarr_store(ZARR), city, tile.buffered(parameters.halo_m))
+    region = RegionSurface(grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds)
+    mine = owned(find_outlines(region, parameters), size, task.arguments["tiles"]).get(tile.name, [])
+    text = lines(mine)
+    workspace.write("outlines.jsonl", text)
+    return workspace.outcome(result={"units": entries(text, workspace.path("outlines.jsonl"))})

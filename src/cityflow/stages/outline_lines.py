@@ -1,0 +1,105 @@
+"""Outlines as lines of GeoJSON text: written by tile, read one by one by byte range. Coordinates survive bit for bit."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import shapely
+
+from cityflow.core.building import Outline
+from cityflow.core.grid import tile_at
+from cityflow.flow.task import Json
+from cityflow.outlines.noding import neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """An outline with the units whose outlines share an edge with it, and the tiles that own these."""
+
+    outline: Outline
+    neighbours: tuple[str, ...] = ()
+    neighbour_tiles: tuple[str, ...] = ()
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """The representative point, which decides on the tile that owns the building."""
+        point = self.outline.polygon.representative_point()
+        return point.x, point.y
+
+
+def owned(outlines: Sequence[Outline], tile_m: float, known: Collection[str]) -> dict[str, list[Standing]]:
+    """Outlines by the name of the tile that owns them, each with those neighbours whose tiles are known."""
+    point = {o.id: Standing(o).point for o in outlines}
+    owner = {i: tile_at(x, y, tile_m).name for i, (x, y) in point.items()}
+    shared = neighbours(outlines)
+    by_tile: dict[str, list[Standing]] = defaultdict(list)
+    for outline in outlines:
+        beside = tuple(n for n in sorted(shared.get(outline.id, {})) if owner[n] in known)
+        by_tile[owner[outline.id]].append(Standing(outline, beside, tuple(sorted({owner[n] for n in beside}))))
+    return by_tile
+
+
+def encode(standing: Standing) -> bytes:
+    """One line of UTF-8 text with a line feed at its end."""
+    outline = standing.outline
+    return (
+        json.dumps(
+            {
+                "type": "Feature",
+                "id": outline.id,
+                "geometry": shapely.geometry.mapping(outline.polygon),
+                "properties": dict(outline.attributes),
+                "remark": outline.remark,
+                "neighbours": standing.neighbours,
+                "neighbour_tiles": standing.neighbour_tiles,
+            },
+            ensure_ascii=False,
+            separators=(",", ":"),
+        )
+        + "\n"
+    ).encode()
+
+
+def decode(line: bytes) -> Standing:
+    tree = json.loads(line)
+    polygon = shapely.geometry.shape(tree["geometry"])
+    outline = Outline(tree["id"], polygon, tree["properties"], tree["remark"])
+    return Standing(outline, tuple(tree["neighbours"]), tuple(tree["neighbour_tiles"]))
+
+
+def decode_all(text: bytes) -> list[Standing]:
+    return [decode(line) for line in text.splitlines() if line]
+
+
+def entries(text: bytes, path: str) -> list[dict[str, Json]]:
+    """What the driver needs to know of each line of a file that is (to be) written at `path`."""
+    found: list[dict[str, Json]] = []
+    start = 0
+    for line in text.splitlines(keepends=True):
+        found.append(_entry(decode(line), path, start, line))
+        start += len(line)
+    return found
+
+
+def _entry(standing: Standing, path: str, start: int, line: bytes) -> dict[str, Json]:
+    return {
+        "id": standing.outline.id,
+        "path": path,
+        "start": start,
+        "length": len(line),
+        "digest": hashlib.sha256(line).hexdigest(),
+        "bounds": list(standing.outline.polygon.bounds),
+        "point": list(standing.point),
+        "neighbours": list(standing.neighbours),
+        "neighbour_tiles": list(standing.neighbour_tiles),
+    }
+
+
+def lines(standings: Iterable[Standing]) -> bytes:
+    """All outlines, sorted by id."""
+    ordered: Sequence[Standing] = sorted(standings, key=lambda s: s.outline.id)
+    return b"".join(encode(s) for s in ordered)

@@ -1,0 +1,79 @@
+"""The parameters of a whole workflow: the tree of the models of its algorithms."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from cityflow.core.parameters import Parameters
+from cityflow.flow.task import Limits
+from cityflow.outlines.find import FindParameters
+from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.surface.tile_surface import SurfaceParameters
+from cityflow.surface.tin import TinParameters
+
+
+class TileParameters(Parameters):
+    """How the world is cut."""
+
+    tile_m: float = Field(250.0, ge=50, le=5000, description="edge of a ground tile, m; a multiple of surface.cell_m")
+    index_cell_m: float = Field(50.0, ge=10, le=1000, description="edge of a piece of the point index, m")
+
+
+class OutlineParameters(Parameters):
+    """Where outlines come from."""
+
+    source: Literal["auto", "given", "found"] = Field(
+        "auto", description="the catalog's outlines, those found in the surface, or the catalog's where it has some"
+    )
+    found: FindParameters = FindParameters()
+    noding_tolerance_m: float = Field(
+        0.05, ge=0, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
+    )
+
+
+class ExportParameters(Parameters):
+    """What is written."""
+
+    formats: tuple[Literal["cityjson", "citygml", "obj"], ...] = Field(
+        ("cityjson", "citygml", "obj"), description="formats per tile"
+    )
+    terrain: TinParameters = TinParameters()
+    join_up_to_tiles: int = Field(
+        25, ge=0, le=400, description="city.city.jsonl is written for areas of at most so many tiles"
+    )
+
+
+class StageLimits(Parameters):
+    """What a task of a stage may use; its process is killed beyond it. Never an input to a result."""
+
+    time_s: float = Field(600.0, gt=0, le=86400, description="wall-clock time, s")
+    memory_mb: float = Field(6000.0, gt=50, le=1e6, description="memory of the task's process, MB")
+    retries: int = Field(1, ge=0, le=10, description="further tries after a crash")
+
+
+class ExecutionParameters(Parameters):
+    """How tasks are run; nothing here changes a result."""
+
+    max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
+    ingest: StageLimits = StageLimits(time_s=7200)
+    surface: StageLimits = StageLimits()
+    outline: StageLimits = StageLimits()
+    reconstruct: StageLimits = StageLimits(time_s=120)
+    export: StageLimits = StageLimits()
+
+    def limits_of(self, stage: str) -> Limits:
+        chosen: StageLimits = getattr(self, stage)
+        return Limits(chosen.time_s, chosen.memory_mb, chosen.retries)
+
+
+class CityParameters(Parameters):
+    """All parameters of a run, by stage."""
+
+    tiles: TileParameters = TileParameters()
+    surface: SurfaceParameters = SurfaceParameters()
+    outline: OutlineParameters = OutlineParameters()
+    reconstruct: ReconstructParameters = ReconstructParameters()
+    export: ExportParameters = ExportParameters()
+    execution: ExecutionParameters = ExecutionParameters()

@@ -1,0 +1,42 @@
+"""Reading what earlier tasks left, once per process: units of one tile follow each other and need the same pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.points import PointCloud, concatenate
+from cityflow.flow.store import Store
+from cityflow.io import las
+from cityflow.io.surface_zarr import read_layers
+
+PIECES_KEPT = 24
+"""Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
+
+TEXTS_KEPT = 8
+
+
+def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None) -> PointCloud:
+    """The points of index pieces, limited to `bounds`; pieces are immutable, so those read lately are kept."""
+    clouds = [_piece(store, path) for path in paths]
+    return concatenate([c if bounds is None else c.within(bounds) for c in clouds])
+
+
+def read_surface(store: Store, city: Grid, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
+    """Layers of the run's surface over `bounds`: float heights with NaN where there is none."""
+    return read_layers(store.zarr_store("surface.zarr"), city, bounds, ("dsm", "dtm", "ndsm", "class"))
+
+
+@lru_cache(maxsize=TEXTS_KEPT)
+def read_text(store: Store, path: str) -> bytes:
+    """A file of outline lines."""
+    return store.read_bytes(path)
+
+
+@lru_cache(maxsize=PIECES_KEPT)
+def _piece(store: Store, path: str) -> PointCloud:
+    with store.local_copy(path) as local:
+        return las.read_points(local)

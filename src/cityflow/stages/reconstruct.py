@@ -1,0 +1,130 @@
+"""Stage ``reconstruct``: one building, from outline, points and terrain to a hull at every level of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from math import isfinite
+from typing import NoReturn
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Building, Evidence, Lod, Outline, Scalar, Status
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.points import BUILDING, HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCloud
+from cityflow.errors import RefusedUnit
+from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.cityjson import feature_line
+from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
+from cityflow.reconstruction.measures import measure
+from cityflow.stages.outline_lines import decode
+from cityflow.stages.pieces import read_points, read_surface, read_text
+from cityflow.stages.survey import WALL_MARGIN_M, Survey, UnitEntry
+from cityflow.surface.sample import sample
+
+STAGE = "reconstruct"
+VERSION = 1
+HULL = "hull.city.jsonl"
+GROUND_SAMPLING_M = 0.5
+LOWEST_ROOF_M = 1.5
+
+
+def task(survey: Survey, unit: UnitEntry) -> Task:
+    """One building."""
+    pieces = survey.pieces(_grown(unit.bounds))
+    surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in survey.tiles_under(unit)}
+    return Task(
+        STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
+        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),
+        inputs={"outline": unit.digest, **surfaces, **pieces},
+        arguments={
+            "outline": [unit.path, unit.start, unit.length], "pieces": list(pieces),
+            "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
+            "source": survey.source_attributes(_grown(unit.bounds)),
+        },
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def refused_task(survey: Survey, unit: str, reason: str) -> Task:
+    """A record for an outline that cannot be a building."""
+    return Task(
+        STAGE, unit, "cityflow.stages.reconstruct:refuse", VERSION,
+        inputs={"reason": reason}, arguments={"reason": reason}, limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def refuse(workspace: Workspace, task: Task) -> NoReturn:
+    """Say why."""
+    raise RefusedUnit(task.arguments["reason"])
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """The best candidate of the methods that the workflow names, with its measures."""
+    parameters = ReconstructParameters.model_validate(task.parameters)
+    path, start, length = task.arguments["outline"]
+    outline = decode(read_text(workspace.store, path)[start : start + length]).outline
+    evidence = gather(workspace, task, outline)
+    choice = choose(evidence, parameters)
+    measures = measure(choice, evidence)
+    result = {**measures, "scores": scores_of(choice)}
+    if choice.candidate.solid is None or choice.status is Status.FAILED:
+        return workspace.outcome(choice.status, choice.reason, result)
+    workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))
+    return workspace.outcome(choice.status, choice.reason, result)
+
+
+def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]) -> Building:
+    candidate = choice.candidate
+    assert candidate.solid is not None
+    lower = {lod: candidate.blocks.get(lod, candidate.solid) for lod in (Lod.LOD12, Lod.LOD13)}
+    remark = {"outline_remark": outline.remark} if outline.remark else {}
+    return Building(
+        outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
+        {**outline.attributes, **attributes, **remark}, choice.status, choice.reason,
+    )  # fmt: skip
+
+
+def scores_of(choice: Choice) -> list[dict[str, Json]]:
+    """Every candidate's score, for `explain`; what is not a number becomes null."""
+    return [
+        {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in asdict(s).items()}
+        for s in choice.scores
+    ]
+
+
+def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
+    """Roof points inside the outline, and the floor below it."""
+    bounds = _grown(outline.polygon.bounds)
+    city = Grid.covering(tuple(task.arguments["city"]), task.arguments["cell_m"])
+    grid, layers = read_surface(workspace.store, city, bounds)
+    points = read_points(workspace.store, task.arguments["pieces"], bounds)
+    inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
+    ground = sample(grid, layers["dtm"], *_along(outline.polygon))
+    if not np.isfinite(ground).any():
+        raise RefusedUnit(f"no terrain height along the outline ({len(inside)} points inside)")
+    return Evidence(outline.id, outline.polygon, _roof_points(inside, grid, layers), round(float(np.nanmin(ground)), 4))
+
+
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray]) -> PointCloud:
+    """Points of the building class; where the survey has no such class, high points that are not vegetation."""
+    usable = points.take(np.isfinite(points.xyz[:, 2]))
+    if np.any(usable.classification == BUILDING):
+        return usable.of_class(BUILDING)
+    x, y, z = usable.xyz.T
+    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(x, y), grid.shape, strict=True))
+    high = z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M
+    noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
+    return usable.take(high & (layers["class"][row, col] != HIGH_VEGETATION) & ~noise)
+
+
+def _along(polygon: shapely.Polygon) -> tuple[np.ndarray, np.ndarray]:
+    xy = shapely.get_coordinates(shapely.segmentize(polygon, GROUND_SAMPLING_M))
+    return xy[:, 0], xy[:, 1]
+
+
+def _grown(bounds: Bounds) -> Bounds:
+    x_min, y_min, x_max, y_max = bounds
+    return x_min - WALL_MARGIN_M, y_min - WALL_MARGIN_M, x_max + WALL_MARGIN_M, y_max + WALL_MARGIN_M

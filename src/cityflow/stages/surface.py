@@ -1,0 +1,87 @@
+"""Stage ``surface``: the points of a ground tile and its halo become its chunk of DSM, DTM, nDSM, classes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Grid
+from cityflow.flow.task import Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.fetch import local_file
+from cityflow.io.raster import read_window, write_cog
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import chunk_paths, write_tile
+from cityflow.stages.pieces import read_points
+from cityflow.stages.survey import Survey
+from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile
+
+STAGE = "surface"
+VERSION = 1
+ZARR = "surface.zarr"
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The surface of one tile, from the index pieces that meet it and its halo."""
+    tile = survey.tiles[name]
+    model = survey.parameters.surface
+    pieces = survey.pieces(tile.buffered(model.halo_m))
+    dtm = survey.catalog.rasters.get("dtm")
+    return Task(
+        STAGE, name, "cityflow.stages.surface:run", VERSION,
+        parameters=survey.parameters_for(STAGE, name, model),
+        inputs={**pieces, **({"dtm": dtm.checksum} if dtm else {})},
+        arguments={
+            "bounds": list(tile.bounds), "pieces": list(pieces), "dtm": dtm.href if dtm else None,
+            "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
+        },
+        limits=survey.limits(STAGE),
+        in_place=True,
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Write the tile's chunk of every layer, and its DSM and DTM as GeoTIFF."""
+    parameters = SurfaceParameters.model_validate(task.parameters)
+    x_min, y_min, x_max, y_max = task.arguments["bounds"]
+    halo = parameters.halo_m
+    around = (x_min - halo, y_min - halo, x_max + halo, y_max + halo)
+    points = read_points(workspace.store, task.arguments["pieces"]).within(around)
+    surface = surface_of_tile(
+        points, (x_min, y_min, x_max, y_max), parameters, _external_dtm(task, Grid.covering(around, parameters.cell_m))
+    )
+    return _store(workspace, task, surface)
+
+
+def _external_dtm(task: Task, grid: Grid) -> FloatArray | None:
+    if task.arguments["dtm"] is None:
+        return None
+    with local_file(task.arguments["dtm"]) as path:
+        return read_window(path, grid, resolve(task.arguments["crs"]))
+
+
+def _store(workspace: Workspace, task: Task, surface: TileSurface) -> Outcome:
+    layers = surface.layers()
+    digest = _digest(layers)
+    city = Grid.covering(tuple(task.arguments["city"]), surface.grid.cell)
+    zarr = workspace.store.zarr_store(ZARR)
+    write_tile(zarr, city, surface.grid, layers)
+    for path in chunk_paths(city, surface.grid, layers):
+        workspace.note(f"{ZARR}/{path}", digest)
+    reference = resolve(task.arguments["crs"])
+    for name in ("dsm", "dtm"):
+        workspace.publish(f"products/{name}/{task.unit}.tif", write_cog(layers[name], surface.grid, reference))
+    return workspace.outcome(result={"digest": digest, **surface.figures()})
+
+
+def _digest(layers: Mapping[str, NDArray[Any]]) -> str:
+    """Of the heights themselves: what downstream tasks depend on, however the store compresses them."""
+    digest = hashlib.sha256()
+    for name, layer in sorted(layers.items()):
+        digest.update(name.encode() + np.ascontiguousarray(layer).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,182 @@
+"""What the driver knows of a run: the catalog, the lattice, the records so far. Names and digests, no data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, tiles_over
+from cityflow.core.parameters import Parameters, merged
+from cityflow.flow.task import Json, Limits, Record
+from cityflow.io.stac import Catalog, LidarAsset
+from cityflow.stages.parameters import CityParameters
+
+WALL_MARGIN_M = 1.0
+"""A unit waits for the surfaces this far beyond its outline."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnitEntry:
+    """One unit as the driver sees it: where it stands, and where its outline is written.
+
+    Attributes
+    ----------
+    tile : name of the tile that owns it
+    digest : of the outline's line in `path`, which starts at byte `start` and is `length` bytes long
+    neighbours : units whose outlines share an edge, and the tiles that own these
+    """
+
+    id: str
+    tile: str
+    path: str
+    start: int
+    length: int
+    digest: str
+    bounds: Bounds
+    point: tuple[float, float]
+    neighbours: tuple[str, ...]
+    neighbour_tiles: tuple[str, ...]
+
+    @classmethod
+    def of(cls, tile: str, entry: Mapping[str, Any]) -> UnitEntry:
+        x_min, y_min, x_max, y_max = entry["bounds"]
+        x, y = entry["point"]
+        return cls(
+            entry["id"], tile, entry["path"], entry["start"], entry["length"], entry["digest"],
+            (x_min, y_min, x_max, y_max), (x, y), tuple(entry["neighbours"]), tuple(entry["neighbour_tiles"]),
+        )  # fmt: skip
+
+
+class Survey:
+    """Catalog, parameters and the records so far, with the questions that tasks are built from."""
+
+    def __init__(
+        self, catalog: Catalog, parameters: CityParameters, overrides: Mapping[tuple[str, str], Mapping[str, Json]]
+    ) -> None:
+        self.catalog = catalog
+        self.parameters = parameters
+        self.overrides = overrides
+        self.records: dict[tuple[str, str], Record] = {}
+        self.files: dict[str, LidarAsset] = {f.name: f for f in catalog.lidar}
+
+    @property
+    def outlines_given(self) -> bool:
+        source = self.parameters.outline.source
+        return source == "given" or (source == "auto" and self.catalog.outlines is not None)
+
+    @cached_property
+    def tiles(self) -> dict[str, Tile]:
+        """Ground tiles that meet a surveyed file, south-west first."""
+        size = self.parameters.tiles.tile_m
+        found = {t for f in self.files.values() for t in tiles_over(f.bounds, size)}
+        return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The grid of surface.zarr: all tiles, so that one chunk is one tile."""
+        tiles = self.tiles.values()
+        return Grid.covering(
+            (
+                min(t.bounds[0] for t in tiles), min(t.bounds[1] for t in tiles),
+                max(t.bounds[2] for t in tiles), max(t.bounds[3] for t in tiles),
+            ),
+            self.parameters.surface.cell_m,
+        )  # fmt: skip
+
+    def ring(self, name: str) -> list[str]:
+        """The tile and those of its eight neighbours that exist."""
+        tile = self.tiles[name]
+        around = [f"{tile.col + i}_{tile.row + j}" for j in (-1, 0, 1) for i in (-1, 0, 1)]
+        return [n for n in around if n in self.tiles]
+
+    def files_near(self, tile: Tile) -> list[LidarAsset]:
+        """Files that hold points of the tile or of its halo."""
+        bounds = tile.buffered(self.parameters.surface.halo_m)
+        return [f for f in self.files.values() if bounds_meet(f.bounds, bounds)]
+
+    def tiles_under(self, unit: UnitEntry) -> list[str]:
+        x_min, y_min, x_max, y_max = unit.bounds
+        m = WALL_MARGIN_M
+        over = tiles_over((x_min - m, y_min - m, x_max + m, y_max + m), self.parameters.tiles.tile_m)
+        return [t.name for t in over if t.name in self.tiles]
+
+    def pieces(self, bounds: Bounds) -> dict[str, str]:
+        """Path → digest of the index pieces that meet `bounds`, from the files ingested so far, in a fixed order."""
+        cells = {t.name for t in tiles_over(bounds, self.parameters.tiles.index_cell_m)}
+        found: dict[str, str] = {}
+        for name, asset in sorted(self.files.items()):
+            record = self.records.get(("ingest", name))
+            if record is not None and bounds_meet(asset.bounds, bounds):
+                found.update({p: d for p, d in sorted(record.outputs.items()) if _stem(p) in cells})
+        return found
+
+    def parameters_for(self, stage: str, unit: str, model: Parameters) -> dict[str, Json]:
+        """The stage's parameters as JSON with the unit's overrides laid over them."""
+        over = self.overrides.get((stage, unit))
+        tree = model.model_dump(mode="json")
+        if not over:
+            return tree
+        return type(model).model_validate(merged(tree, over)).model_dump(mode="json")
+
+    def digest_of_result(self, stage: str, unit: str) -> str:
+        """What downstream digests take in of an upstream unit: its contents, or how it failed."""
+        record = self.records.get((stage, unit))
+        if record is None:
+            return "missing"
+        return str(record.result.get("digest") or f"{record.status}: {record.reason}")
+
+    def outline_files(self, tile: str) -> dict[str, str]:
+        """Path → digest of the file that holds the outlines of a tile; none where the tile has none."""
+        record = self.records.get(("outline", tile))
+        entries = record.result.get("units", []) if record else []
+        paths = {e["path"] for e in entries}
+        known: dict[str, str] = {}
+        for node in (("outline", tile), ("ingest", "outlines")):
+            if node in self.records:
+                known.update(self.records[node].outputs)
+        return {p: known[p] for p in sorted(paths)}
+
+    def hull(self, unit: str) -> dict[str, Json]:
+        """Where a unit's hull is written, or why there is none."""
+        record = self.records.get(("reconstruct", unit))
+        if record is None:
+            return {"path": None, "status": "failed", "reason": "was not reconstructed"}
+        path = next(iter(record.outputs), None)
+        return {"path": path, "status": str(record.status), "reason": record.reason}
+
+    def digest_of_hull(self, unit: str) -> str:
+        """Of the hull's contents, or of how the unit failed."""
+        record = self.records.get(("reconstruct", unit))
+        if record is None:
+            return "missing"
+        return next(iter(record.outputs.values()), f"{record.status}: {record.reason}")
+
+    def products_of(self, stage: str, unit: str) -> dict[str, str]:
+        """Path → digest of the products of a task."""
+        record = self.records.get((stage, unit))
+        return {p: d for p, d in record.outputs.items() if p.startswith("products/")} if record else {}
+
+    def refused_outlines(self) -> dict[str, str]:
+        """Units that were given but cannot be buildings, with the reason."""
+        record = self.records.get(("ingest", "outlines"))
+        return {str(u): str(reason) for u, reason in record.result.get("refused", [])} if record else {}
+
+    @property
+    def date(self) -> str:
+        """Of the newest survey, YYYY-MM-DD; empty where none is known."""
+        return max((f.date or "" for f in self.files.values()), default="")
+
+    def source_attributes(self, bounds: Bounds) -> dict[str, Json]:
+        """What is known of the data that a unit was made from."""
+        files = [f for f in self.files.values() if bounds_meet(f.bounds, bounds)]
+        dates = sorted({f.date for f in files if f.date})
+        return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}
+
+    def limits(self, stage: str) -> Limits:
+        return self.parameters.execution.limits_of(stage)
+
+
+def _stem(path: str) -> str:
+    return path.rsplit("/", 1)[-1].rsplit(".", 1)[0]

@@ -1,0 +1,32 @@
+"""What a unit of each stage takes, as far as one can say before it ran."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cityflow.flow.ledger import Ledger
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Of one unit on one core: seconds, memory of its process, disk that it leaves."""
+
+    stage: str
+    seconds: float
+    memory_mb: float
+    disk_mb: float
+
+    def measured(self, ledger: Ledger) -> Cost:
+        """With the figures of the units that the RUN has already done, where there are any."""
+        seconds, peak = ledger.mean_seconds(self.stage), ledger.peak_mb(self.stage)
+        return Cost(self.stage, seconds or self.seconds, peak or self.memory_mb, self.disk_mb)
+
+
+COSTS = {
+    "ingest": Cost("ingest", 1.0, 400.0, 4.0),
+    "surface": Cost("surface", 6.0, 900.0, 4.0),
+    "outline": Cost("outline", 0.2, 400.0, 0.2),
+    "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
+    "export": Cost("export", 5.0, 600.0, 4.0),
+}
+"""Measured on Delft (15 points per m², tiles of 250 m); replaced by the RUN's own figures as soon as it has some."""

@@ -1,0 +1,69 @@
+"""From the options of a command to what they mean: workflow, catalog, area, RUN."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cityflow.errors import WorkflowError
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.io.stac import Catalog, read_catalog
+from cityflow.stages.area import Area, parse_area
+from cityflow.stages.city import CitySource
+from cityflow.workflow.overrides import read_overrides
+from cityflow.workflow.settings import Workflow, load_workflow
+
+RUNS = "runs"
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What a run needs to know before it starts."""
+
+    workflow: Workflow
+    catalog: Catalog
+    area: Area
+    store: Store
+
+    @property
+    def overrides(self) -> Mapping[tuple[str, str], Mapping[str, Any]]:
+        return read_overrides(self.store)
+
+    def source(self) -> CitySource:
+        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides)
+
+    @contextmanager
+    def ledger(self) -> Iterator[Ledger | None]:
+        """The ledger of the RUN, or None where nothing ran there yet (nothing is created)."""
+        if not self.store.exists("run.json"):
+            yield None
+            return
+        with Ledger.open(self.store) as ledger:
+            yield ledger
+
+
+def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str], aoi: str) -> Prepared:
+    """Read workflow and catalog; nothing is written.
+
+    Raises
+    ------
+    WorkflowError, CatalogError, RunError
+    """
+    workflow = load_workflow(workflow_path, settings)
+    found = read_catalog(catalog or _own_catalog(workflow, workflow_path))
+    store = Store.open(out or f"{RUNS}/{workflow.name}")
+    return Prepared(workflow, found, parse_area(aoi, found.reference), store)
+
+
+def _own_catalog(workflow: Workflow, path: Path) -> str:
+    if not workflow.catalog:
+        raise WorkflowError(
+            "names no catalog", where=str(path), remedy="give one with --catalog, or as `catalog:` in the file"
+        )
+    if "://" in workflow.catalog or Path(workflow.catalog).is_absolute():
+        return workflow.catalog
+    return str(path.parent / workflow.catalog)

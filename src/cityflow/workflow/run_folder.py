@@ -1,0 +1,94 @@
+"""A RUN folder: opened, checked against the workflow that wants to use it, with what it says of itself."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from cityflow import __version__
+from cityflow.errors import RunError
+from cityflow.flow.store import Store
+from cityflow.io.stac import read_catalog
+from cityflow.stages.area import Area
+from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.settings import Workflow, checked
+
+DESCRIPTION = "run.json"
+PACKAGES = ("dask", "distributed", "numpy", "scipy", "shapely", "zarr", "numba", "pyproj", "rasterio", "laspy")
+
+
+def begin(wanted: Prepared) -> None:
+    """Make the RUN, or make sure that an existing one belongs to the same workflow and catalog; note what is asked for.
+
+    Raises
+    ------
+    RunError
+        The folder cannot be written, holds something else, or another workflow's run.
+    """
+    store = wanted.store
+    store.check_writable()
+    if store.exists(DESCRIPTION):
+        _refuse_stranger(store.root, _description(store), wanted)
+    elif store.is_local and Path(store.root).is_dir() and any(Path(store.root).iterdir()):
+        raise RunError(
+            "the folder is not empty and holds no run", where=store.root, remedy="choose another one with --out"
+        )
+    text = json.dumps(_describe(wanted), indent=2, ensure_ascii=False, sort_keys=True) + "\n"
+    if not store.exists(DESCRIPTION) or store.read_bytes(DESCRIPTION) != text.encode():
+        store.write_bytes(DESCRIPTION, text.encode())
+
+
+def open_run(url: str) -> Prepared:
+    """An existing RUN, with the workflow, the catalog and the area that it was last run with."""
+    store = Store.open(url)
+    if not store.exists(DESCRIPTION):
+        raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
+    tree = _description(store)
+    workflow = checked(tree["workflow"], where=f"{url}/{DESCRIPTION}")
+    return Prepared(workflow, read_catalog(tree["catalog"]), Area.of_wkt(tree["area"]), store)
+
+
+def workflow_tree(workflow: Workflow) -> dict[str, Any]:
+    """A workflow as it stands in a file: the stages at the top level."""
+    tree = workflow.model_dump(mode="json")
+    return {**{k: v for k, v in tree.items() if k != "city"}, **tree["city"]}
+
+
+def _describe(wanted: Prepared) -> dict[str, Any]:
+    versions = {"cityflow": __version__, "python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
+    return {
+        "workflow": workflow_tree(wanted.workflow),
+        "catalog": wanted.catalog.href,
+        "area": wanted.area.wkt,
+        "versions": versions,
+    }
+
+
+def _description(store: Store) -> dict[str, Any]:
+    try:
+        tree = json.loads(store.read_bytes(DESCRIPTION))
+        return {"workflow": dict(tree["workflow"]), "catalog": str(tree["catalog"]), "area": tree["area"]}
+    except (ValueError, KeyError, TypeError) as error:
+        raise RunError(
+            f"run.json is damaged: {error}", where=store.root, remedy="restore it or start a new RUN"
+        ) from error
+
+
+def _refuse_stranger(url: str, old: Mapping[str, Any], wanted: Prepared) -> None:
+    name = old["workflow"].get("name")
+    if name != wanted.workflow.name:
+        raise RunError(
+            f"this RUN belongs to the workflow '{name}', not to '{wanted.workflow.name}'",
+            where=url,
+            remedy="choose another --out",
+        )
+    if old["catalog"] != wanted.catalog.href:
+        raise RunError(
+            f"this RUN was made from the catalog {old['catalog']}, not from {wanted.catalog.href}",
+            where=url,
+            remedy="choose another --out, or name that catalog",
+        )

@@ -1,0 +1,126 @@
+"""Workflow files: YAML to a checked tree of parameters, with overrides by ``--set``."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+import yaml
+from pydantic import BaseModel, Field, ValidationError
+
+from cityflow.core.parameters import Parameters, merged
+from cityflow.errors import WorkflowError
+from cityflow.stages.parameters import CityParameters
+
+
+class Workflow(Parameters):
+    """One workflow file: a name, the catalog it was written for, and the parameters of every stage."""
+
+    name: str = Field(description="Name of the workflow; a RUN folder belongs to one workflow")
+    catalog: str = Field(default="", description="Catalog folder or URL, relative to the workflow file")
+    city: CityParameters = CityParameters()
+
+
+def load_workflow(path: Path, settings: Sequence[str] = ()) -> Workflow:
+    """Read a workflow file and apply ``key=value`` settings.
+
+    Raises
+    ------
+    WorkflowError
+        The file is missing or no YAML mapping, a key is unknown (the nearest known one is named), a value does not fit.
+    """
+    tree = _read_yaml(path)
+    for setting in settings:
+        tree = merged(tree, parse_setting(setting))
+    return checked(tree, where=str(path))
+
+
+def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
+    """A workflow from a plain tree, with messages a person can act on."""
+    try:
+        return Workflow.model_validate({k: v for k, v in _with_city(tree).items()})
+    except ValidationError as error:
+        raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
+
+
+def described_parameters() -> str:
+    """All keys with default, bounds and unit, a line each."""
+    return "\n".join(_described(CityParameters, ""))
+
+
+def _described(model: type[BaseModel], prefix: str) -> list[str]:
+    rows = []
+    for name, field in model.model_fields.items():
+        below = _model_at(model, [name])
+        if below is not model:
+            rows += _described(below, f"{prefix}{name}.")
+            continue
+        bounds = ", ".join(str(m) for m in field.metadata)
+        default = field.get_default(call_default_factory=True)
+        rows.append(f"{prefix}{name} = {default!r}  {field.description or ''}{f'  ({bounds})' if bounds else ''}")
+    return rows
+
+
+def _with_city(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """In files the stages stand at the top level, beside name and catalog."""
+    top = {"name", "catalog"}
+    return {**{k: v for k, v in tree.items() if k in top}, "city": {k: v for k, v in tree.items() if k not in top}}
+
+
+def parse_setting(text: str) -> dict[str, Any]:
+    """``a.b=1`` to ``{"a": {"b": 1}}``; values are YAML.
+
+    >>> parse_setting("reconstruct.methods=[extruded]")
+    {'reconstruct': {'methods': ['extruded']}}
+    """
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise WorkflowError(f"'{text}' is no setting", where="--set", remedy="write it as key.subkey=value")
+    try:
+        node: Any = yaml.safe_load(value)
+    except yaml.YAMLError as error:
+        raise WorkflowError(f"the value of '{text}' is no YAML: {error}", where="--set", remedy="quote it") from None
+    for part in reversed(key.strip().split(".")):
+        node = {part: node}
+    return dict(node)
+
+
+def _read_yaml(path: Path) -> dict[str, Any]:
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise WorkflowError("no such workflow file", where=str(path), remedy="workflows/ has examples") from None
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise WorkflowError(f"not readable as YAML: {error}", where=str(path), remedy="mend the file") from None
+    if not isinstance(tree, dict):
+        raise WorkflowError("not a mapping of keys to values", where=str(path), remedy="workflows/ has examples")
+    return tree
+
+
+def explain_invalid(error: ValidationError) -> str:
+    """One sentence per fault: the key, the value, what is wrong; for an unknown key the nearest known one."""
+    return "; ".join(_explain_one(dict(e)) for e in error.errors())
+
+
+def _explain_one(entry: Mapping[str, Any]) -> str:
+    location = [str(part) for part in entry["loc"] if part != "city"]
+    key = ".".join(location)
+    if entry["type"] != "extra_forbidden":
+        return f"{key} = {entry['input']!r}: {entry['msg']}"
+    model = _model_at(CityParameters, location[:-1])
+    known = [*model.model_fields] + (["name", "catalog"] if len(location) == 1 else [])
+    near = difflib.get_close_matches(location[-1], known, n=1, cutoff=0.0)
+    return f"unknown key '{key}'; the nearest known one is '{'.'.join([*location[:-1], *near])}'"
+
+
+def _model_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel]:
+    for part in path:
+        field = model.model_fields.get(part)
+        kinds = [field.annotation, *get_args(field.annotation)] if field else []
+        below = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
+        if not below:
+            break
+        model = below[0]
+    return model

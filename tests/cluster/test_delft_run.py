@@ -1,0 +1,196 @@
+"""The whole chain on the real survey of Delft, as a user runs it: commands, processes, and processes that die.
+
+The first run, on one worker, is the reference; every other one must leave the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
+CATALOG = ROOT / "catalogs" / "delft"
+BUILDINGS = 160
+POISON = "poison:segmentation_fault"
+
+pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("delft")]
+
+
+def environment() -> dict[str, str]:
+    """Child processes see the poisonous method beside this file."""
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    return {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
+
+
+def cityflow(*arguments: str | Path, ok: bool = True) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "cityflow", *map(str, arguments)],
+        capture_output=True, text=True, env=environment(), timeout=600, check=False,
+    )  # fmt: skip
+    text = done.stdout + done.stderr
+    assert (done.returncode == 0) == ok, text
+    return text
+
+
+def product_digests(run: Path) -> dict[str, str]:
+    """SHA-256 of everything that must not depend on who did what when."""
+    files = [p for folder in ("products", "surface.zarr") for p in sorted((run / folder).rglob("*")) if p.is_file()]
+    return {str(p.relative_to(run)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def records_of(run: Path, stage: str) -> dict[str, list[dict[str, object]]]:
+    """Unit → its records, oldest first."""
+    folders = sorted((run / "records" / stage).iterdir())
+    return {f.name: [json.loads(p.read_bytes()) for p in sorted(f.glob("*.json"))] for f in folders}
+
+
+def attempts(run: Path) -> dict[tuple[str, str], int]:
+    stages = [p.name for p in (run / "records").iterdir()]
+    return {(stage, unit): len(found) for stage in stages for unit, found in records_of(run, stage).items()}
+
+
+@contextmanager
+def processes(*commands: list[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
+    started = [
+        subprocess.Popen(
+            c, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        for c in commands
+    ]
+    try:
+        yield started
+    finally:
+        for process in started:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = tmp_path_factory.mktemp("reference") / "run"
+    cityflow("run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "1")
+    return run
+
+
+def test_every_outline_leaves_a_record_and_a_solid(reference: Path) -> None:
+    records = records_of(reference, "reconstruct")
+    assert len(records) == BUILDINGS
+    lines = (reference / "products" / "city.city.jsonl").read_text().splitlines()
+    features = [json.loads(line) for line in lines[1:]]
+    buildings = [o for f in features for o in f["CityObjects"].values() if o["type"] == "Building"]
+    assert len(buildings) == BUILDINGS
+    assert all({g["lod"] for g in b["geometry"]} >= {"0", "1.2", "1.3", "2.2"} for b in buildings)
+
+
+def test_a_second_run_does_nothing(reference: Path) -> None:
+    before = attempts(reference)
+    cityflow("run", WORKFLOW, "--catalog", CATALOG, "--out", reference, "--workers", "1")
+    assert attempts(reference) == before
+
+
+def test_two_workers_of_a_scheduler_one_killed_leave_the_same_bytes(reference: Path, tmp_path: Path) -> None:
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
+    dask = [sys.executable, "-m", "dask"]
+    worker = [*dask, "worker", address, "--nthreads", "1", "--memory-limit", "0", "--no-dashboard", "--no-nanny"]
+    run = tmp_path / "run"
+    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    with processes(scheduler, worker, worker) as (_, _, victim):
+        driver = subprocess.Popen(
+            [sys.executable, "-m", "cityflow", "run", str(WORKFLOW), "--catalog", str(CATALOG), "--out", str(run), "--scheduler", address],
+            env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        kill_in_the_middle(victim, run)
+        text, _ = driver.communicate(timeout=600)
+    assert driver.returncode == 0, text
+    assert product_digests(run) == product_digests(reference)
+
+
+def kill_in_the_middle(victim: subprocess.Popen[bytes], run: Path) -> None:
+    """SIGKILL a worker when some buildings are done and most are not."""
+    folder = run / "records" / "reconstruct"
+    deadline = time.monotonic() + 400
+    while time.monotonic() < deadline:
+        done = sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0
+        if done >= 10:
+            assert done < BUILDINGS
+            os.killpg(victim.pid, signal.SIGKILL)
+            return
+        time.sleep(0.02)
+    raise AssertionError("no building was ever done")
+
+
+def test_a_poisonous_building_stops_nothing_and_is_rerun_alone(reference: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(reference, run)
+    expected = product_digests(reference)
+    unit = sorted(records_of(run, "reconstruct"))[7]
+    text = cityflow("rerun", run, "--unit", unit, "--set", f"reconstruct.methods=[{POISON}]", "--workers", "1")
+    newest = records_of(run, "reconstruct")[unit][-1]
+    assert newest["status"] == "failed"
+    assert "SIGSEGV" in str(newest["reason"])
+    assert unit in text
+    assert product_digests(run) != expected
+    before = attempts(run)
+    cityflow("rerun", run, "--failed", "--clear-overrides", "--workers", "1")
+    changed = {node for node, n in attempts(run).items() if n != before[node]}
+    assert ("reconstruct", unit) in changed
+    assert {stage for stage, _ in changed} == {"reconstruct", "export"}
+    assert len([1 for stage, _ in changed if stage == "reconstruct"]) == 1
+    assert product_digests(run) == expected
+
+
+def test_an_interrupted_run_stops_soon_and_is_continued(reference: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    command = ["run", str(WORKFLOW), "--catalog", str(CATALOG), "--out", str(run), "--workers", "2"]
+    driver = subprocess.Popen(
+        [sys.executable, "-m", "cityflow", *command],
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    while not (run / "records" / "surface").is_dir():
+        assert driver.poll() is None
+        time.sleep(0.05)
+    driver.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    driver.communicate(timeout=60)
+    assert time.monotonic() - start < 15
+    assert driver.returncode == 130
+    done_before = {node for node, n in attempts(run).items() if n}
+    cityflow(*command)
+    again = {node for node, n in attempts(run).items() if n > 1 and node in done_before}
+    assert not {node for node in again if node[0] in ("ingest", "reconstruct")}
+    assert product_digests(run) == product_digests(reference)
+
+
+def test_an_area_of_interest_gives_the_same_buildings(reference: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    cityflow(
+        "run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--aoi", "84960,447470,85010,447520", "--workers", "1"
+    )
+    mine, whole = records_of(run, "reconstruct"), records_of(reference, "reconstruct")
+    assert 5 < len(mine) < BUILDINGS
+    assert all(
+        list(found[-1]["outputs"].values()) == list(whole[unit][-1]["outputs"].values()) for unit, found in mine.items()
+    )  # type: ignore[attr-defined]
