@@ -18,6 +18,9 @@ from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
 
+SUSPECT_NMAD_M, SUSPECT_SHARE = 0.20, 0.80
+"""A model is worth a look where its points scatter more than this, or fewer of them are explained."""
+
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
 
@@ -31,6 +34,7 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "summary": summary(units),
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
+        "worth_a_look": [u.id for u in units if is_suspect(u)],
         "units": [_unit(u) for u in units],
         "products": [asdict(p) for p in data.products],
         "sources": [asdict(s) for s in data.sources],
@@ -61,6 +65,13 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
         "seconds_max": max(seconds, default=None),
         "peak_mb": max((u.peak_mb for u in units), default=None),
     }
+
+
+def is_suspect(unit: UnitRow) -> bool:
+    """True for a model that was made but fits its points badly."""
+    far = unit.nmad is not None and unit.nmad > SUSPECT_NMAD_M
+    sparse = unit.share_explained is not None and unit.share_explained < SUSPECT_SHARE
+    return unit.status in (Status.DONE, Status.DEGRADED) and (far or sparse)
 
 
 def measured(units: Iterable[UnitRow], name: str) -> list[float]:

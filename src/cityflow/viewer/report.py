@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from cityflow.core.building import Status
-from cityflow.viewer.figures import finite, measured, report_figures
+from cityflow.viewer.figures import finite, is_suspect, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_map import draw_map
@@ -57,9 +57,10 @@ def _page(data: ReportData, figures: dict[str, Any]) -> str:
             unit_map=unit_map,
             units=units,
             histograms=_histograms(units),
+            suspects=[(i, u) for i, u in enumerate(units) if is_suspect(u)],
             worst=_highest(units, "nmad"),
             slowest=_highest(units, "seconds"),
-            payload=Markup(_script_json(_payload(units, data))),  # noqa: S704
+            payload=Markup(_script_json(_payload(units, data))),
             style=_text("report.css"),
             script=_text("report.js"),
         )
@@ -128,7 +129,7 @@ def _script_json(value: Any) -> str:
 
 
 def _text(name: str) -> Markup:
-    return Markup((files("cityflow.viewer") / "templates" / name).read_text("utf-8"))  # noqa: S704
+    return Markup((files("cityflow.viewer") / "templates" / name).read_text("utf-8"))
 
 
 @cache
@@ -145,7 +146,7 @@ def _environment() -> Environment:
 
 
 def _cm(metres: float | None) -> str:
-    return "–" if metres is None or metres != metres else f"{100 * metres:.1f} cm"
+    return "–" if metres is None or metres != metres else f"{round(100 * metres, 1) + 0.0:.1f} cm"
 
 
 def _share(value: float | None) -> str:

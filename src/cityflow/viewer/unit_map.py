@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,7 +20,7 @@ STATUS_ORDER = (Status.DONE, Status.DEGRADED, Status.REFUSED, Status.FAILED)
 
 NMAD_BREAKS_M = (0.02, 0.04, 0.06, 0.10, 0.20)
 PLANE_BREAKS = (2.0, 3.0, 5.0, 9.0, 17.0)
-STEPS = [m * 10.0**e for e in range(-3, 5) for m in (1, 2, 5)]
+STEPS = [m * 10.0**e for e in range(-3, 7) for m in (1, 2, 5)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ def draw_map(units: Sequence[UnitRow]) -> UnitMap:
 def colour_scales(units: Sequence[UnitRow]) -> tuple[Scale, ...]:
     """Scales with fixed classes, so that maps of different runs can be compared; time follows its median."""
     median = quantile([u.seconds for u in units], 0.5) or 0.05
-    start = max(bisect_right(STEPS, median * 1.0001) - 1, 0)
+    start = min(max(bisect_right(STEPS, median * 1.0001) - 1, 0), len(STEPS) - 5)
     seconds = tuple(STEPS[start : start + 5])
     return (
         Scale("nmad", "NMAD", NMAD_BREAKS_M, _labels([f"{100 * b:g}" for b in NMAD_BREAKS_M], "cm")),
@@ -85,7 +86,7 @@ def colour_scales(units: Sequence[UnitRow]) -> tuple[Scale, ...]:
 
 
 def _labels(breaks: Sequence[str], unit: str) -> tuple[str, ...]:
-    inner = [f"{a}–{b} {unit}" for a, b in zip(breaks, breaks[1:], strict=False)]
+    inner = [f"{a}–{b} {unit}" for a, b in pairwise(breaks)]
     return (f"below {breaks[0]} {unit}", *inner, f"{breaks[-1]} {unit} or more")
 
 

@@ -65,7 +65,7 @@ if (city) {
     if (!shape) return;
     shape.classList.add("sel"); shape.parentNode.append(shape);
     if (!move) return;
-    const [x, y] = centre(row), size = Math.min(view[2], 2500), height = size * whole[3] / whole[2];
+    const [x, y] = centre(row), r = city.getBoundingClientRect(), size = Math.min(whole[2], 1500), height = size * r.height / r.width;
     view = [x - size / 2, y - height / 2, size, height]; draw();
   };
   const describe = row => {
