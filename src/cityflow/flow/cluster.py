@@ -3,11 +3,12 @@
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from typing import Any
 
@@ -21,6 +22,7 @@ DASHBOARD_PORT = 8787
 CONNECT_S = 10.0
 WORKERS_S = 20.0
 CLOSE_S = 5.0
+WORKER_CLOSE_S = 0.5
 
 CONFIG: dict[str, Any] = {
     # All tasks in flight go to the workers at once: their number is bounded by the driver already, and the default
@@ -75,8 +77,20 @@ def _local(workers: int) -> Iterator[Client]:
     try:
         yield client
     finally:
-        client.close(timeout=CLOSE_S)
-        cluster.close(timeout=CLOSE_S)
+        # A task that runs on after Ctrl-C must not hold up the end; the processes die with this one at the latest.
+        with suppress(TimeoutError):
+            cluster.sync(_end_workers, cluster)
+            client.close(timeout=CLOSE_S)
+            cluster.close(timeout=CLOSE_S)
+
+
+async def _end_workers(cluster: LocalCluster) -> None:
+    """End the workers soon: asked politely, they wait for their threads, and a unit may run for many minutes.
+
+    They hold nothing: what has a record is in the store, what has none runs again.
+    """
+    closing = [nanny.close(timeout=WORKER_CLOSE_S) for nanny in cluster.workers.values()]
+    await asyncio.gather(*closing, return_exceptions=True)
 
 
 @contextmanager
