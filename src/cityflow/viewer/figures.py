@@ -112,7 +112,12 @@ def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:
 
 
 def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Status) -> str:
-    """The command that runs these units, and what depends on them, again."""
+    """The command that runs these units, and what depends on them, again.
+
+    Refused units are left to a new run of the workflow: once their outlines are mended their tasks are stale by themselves.
+    """
+    if status is Status.REFUSED:
+        return "cityflow run WORKFLOW --out RUN"
     if len(units) > MOST_UNITS_IN_A_COMMAND:
         return "cityflow rerun RUN --degraded" if status is Status.DEGRADED else "cityflow rerun RUN --failed"
     chosen = " ".join(f"--unit {shlex.quote(u)}" for u in units)

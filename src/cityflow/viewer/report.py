@@ -22,14 +22,14 @@ LISTED = 10
 
 STATUS_TEXTS = {
     Status.DONE: ("Done", "modelled as asked"),
-    Status.DEGRADED: ("Simplified", "a simpler model than asked for"),
+    Status.DEGRADED: ("Simplified", "a simpler model than asked for (degraded)"),
     Status.FAILED: ("Failed", "no model of its own"),
     Status.REFUSED: ("Refused", "the input cannot be a building"),
 }
 
 ADVICE = {
     Status.FAILED: "Read the reason, change a parameter if it names one (--set key=value), run them again:",
-    Status.REFUSED: "Mend these outlines in the source and run the workflow again, or leave them out. To try again as they are:",
+    Status.REFUSED: "Mend these in the source and run the workflow again; only what has changed is done again:",
     Status.DEGRADED: "Usable as they are. To try again, for instance with other parameters (--set key=value):",
 }
 
@@ -57,6 +57,7 @@ def _page(data: ReportData, figures: dict[str, Any]) -> str:
             unit_map=unit_map,
             units=units,
             histograms=_histograms(units),
+            row_of={u.id: i for i, u in enumerate(units)},
             suspects=[(i, u) for i, u in enumerate(units) if is_suspect(u)],
             worst=_highest(units, "nmad"),
             slowest=_highest(units, "seconds"),

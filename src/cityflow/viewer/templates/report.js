@@ -161,6 +161,9 @@ if (city) {
   addEventListener("beforeprint", () => { city.setAttribute("viewBox", whole.join(" ")); }); addEventListener("afterprint", draw);
   draw();
 }
+let opened = [];
+addEventListener("beforeprint", () => { opened = all("#method details:not([open])"); opened.forEach(d => { d.open = true; }); });
+addEventListener("afterprint", () => { opened.forEach(d => { d.open = false; }); });
 document.addEventListener("click", event => {
   const button = event.target.closest(".show");
   if (!button || !city) return;
