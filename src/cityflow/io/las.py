@@ -20,6 +20,9 @@ CHUNK_POINTS = 2_000_000
 HEIGHT_LIMIT = 10_000.0
 """Metres: no terrain or building on Earth lies higher or deeper; what does is a blunder of the scanner."""
 
+STRAY_M = 0.1
+"""How far a point may lie outside the extent in the header, which some software rounds."""
+
 
 @dataclass(frozen=True, slots=True)
 class Dropped:
@@ -44,10 +47,28 @@ def stream_records(path: str | Path, chunk: int = CHUNK_POINTS) -> Iterator[lasp
     with open_binary(name) as file, opened(file, name) as reader:
         for records in reader.chunk_iterator(chunk):
             seen += len(records)
+            _refuse_strays(records, reader.header, name)
             yield records
         if seen != reader.header.point_count:
             problem = f"{seen:,} points could be read of {reader.header.point_count:,} in the header"
             raise CatalogError(problem, where=name, remedy="fetch or copy it again")
+
+
+def _refuse_strays(records: laspy.ScaleAwarePointRecord, header: laspy.LasHeader, name: str) -> None:
+    """LAZ has no check sums: what was damaged decompresses to nonsense, which the header's extent gives away.
+
+    A point beyond the extent would also be missing from the tiles that are laid over the extent.
+    """
+    for axis, place in enumerate("XY"):
+        values = np.asarray(records[place])
+        if not len(values):
+            return
+        scale, offset = float(header.scales[axis]), float(header.offsets[axis])
+        low, high = float(values.min()) * scale + offset, float(values.max()) * scale + offset
+        if low < header.mins[axis] - STRAY_M or high > header.maxs[axis] + STRAY_M:
+            problem = f"points lie outside the header's extent ({place} from {low:,.1f} to {high:,.1f})"
+            remedy = "the file is damaged, or its header wrong: fetch it again, or rewrite its header"
+            raise CatalogError(problem, where=name, remedy=remedy)
 
 
 def stream(path: str | Path, chunk: int = CHUNK_POINTS) -> Iterator[tuple[PointCloud, Dropped]]:
@@ -125,6 +146,7 @@ def sample(path: str | Path) -> Sample:
             reader.seek(start)
             records = reader.read_points(length)
             points += len(records)
+            _refuse_strays(records, reader.header, name)
             histogram += np.bincount(np.asarray(records.classification, np.uint8), minlength=256)
             returns = max(returns, int(np.max(records.number_of_returns, initial=1)))
             dropped += usable_points(records)[1]
