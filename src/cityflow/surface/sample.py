@@ -1,37 +1,39 @@
-"""Heights of a raster at points."""
+"""Values of a raster at places."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Grid
 
 
-def sample(grid: Grid, array: NDArray[np.floating], x: FloatArray, y: FloatArray) -> FloatArray:
-    """Bilinear between cell centres; cells without a value are left out and the weights of the others scaled up.
+def sample(grid: Grid, array: FloatArray | Float32Array, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Bilinear value at world x, y (any shape): cells are values at their centres.
 
-    Parameters
-    ----------
-    array : (rows, cols) of `grid`, NaN where there is no value
-    x, y : (N,) world metres
+    Missing cells (NaN) leave their weight to the others; NaN where all four are missing or the place lies outside the
+    grid. Within half a cell of the grid's edge the border cells go on.
 
-    Returns
-    -------
-    (N,) float64; NaN where none of the four cells around a point has a value, or the point lies outside the grid
-
-    >>> sample(Grid(0.0, 2.0, 1.0, 2, 2), np.array([[0.0, 1.0], [2.0, 3.0]]), np.array([1.0]), np.array([1.0]))
+    >>> sample(Grid(0, 2, 1, 2, 2), np.array([[0.0, 1.0], [2.0, 3.0]]), np.array([1.0]), np.array([1.0]))
     array([1.5])
     """
-    u, v = (np.asarray(x) - grid.x_min) / grid.cell - 0.5, (grid.y_max - np.asarray(y)) / grid.cell - 0.5
-    col, row = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
-    total, weight = np.zeros(len(u)), np.zeros(len(u))
-    for d_row, w_row in ((0, 1 - (v - row)), (1, v - row)):
-        for d_col, w_col in ((0, 1 - (u - col)), (1, u - col)):
-            z = array[np.clip(row + d_row, 0, grid.rows - 1), np.clip(col + d_col, 0, grid.cols - 1)].astype(np.float64)
-            w = np.where(np.isfinite(z), w_row * w_col, 0.0)
-            total += np.where(w > 0, w * z, 0.0)
-            weight += w
-    inside = (u > -0.5 - 1e-9) & (u < grid.cols - 0.5 + 1e-9) & (v > -0.5 - 1e-9) & (v < grid.rows - 0.5 + 1e-9)
-    return np.where(inside & (weight > 1e-12), total / np.where(weight > 0, weight, 1.0), np.nan)
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    col, row = (x - grid.x_min) / grid.cell - 0.5, (grid.y_max - y) / grid.cell - 0.5
+    tolerance = 0.5 + 1e-6
+    outside = (col < -tolerance) | (row < -tolerance) | (col > grid.cols - 1 + tolerance)
+    outside |= row > grid.rows - 1 + tolerance
+    col, row = np.clip(np.nan_to_num(col), 0, grid.cols - 1), np.clip(np.nan_to_num(row), 0, grid.rows - 1)
+    c_0, r_0 = (
+        np.minimum(col.astype(np.int64), max(grid.cols - 2, 0)),
+        np.minimum(row.astype(np.int64), max(grid.rows - 2, 0)),
+    )
+    d_c, d_r = col - c_0, row - r_0
+    total, weight = np.zeros(x.shape), np.zeros(x.shape)
+    for i, w_r in ((0, 1 - d_r), (1, d_r)):
+        for j, w_c in ((0, 1 - d_c), (1, d_c)):
+            value = array[np.minimum(r_0 + i, grid.rows - 1), np.minimum(c_0 + j, grid.cols - 1)].astype(np.float64)
+            w: NDArray[np.float64] = np.where(np.isnan(value), 0.0, w_r * w_c)
+            total, weight = total + w * np.nan_to_num(value), weight + w
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(outside | (weight <= 1e-9), np.nan, total / weight)

@@ -1,0 +1,106 @@
+"""What covers each cell: ground, vegetation, building candidate, water or bridge."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
+
+from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.points import BRIDGE as LAS_BRIDGE
+from cityflow.core.points import CIVIL_STRUCTURE, PointCloud
+from cityflow.core.points import WATER as LAS_WATER
+from cityflow.surface.rasterise import count_points
+
+UNKNOWN, GROUND, VEGETATION, BUILDING, WATER, BRIDGE = 0, 2, 5, 6, 9, 17
+"""Values of a class raster."""
+
+
+class CoverParameters(Parameters):
+    """Rules of the class raster."""
+
+    building_height_m: float = Field(2.0, ge=0.5, le=20, description="buildings stand out by at least this, metres")
+    water_share: float = Field(0.25, ge=0, le=1, description="water sends less than this share of the usual returns")
+    water_window_m: float = Field(4.0, ge=1, le=50, description="window in which returns are counted, metres")
+    water_area_m2: float = Field(80.0, ge=0, le=1e6, description="smaller areas with few returns are shadows, m²")
+    unknown_m: float = Field(30.0, ge=1, le=500, description="further from any point nothing is known, metres")
+    level_step_m: float = Field(0.35, gt=0, le=5, description="a deck meets the road without a step above this, metres")
+    level_share: float = Field(0.06, ge=0, le=1, description="share of a bridge's border that meets the road")
+
+    @property
+    def halo_m(self) -> float:
+        """Regions of water and bridges are judged within this distance, metres."""
+        return max(self.unknown_m, 40.0)
+
+
+def classify(
+    points: PointCloud,
+    heights: tuple[FloatArray, FloatArray],
+    vegetation: BoolArray,
+    count: IntArray,
+    grid: Grid,
+    parameters: CoverParameters,
+) -> ByteArray:
+    """(rows, cols) uint8 class of each cell; `heights` are the filled DSM and the DTM."""
+    dsm, dtm = heights
+    p = parameters
+    with np.errstate(invalid="ignore"):
+        high = dsm - dtm > p.building_height_m
+    klass = np.full(grid.shape, GROUND, np.uint8)
+    klass[vegetation] = VEGETATION
+    klass[high & ~vegetation] = BUILDING
+    klass[_water(points, count, high, grid, p)] = WATER
+    klass[_bridges(points, heights, klass, grid, p)] = BRIDGE
+    if count.any():
+        far = distance_transform_edt(count == 0) * grid.cell > p.unknown_m
+    else:
+        far = np.ones(grid.shape, bool)
+    klass[far | np.isnan(dtm)] = UNKNOWN
+    return klass
+
+
+def _majority(points: PointCloud, count: IntArray, grid: Grid, classes: list[int]) -> BoolArray:
+    """Cells of whose 3 x 3 neighbourhood's points at least half have one of the classes."""
+    named = count_points(points.of_class(*classes), grid).astype(float)
+    share = uniform_filter(named, 3, mode="constant") / np.maximum(uniform_filter(count.astype(float), 3), 1e-9)
+    return np.asarray((share >= 0.5) & (uniform_filter(named, 3, mode="constant") > 1e-9))
+
+
+def _water(points: PointCloud, count: IntArray, high: BoolArray, grid: Grid, p: CoverParameters) -> BoolArray:
+    """Cells named water, and compact low areas that send few returns."""
+    size = 2 * round(p.water_window_m / grid.cell / 2) + 1
+    density = uniform_filter(count.astype(float), size, mode="nearest")
+    usual = float(np.median(density[density > 0])) if count.any() else 0.0
+    sparse = (density < p.water_share * usual) & ~high
+    sparse = binary_dilation(
+        binary_opening(sparse, iterations=max(size // 4, 1)), iterations=max(size // 4, 1), mask=~high
+    )
+    labels, regions = label(sparse)
+    area = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2
+    large = area >= p.water_area_m2
+    large[0] = False
+    return np.asarray(large[labels] | (_majority(points, count, grid, [LAS_WATER]) & ~high))
+
+
+def _bridges(
+    points: PointCloud, heights: tuple[FloatArray, FloatArray], klass: ByteArray, grid: Grid, p: CoverParameters
+) -> BoolArray:
+    """Cells named bridge; else high regions that part of their border leads onto from the ground without a step."""
+    if np.isin(points.classification, [LAS_BRIDGE, CIVIL_STRUCTURE]).any():
+        named = points.of_class(LAS_BRIDGE, CIVIL_STRUCTURE)
+        count = count_points(points, grid)
+        return _majority(named, count, grid, [LAS_BRIDGE, CIVIL_STRUCTURE]) & (klass != VEGETATION)
+    dsm, _ = heights
+    labels, regions = label(klass == BUILDING)
+    border, level = np.zeros(regions + 1), np.zeros(regions + 1)
+    for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        beside, other = np.roll(klass, shift, axis), np.roll(dsm, shift, axis)
+        edge = (labels > 0) & (beside != BUILDING)
+        smooth = edge & (beside == GROUND) & (np.abs(dsm - other) < p.level_step_m)
+        border += np.bincount(labels[edge], minlength=regions + 1)
+        level += np.bincount(labels[smooth], minlength=regions + 1)
+    is_bridge = level > p.level_share * np.maximum(border, 1)
+    is_bridge[0] = False
+    return np.asarray(is_bridge[labels])

@@ -1,0 +1,64 @@
+"""From a rough terrain to the points that lie on the ground, and from them to the final terrain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.points import PointCloud
+from cityflow.surface.gridding import bridge_gaps, terrain_from_points
+from cityflow.surface.rasterise import lowest
+from cityflow.surface.sample import sample
+
+
+def work_grid(grid: Grid, cell_m: float) -> Grid:
+    """The grid over the same area with cells of `cell_m` on the world lattice."""
+    return Grid.covering(grid.bounds, cell_m)
+
+
+def lowest_surface(points: PointCloud, grid: Grid) -> FloatArray:
+    """(rows, cols) lowest return per cell with gaps bridged linearly; low points that nothing supports removed.
+
+    A cell is lowered by multipath to far below everything around; it is raised again where it lies more than 1 m
+    below the second lowest cell of its 3 x 3 window.
+    """
+    low = lowest(points, grid)
+    filled = bridge_gaps(low, grid)
+    padded = np.pad(filled, 1, mode="edge")
+    shifted = [padded[i : i + grid.rows, j : j + grid.cols] for i in range(3) for j in range(3) if (i, j) != (1, 1)]
+    second = np.sort(np.stack(shifted), axis=0)[1]
+    return np.where(filled < second - 1.0, second, filled)
+
+
+def slope_of(surface: FloatArray, cell_m: float) -> FloatArray:
+    """(rows, cols) magnitude of the gradient, dimensionless."""
+    if min(surface.shape) < 2:
+        return np.zeros(surface.shape)
+    d_r, d_c = np.gradient(surface, cell_m)
+    return np.hypot(d_r, d_c)
+
+
+def refine(
+    points: PointCloud, rough: FloatArray, rough_grid: Grid, grid: Grid, tolerance: tuple[float, float]
+) -> FloatArray:
+    """(rows, cols) of `grid`: final terrain from the points within a tolerance of a rough one.
+
+    The tolerance in metres is ``tolerance[0] + tolerance[1]·slope``. A second pass asks the same of the first
+    result, which is closer to the truth, so that low vegetation leaves and cut crests return.
+    """
+    last = points.return_number >= points.number_of_returns
+    xyz = points.xyz[last]
+    surface, surface_grid = rough, rough_grid
+    for _ in range(2):
+        height = sample(surface_grid, surface, xyz[:, 0], xyz[:, 1])
+        slope = sample(surface_grid, slope_of(surface, surface_grid.cell), xyz[:, 0], xyz[:, 1])
+        near = np.abs(xyz[:, 2] - height) <= tolerance[0] + tolerance[1] * np.minimum(slope, 1.5)
+        surface, surface_grid = terrain_from_points(xyz[near], rough_grid), rough_grid
+    return terrain_from_points(xyz[near], grid)
+
+
+def resample(surface: FloatArray, surface_grid: Grid, grid: Grid) -> FloatArray:
+    """A raster at the cell centres of another grid."""
+    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    return sample(surface_grid, surface, x, y)

@@ -1,0 +1,122 @@
+"""Vegetation: high, and penetrable or rough, in compact regions (Gross 2005 §2.2).
+
+Pulses split in foliage and at walls alike; regions of foliage are compact, those along walls elongated. Where the
+cloud says nothing of several returns the residuals of local planes stand for them. Where it has classes they decide.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+from scipy.ndimage import binary_closing, binary_dilation, distance_transform_edt, label, uniform_filter
+from scipy.ndimage import maximum as region_maximum
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.points import BUILDING, HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION, PointCloud
+from cityflow.surface.rasterise import cell_of, count_points, several_return_share
+
+
+class VegetationParameters(Parameters):
+    """What counts as foliage."""
+
+    least_height_m: float = Field(1.5, ge=0, le=20, description="vegetation is at least this high, metres")
+    window_m: float = Field(1.5, ge=0.2, le=20, description="window of shares and residuals, metres")
+    returns_share: float = Field(0.3, ge=0, le=1, description="share of returns with another one below them")
+    residual_m: float = Field(0.35, gt=0, le=5, description="RMS of heights off the local plane, metres")
+    compact_m: float = Field(0.9, ge=0, le=20, description="inner radius above which a region is no wall, metres")
+    reach_m: float = Field(1.0, ge=0, le=10, description="foliage goes on this far into doubtful cells, metres")
+
+    @property
+    def halo_m(self) -> float:
+        """A region's compactness is judged within this distance: that of a large crown."""
+        return 25.0
+
+
+def vegetation_mask(
+    points: PointCloud, dsm: FloatArray, dtm: FloatArray, grid: Grid, parameters: VegetationParameters
+) -> BoolArray:
+    """(rows, cols) True on vegetation.
+
+    Parameters
+    ----------
+    points : cleaned cloud over the grid
+    dsm, dtm : (rows, cols) metres; dsm may have NaN
+    """
+    p = parameters
+    with np.errstate(invalid="ignore"):
+        high = dsm - dtm > p.least_height_m
+    said = class_votes(points, grid)
+    if said is not None:
+        return np.asarray(high & (said < 0))
+    seeds = high & _penetrable_or_rough(points, dsm, dtm, grid, p)
+    return high & _compact(seeds, high, grid, p)
+
+
+def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
+    """(rows, cols) 1 where the 3 x 3 cells' classes say building, -1 where not; None where the cloud has no such classes.
+
+    Where a survey names buildings but no vegetation (AHN), what is high and not named is taken for vegetation.
+    """
+    green = np.isin(points.classification, [LOW_VEGETATION, MEDIUM_VEGETATION, HIGH_VEGETATION])
+    house = points.classification == BUILDING
+    if not house.any():
+        return None
+    houses = uniform_filter(count_points(points.take(house), grid).astype(float), 3, mode="constant")
+    first = points.return_number <= 1
+    others = green & first if green.any() else ~house & first & (points.classification <= 1)
+    greens = uniform_filter(count_points(points.take(others), grid).astype(float), 3, mode="constant")
+    return np.where(houses >= greens, 1.0, -1.0)
+
+
+def _penetrable_or_rough(
+    points: PointCloud, dsm: FloatArray, dtm: FloatArray, grid: Grid, p: VegetationParameters
+) -> BoolArray:
+    size = 2 * round(p.window_m / grid.cell / 2) + 1
+    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), size) > p.residual_m
+    if not points.has_returns():
+        return rough
+    above = points.take(_height_above(points, dtm, grid) > p.least_height_m)
+    weight = count_points(above, grid).astype(float)
+    share = uniform_filter(several_return_share(above, grid) * weight, size) / np.maximum(
+        uniform_filter(weight, size), 1e-6
+    )
+    return (share > p.returns_share) & (uniform_filter(weight, size) > 1e-6)
+
+
+def _height_above(points: PointCloud, dtm: FloatArray, grid: Grid) -> FloatArray:
+    cell, inside = cell_of(points, grid)
+    height = np.full(len(points), -np.inf)
+    height[inside] = points.xyz[inside, 2] - np.nan_to_num(dtm.ravel()[cell], nan=np.inf)
+    return height
+
+
+def local_residual(values: FloatArray, size: int) -> FloatArray:
+    """(rows, cols) RMS of heights off the least-squares plane of the size x size window; unit of the values."""
+    half = size // 2
+    offsets = np.arange(-half, half + 1, dtype=float)
+    moment = float((offsets**2).mean())
+    z = values - np.nanmean(values)
+    z = np.nan_to_num(z)
+    mean, square = uniform_filter(z, size, mode="nearest"), uniform_filter(z * z, size, mode="nearest")
+    rows, cols = np.indices(values.shape, dtype=float)
+    variance = square - mean**2
+    for index in (rows, cols):
+        covariance = uniform_filter(z * index, size, mode="nearest") - mean * index
+        variance = variance - covariance**2 / moment
+    return np.sqrt(np.maximum(variance, 0))
+
+
+def _compact(seeds: BoolArray, high: BoolArray, grid: Grid, p: VegetationParameters) -> BoolArray:
+    """Regions of seeds with an inner radius as foliage has it, grown a little into what is high beside them."""
+    closed = binary_closing(np.pad(seeds, 2), np.ones((3, 3), bool))[2:-2, 2:-2] & high
+    radius = distance_transform_edt(np.pad(closed, 1))[1:-1, 1:-1] * grid.cell
+    core = radius >= p.compact_m
+    labels, count = label(core, np.ones((3, 3), bool))
+    if count == 0:
+        return np.zeros_like(seeds)
+    inner = np.r_[0.0, region_maximum(radius, labels, np.arange(1, count + 1))]
+    kept = inner[labels] >= p.compact_m
+    back = binary_dilation(kept, iterations=max(round(p.compact_m / grid.cell), 1), mask=closed)
+    return np.asarray(binary_dilation(back, iterations=max(round(p.reach_m / grid.cell), 1), mask=high & closed | back))
