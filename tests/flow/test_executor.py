@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -147,12 +147,23 @@ def test_one_good_unit_lets_the_stage_go_on(client: Client, store: Store, ledger
     assert sum(run_tasks(Given(tasks), client, store, ledger, max_in_flight=1).ran.values()) == 41
 
 
+def test_two_runs_never_share_a_folder(client: Client, store: Store, ledger: Ledger) -> None:
+    class Second(Given):
+        def after(self, task: Task, record: Record) -> Iterable[Task]:
+            with pytest.raises(RunError, match="another run is at work"):
+                run_tasks(Given([toy("x")]), client, store, ledger)
+            return super().after(task, record)
+
+    assert run_tasks(Second([toy("u")]), client, store, ledger).ran == {("toy", "done"): 1}
+    assert run_tasks(Given([toy("v")]), client, store, ledger).ran == {("toy", "done"): 1}
+
+
 def test_records_that_cannot_be_written_stop_the_run(client: Client, tmp_path: Path, store: Store) -> None:
     with (
         Ledger.open(Store.open(tmp_path / "elsewhere")) as ledger,
         pytest.raises(RunError, match="cannot run or record"),
     ):
-        run_tasks(Given([toy("u")]), client, Store.open("/proc/1/run"), ledger)
+        run_tasks(Given([toy("u")]), client, Store.open("/proc/self"), ledger)
 
 
 def test_tasks_that_somebody_cancels_are_submitted_again(client: Any, store: Store, ledger: Ledger) -> None:

@@ -17,6 +17,7 @@ from distributed import Client, KilledWorker, as_completed
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.attempt import record_of, run_attempt, store_record
+from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent, Watcher
@@ -91,14 +92,15 @@ def run_tasks(
 
     Raises
     ------
-    RunError : the scheduler or all workers are lost, records cannot be written, or the first units of a stage all
-        raise the same exception
+    RunError : another run is at work in the same folder, the scheduler or all workers are lost, records cannot be
+        written, or the first units of a stage all raise the same exception
     """
     run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
     start = time.monotonic()
     interrupted = False
     try:
-        run.loop()
+        with exclusive(store):
+            run.loop()
     except KeyboardInterrupt:
         interrupted = True
     except OSError:
