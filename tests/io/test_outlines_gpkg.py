@@ -37,6 +37,7 @@ def test_all_layers_are_read_with_crs_and_geometry(
 ) -> None:
     path = _written(tmp_path, layers, amersfoort)
     assert pyogrio.list_layers(path).tolist() == [["outlines", "Polygon"], ["units", "Polygon"], ["status", "Unknown"]]
+    assert pyogrio.read_info(path, layer="units")["layer_metadata"] == {"VERTICAL_DATUM": "NAP height"}
     units = geopandas.read_file(path, layer="units")
     assert units.crs.to_epsg() == 28992
     assert units["id"].tolist() == [b.id for b in buildings]

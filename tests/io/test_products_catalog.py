@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import jsonschema_rs
+import pyproj
 import pystac
 import pytest
 from pystac.validation.local_validator import get_local_schema_cache
@@ -82,6 +83,13 @@ def test_a_local_frame_has_no_place_on_the_globe(items: list[ProductItem], local
     assert tile.properties["proj:code"] is None
     assert tile.properties["proj:bbox"] == [85000.0, 447500.0, 85250.0, 447750.0]
     assert "proj:wkt2" not in tile.properties
+
+
+def test_a_compound_without_a_code_of_its_own_is_told_in_full(items: list[ProductItem]) -> None:
+    said = json.loads(products_catalog(items, SOURCE, resolve("EPSG:25833+7837"))["items/p-city.json"])["properties"]
+    assert said["proj:code"] is None
+    parts = pyproj.CRS.from_wkt(said["proj:wkt2"]).sub_crs_list
+    assert [part.to_epsg() for part in parts] == [25833, 7837]
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,7 @@ def test_a_cog_is_one_and_holds_the_array(amersfoort: Reference) -> None:
         assert np.isnan(dataset.nodata)
         assert dataset.overviews(1) == [2]
         assert dataset.profile["tiled"]
+        assert dataset.tags()["VERTICAL_DATUM"] == "NAP height"
         assert dataset.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
 
 

@@ -20,7 +20,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Building, Outline, Scalar, Status
 from cityflow.core.reference import Reference
 from cityflow.io.attributes import described, scalars
-from cityflow.io.reference import horizontal_crs
+from cityflow.io.reference import horizontal_crs, vertical_datum
 
 _Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
 """Name, values, mask of nulls."""
@@ -75,23 +75,20 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
     with warnings.catch_warnings():
         # a local frame has no CRS, on purpose
         warnings.filterwarnings("ignore", message="'crs' was not provided", category=UserWarning)
-        _write_features(path, layer, columns, None if crs is None else crs.to_wkt(), append)
-
-
-def _write_features(path: Path, layer: Layer, columns: Sequence[_Column], crs_wkt: str | None, append: bool) -> None:
-    pyogrio.raw.write(
-        str(path),
-        geometry=shapely.to_wkb(np.array(layer.geometries, dtype=object)),
-        field_data=[data for _, data, _ in columns],
-        field_mask=[mask for _, _, mask in columns],
-        fields=[name for name, _, _ in columns],
-        layer=layer.name,
-        driver="GPKG",
-        geometry_type=_geometry_type(layer.geometries),
-        crs=crs_wkt,
-        append=append,
-        layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
-    )
+        pyogrio.raw.write(
+            str(path),
+            geometry=shapely.to_wkb(np.array(layer.geometries, dtype=object)),
+            field_data=[data for _, data, _ in columns],
+            field_mask=[mask for _, _, mask in columns],
+            fields=[name for name, _, _ in columns],
+            layer=layer.name,
+            driver="GPKG",
+            geometry_type=_geometry_type(layer.geometries),
+            crs=None if crs is None else crs.to_wkt(),
+            append=append,
+            layer_metadata={"VERTICAL_DATUM": vertical_datum(reference)},
+            layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
+        )
 
 
 def _geometry_type(geometries: Sequence[BaseGeometry | None]) -> str:

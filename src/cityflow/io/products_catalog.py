@@ -117,7 +117,7 @@ def _said(source: Source, reference: Reference, bounds: Bounds) -> dict[str, Any
         "proj:bbox": [float(v) for v in bounds],
         "vertical_datum": vertical_datum(reference),
     }
-    if crs is not None:
+    if crs is not None and said["proj:code"] != reference.code:
         said["proj:wkt2"] = crs.to_wkt()
     if source.attribution:
         said |= {"attribution": source.attribution, "providers": [{"name": source.attribution, "roles": ["producer"]}]}
@@ -125,8 +125,8 @@ def _said(source: Source, reference: Reference, bounds: Bounds) -> dict[str, Any
 
 
 def _epsg(reference: Reference) -> str | None:
-    """The code, of a compound CRS without one the horizontal part's; None for a local frame."""
-    return None if reference.is_local else reference.code.partition("+")[0]
+    """The code; None for a local frame and for a compound CRS without one, which its WKT tells."""
+    return None if reference.is_local or "+" in reference.code else reference.code
 
 
 def _asset(product: ProductFile) -> pystac.Asset:

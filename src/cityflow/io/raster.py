@@ -22,7 +22,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.reference import horizontal_crs
+from cityflow.io.reference import horizontal_crs, vertical_datum
 
 BLOCK_PX = 512
 _LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
@@ -52,6 +52,7 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
     with MemoryFile() as memory:
         with memory.open(**profile) as dataset:
             dataset.write(bands)
+            dataset.update_tags(VERTICAL_DATUM=vertical_datum(reference))
         return bytes(memory.getbuffer())
 
 
