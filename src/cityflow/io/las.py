@@ -16,7 +16,7 @@ from cityflow.core.points import PointCloud, concatenate
 from cityflow.errors import CatalogError
 from cityflow.io.las_header import open_binary, opened
 
-CHUNK_POINTS = 2_000_000
+CHUNK_POINTS = 1_000_000
 HEIGHT_LIMIT = 10_000.0
 """Metres: no terrain or building on Earth lies higher or deeper; what does is a blunder of the scanner."""
 
@@ -79,11 +79,9 @@ def stream(path: str | Path, chunk: int = CHUNK_POINTS) -> Iterator[tuple[PointC
 
 
 def usable_points(records: laspy.ScaleAwarePointRecord) -> tuple[BoolArray, Dropped]:
-    """(N,) mask of points that are not withheld and whose coordinates can be true."""
+    """(N,) mask of points that are not withheld and whose height can be true."""
     withheld = np.asarray(records.withheld, bool)
-    z = np.asarray(records.z)
-    possible = np.isfinite(z) & (np.abs(z) < HEIGHT_LIMIT)
-    possible &= np.isfinite(np.asarray(records.x)) & np.isfinite(np.asarray(records.y))
+    possible = np.abs(np.asarray(records.z)) < HEIGHT_LIMIT
     return possible & ~withheld, Dropped(int(withheld.sum()), int((~possible & ~withheld).sum()))
 
 

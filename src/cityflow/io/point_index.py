@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -64,9 +64,9 @@ class FileIndex:
 
 @dataclass(slots=True)
 class _Tally:
-    """What accumulates while a file streams by."""
+    """What accumulates while a file streams by; `low` and `high` are raw x, y, z."""
 
-    classes: Counter[int] = field(default_factory=Counter)
+    classes: IntArray = field(default_factory=lambda: np.zeros(256, np.int64))
     dropped: Dropped = field(default_factory=Dropped)
     low: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.inf))
     high: NDArray[np.float64] = field(default_factory=lambda: np.full(3, -np.inf))
@@ -117,14 +117,16 @@ def split_file(
                 remedy="leave the file out",
             )
         cells = _write_pieces(header, spill, segments, write)
-    return _index(tally, cells)
+    return _index(header, tally, cells)
 
 
-def _index(tally: _Tally, cells: Mapping[str, int]) -> FileIndex:
-    (x_min, y_min, z_min), (x_max, y_max, z_max) = tally.low.tolist(), tally.high.tolist()
+def _index(header: LasHeader, tally: _Tally, cells: Mapping[str, int]) -> FileIndex:
+    scales, offsets = np.array(header.scales), np.array(header.offsets)
+    x_min, y_min, z_min = (tally.low * scales + offsets).tolist()
+    x_max, y_max, z_max = (tally.high * scales + offsets).tolist()
     return FileIndex(
         cells=cells,
-        classes=dict(sorted(tally.classes.items())),
+        classes={int(c): int(tally.classes[c]) for c in np.flatnonzero(tally.classes)},
         points=tally.points,
         dropped={"withheld": tally.dropped.withheld, "absurd": tally.dropped.absurd},
         bounds=(x_min, y_min, x_max, y_max),
@@ -142,17 +144,20 @@ def _spill_chunk(
     if not usable.any():
         return
     chosen = slice(None) if usable.all() else usable
-    x, y, z = (np.asarray(axis)[chosen] for axis in (records.x, records.y, records.z))
-    _count(tally, records, chosen, (x, y, z))
-    row, col = np.floor(y / cell_m).astype(np.int64), np.floor(x / cell_m).astype(np.int64)
+    packed = _packed(records, chosen)
+    row, col = _lattice(records.y, chosen, cell_m), _lattice(records.x, chosen, cell_m)
     order, starts = _groups(row, col)
-    first = tally.points - len(x)
-    ends = np.append(starts[1:], len(x))
-    for start, end, r, c in zip(
-        starts.tolist(), ends.tolist(), row[order[starts]].tolist(), col[order[starts]].tolist(), strict=True
-    ):
-        segments[r, c].append((first + start, end - start))
-    spill.write(_packed(records, chosen)[order].tobytes())
+    ends = np.append(starts[1:], len(packed))
+    places = zip(row[order[starts]].tolist(), col[order[starts]].tolist(), strict=True)
+    for place, start, end in zip(places, starts.tolist(), ends.tolist(), strict=True):
+        segments[place].append((tally.points + start, end - start))
+    _count(tally, packed)
+    spill.write(packed[order].view(np.uint8).data)
+
+
+def _lattice(axis: Any, chosen: BoolArray | slice, cell_m: float) -> IntArray:
+    """Column of x or row of y; by division, as `core.grid.tile_at` does it, lest a point on an edge change sides."""
+    return np.floor(np.asarray(axis)[chosen] / cell_m).astype(np.int64)
 
 
 def _groups(row: IntArray, col: IntArray) -> tuple[IntArray, IntArray]:
@@ -178,15 +183,12 @@ def _packed(records: laspy.ScaleAwarePointRecord, chosen: BoolArray | slice) -> 
     return packed
 
 
-def _count(
-    tally: _Tally, records: laspy.ScaleAwarePointRecord, chosen: BoolArray | slice, xyz: tuple[Any, Any, Any]
-) -> None:
-    tally.points += len(xyz[0])
-    tally.low = np.minimum(tally.low, [axis.min() for axis in xyz])
-    tally.high = np.maximum(tally.high, [axis.max() for axis in xyz])
-    histogram = np.bincount(np.asarray(records.classification, np.uint8)[chosen], minlength=256)
-    tally.classes.update({int(c): int(histogram[c]) for c in np.flatnonzero(histogram)})
-    tally.has_returns |= bool((np.asarray(records.number_of_returns)[chosen] > 1).any())
+def _count(tally: _Tally, packed: NDArray[Any]) -> None:
+    tally.points += len(packed)
+    tally.low = np.minimum(tally.low, packed["counts"].min(axis=0))
+    tally.high = np.maximum(tally.high, packed["counts"].max(axis=0))
+    tally.classes += np.bincount(packed["marks"][:, 0], minlength=256)
+    tally.has_returns |= bool(packed["marks"][:, 2].max() > 1)
 
 
 def _write_pieces(

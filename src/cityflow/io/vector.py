@@ -26,7 +26,7 @@ from cityflow.core.building import Outline, Scalar
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.las_header import open_binary
+from cityflow.io.fetch import local_file
 from cityflow.io.reference import contradiction, horizontal_transform, looks_like_degrees, suspicion, transformed
 
 POLYGON, MULTIPOLYGON = 3, 6
@@ -74,14 +74,11 @@ def read_layer(path: str | Path, layer: str | None = None) -> Layer:
         Where the file is missing or unreadable, the layer is unknown, or several exist and none is named.
     """
     name = str(path)
-    source: bytes | str = name
-    if "://" in name or not Path(name).exists():
-        with open_binary(name) as file:
-            source = file.read()
     try:
-        layers = [str(row[0]) for row in pyogrio.list_layers(source) if row[1] is not None]
-        chosen = _chosen_layer(name, layers, layer)
-        meta, table = pyogrio.read_arrow(source, layer=chosen)
+        with local_file(name) as source:
+            layers = [str(row[0]) for row in pyogrio.list_layers(source) if row[1] is not None]
+            chosen = _chosen_layer(name, layers, layer)
+            meta, table = pyogrio.read_arrow(source, layer=chosen)
     except (DataSourceError, DataLayerError) as error:
         raise CatalogError(f"this vector file cannot be read ({error})", where=name, remedy=FORMATS_REMEDY) from error
     geometry_column = meta["geometry_name"] or "wkb_geometry"
