@@ -1,0 +1,155 @@
+"""Roof planes from the histogram of local orientations (Gross 2005, section 3), and a building from these planes.
+
+The local gradients of the height surface are collected in a histogram of directions, weighted by their magnitude. Its
+hills are the orientations of the roof; connected points of one hill that lie on one plane are a roof surface. Level
+points, whose gradient has no direction, are a class of their own. The planes are fitted in iterations with a noise
+threshold. Beyond the paper, the points then choose among the planes near them (`plane_labels`), which recovers points at
+ridges and joins what was split, and the points left over are searched again for smaller surfaces.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import Candidate, Evidence, Status
+from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.assemble import assemble
+from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.levels import LevelParameters, block_levels
+from cityflow.reconstruction.local_orientation import LocalOrientation, local_orientation
+from cityflow.reconstruction.orientation_regions import connected_regions, orientation_buckets, seed_order
+from cityflow.reconstruction.plane_labels import LabelEnergy, relabel
+from cityflow.reconstruction.planes import UNASSIGNED, PlaneSegments
+from cityflow.reconstruction.roof_cloud import RoofCloud, local_origin, roof_cloud
+from cityflow.reconstruction.roof_partition import PartitionParameters, partition_roof
+
+METHOD = "orientation_histogram"
+
+
+class OrientationHistogramParameters(Parameters):
+    """How roof planes are found; thresholds follow from density and noise of the points."""
+
+    target_density_m2: float = Field(
+        16.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²"
+    )
+    neighbourhood_points: float = Field(12.0, ge=6, le=200, description="typical number of points in 3×3 cells")
+    bin_deg: float = Field(5.0, ge=1, le=30, description="width of a bin of the histogram (degrees)")
+    level_slope_deg: float = Field(4.0, ge=0, le=20, description="flatter points (degrees) have no direction")
+    max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper surfaces (degrees) are walls")
+    angle_deg: float = Field(20.0, gt=0, le=60, description="local planes of one surface agree within this (degrees)")
+    unevenness: float = Field(
+        0.04, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
+    )
+    min_area_m2: float = Field(1.3, gt=0, le=100, description="smallest surface worth a plane")
+    min_points: int = Field(6, ge=4, le=1000, description="fewest points of a plane")
+    smoothness: float = Field(
+        2.0, ge=0, le=20, description="cost of a point among points of another plane (3σ miss: 4.5)"
+    )
+    max_planes: int = Field(100, ge=1, le=1000, description="most planes of one unit")
+    rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
+    partition: PartitionParameters = PartitionParameters()
+    levels: LevelParameters = LevelParameters()
+
+
+def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
+    """The method: planes, partition of the outline, closed solid. No solid where no plane is found."""
+    segments = find_planes(evidence, parameters)
+    if len(segments) == 0:
+        return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof plane in {len(evidence.points)} points")
+    x0, y0, _ = segments.origin
+    partition = partition_roof(moved(evidence.outline, -x0, -y0), segments, parameters.partition)
+    shape = (segments.coefficients, evidence.ground_height, segments.origin, evidence.outline)
+    solid = assemble(partition, *shape)
+    blocks = block_levels(partition, *shape, parameters.levels)
+    notes = {
+        "planes_found": len(segments),
+        "cells": len(partition.cells),
+        "noise": round(segments.noise, 4),
+        "points_used": len(segments.points),
+        "share_on_planes": round(float(np.mean(segments.labels >= 0)), 4),
+    }
+    return Candidate(METHOD, solid, segments.roof_planes(), blocks, notes=notes)
+
+
+def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) -> PlaneSegments:
+    """Roof planes of one unit, those with most points first."""
+    origin = local_origin(evidence)
+    local = evidence.points.xyz - np.asarray(origin)
+    local = local[np.all(np.isfinite(local), axis=1)]
+    cloud = roof_cloud(local, parameters.target_density_m2, parameters.neighbourhood_points)
+    surface = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg)))
+    energy = _energy(cloud, surface.noise, parameters)
+    labels, planes = _surfaces(cloud, surface, energy, parameters)
+    return _segments(origin, cloud, labels, planes, surface.noise)
+
+
+def _energy(cloud: RoofCloud, noise: float, parameters: OrientationHistogramParameters) -> LabelEnergy:
+    min_points = max(parameters.min_points, math.ceil(0.6 * parameters.min_area_m2 * cloud.density))
+    return LabelEnergy(
+        sigma=math.hypot(noise, parameters.unevenness),
+        smoothness=parameters.smoothness,
+        plane_cost=3.0 * max(parameters.min_area_m2 * cloud.density, parameters.min_points),
+        min_points=min_points,
+        max_slope=math.tan(math.radians(parameters.max_slope_deg)),
+    )
+
+
+def _surfaces(
+    cloud: RoofCloud, surface: LocalOrientation, energy: LabelEnergy, parameters: OrientationHistogramParameters
+) -> tuple[IntArray, FloatArray]:
+    """Regions of all points, labels, then regions of the points left over, and labels again."""
+    labels, planes = np.full(len(cloud.points), UNASSIGNED), np.empty((0, 3))
+    for _ in range(2):
+        left = labels == UNASSIGNED
+        found, more = _regions(cloud, surface, left, energy, parameters)
+        if len(more) == 0:
+            break
+        labels = np.where(found >= 0, found + len(planes), labels)
+        planes = np.concatenate([planes, more])[: parameters.max_planes]
+        labels[labels >= len(planes)] = UNASSIGNED
+        labels, planes = relabel(cloud, labels, planes, energy, parameters.rounds)
+    return labels, planes
+
+
+def _regions(
+    cloud: RoofCloud,
+    surface: LocalOrientation,
+    left: IntArray,
+    energy: LabelEnergy,
+    parameters: OrientationHistogramParameters,
+) -> tuple[IntArray, FloatArray]:
+    """Connected regions of like orientation among the points that are left."""
+    index = np.flatnonzero(left)
+    if len(index) < energy.min_points:
+        return np.full(len(left), UNASSIGNED), np.empty((0, 3))
+    part = cloud if len(index) == len(left) else cloud.take(index)
+    local = surface if part is cloud else local_orientation(part, energy.max_slope)
+    bucket, weight = orientation_buckets(local, math.tan(math.radians(parameters.level_slope_deg)), parameters.bin_deg)
+    seeds = seed_order(local, bucket, weight, 2.0 * energy.sigma)
+    tolerance = (3.0 * energy.sigma, math.radians(parameters.angle_deg))
+    regions, planes = connected_regions(
+        part, local, bucket, seeds, tolerance, (energy.min_points, parameters.max_planes)
+    )
+    found = np.full(len(left), UNASSIGNED)
+    found[index] = regions
+    return found, planes
+
+
+def _segments(
+    origin: tuple[float, float, float], cloud: RoofCloud, labels: IntArray, planes: FloatArray, noise: float
+) -> PlaneSegments:
+    counts = np.bincount(labels[labels >= 0], minlength=len(planes))
+    order = np.argsort(-counts, kind="stable")
+    number = np.full(len(planes) + 1, UNASSIGNED)
+    number[order] = np.arange(len(planes))
+    labels, planes = number[labels], planes[order]
+    on = labels >= 0
+    a, b, c = planes[labels[on]].T if len(planes) else np.empty((3, 0))
+    off = cloud.points[on, 2] - a * cloud.points[on, 0] - b * cloud.points[on, 1] - c
+    squares = np.bincount(labels[on], weights=off**2, minlength=len(planes))
+    rmse = np.sqrt(squares / np.maximum(counts[order], 1))
+    return PlaneSegments(origin, cloud.points, labels, planes, rmse, noise)
