@@ -14,20 +14,20 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.borders import find_borders
 from cityflow.reconstruction.cell_evidence import plane_costs, points_in_cells
 from cityflow.reconstruction.cut_lines import (
-    find_borders,
     intersection_lines,
     main_directions,
     on_outline,
     outline_extensions,
-    step_lines,
     without_doubles,
 )
 from cityflow.reconstruction.labelling import label_cells
 from cityflow.reconstruction.partition_values import RoofPartition, single_cell
 from cityflow.reconstruction.planes import PlaneSegments
 from cityflow.reconstruction.ring_tracing import ring_edges
+from cityflow.reconstruction.step_lines import step_lines
 from cityflow.reconstruction.subdivision import CutLine, Subdivision
 
 
