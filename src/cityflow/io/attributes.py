@@ -35,8 +35,14 @@ def scalar(value: object) -> Scalar:
     if value is None or isinstance(value, (bool, int)):
         return value
     if isinstance(value, float):
-        return float(f"{value:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(value) else None
+        return _tidy(value) if math.isfinite(value) else None
     return xml_text(str(value))
+
+
+def _tidy(value: float) -> float:
+    shorter = float(f"{value:.{SIGNIFICANT_DIGITS}g}")
+    # the largest doubles, which some sources write for null, would round to infinity
+    return shorter if math.isfinite(shorter) else value
 
 
 def scalars(attributes: Mapping[str, object]) -> dict[str, Scalar]:
