@@ -3,7 +3,7 @@ from __future__ import annotations
 import re
 import sys
 
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
@@ -12,6 +12,7 @@ from cityflow.io.attributes import ncname, scalar, scalars, xml_text
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*\Z")
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.lists(st.text(max_size=12), min_size=2, max_size=8, unique=True))
 def test_different_ids_get_different_names(ids: list[str]) -> None:
     names = [ncname("b", i) for i in ids]
@@ -25,6 +26,7 @@ def test_names_that_look_escaped_already_stay_apart() -> None:
     assert ncname("b", "_x") != ncname("b", "_")
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.text())
 def test_any_text_fits_into_xml(text: str) -> None:
     element = etree.Element("a")
@@ -38,6 +40,7 @@ def test_forbidden_characters_are_replaced_and_no_others() -> None:
     assert xml_text("tab\tline\nü€𝄞\x85") == "tab\tline\nü€𝄞\x85"
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.floats())
 @example(-sys.float_info.max)
 def test_a_float_written_twice_is_the_same(value: float) -> None:

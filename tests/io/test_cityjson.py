@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon
 
@@ -114,6 +114,7 @@ def _bare() -> Building:
     return Building("x", Polygon(), 0.0, {}, status=Status.FAILED)
 
 
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(*[st.integers(-9_999_999_999, 99_999_999_999) for _ in range(3)]), min_size=3, max_size=3, unique=True
