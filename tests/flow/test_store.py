@@ -75,12 +75,11 @@ def test_files_go_in_and_out_with_their_digest(any_store: Store, tmp_path: Path)
     assert path.exists() == any_store.is_local, "a download ends with its block"
 
 
+@pytest.mark.parametrize("any_store", ["local", "s3"], indirect=True)
 def test_zarr_and_xarray_take_the_store(any_store: Store) -> None:
     import xarray as xr
     import zarr
 
-    if any_store.root.startswith("memory"):
-        pytest.skip("fsspec's memory file system is not asynchronous")
     values = np.arange(200.0).reshape(10, 20)
     array = zarr.create_array(any_store.zarr_store("surface.zarr/dsm"), shape=(10, 20), chunks=(5, 5), dtype="f8")
     array[:] = values

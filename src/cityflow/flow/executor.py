@@ -19,6 +19,7 @@ from cityflow.errors import RunError
 from cityflow.flow.attempt import record_of, run_attempt, store_record
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
+from cityflow.flow.in_flight import InFlight, check_alive
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
@@ -28,8 +29,6 @@ from cityflow.flow.task import Outcome, Record, Task, digest_of
 
 WAIT_S = 0.2
 """Longest wait between two ticks of the progress display."""
-LOOK_AT_WORKERS_S = 5.0
-NO_WORKER_LIMIT_S = 300.0
 REFILL_BELOW = 0.75
 """Share of the tasks in flight below which new ones are submitted, so that they go in batches."""
 RESUBMISSIONS = 2
@@ -104,7 +103,7 @@ def run_tasks(
     except KeyboardInterrupt:
         interrupted = True
     except OSError:
-        _check_alive(client)  # what Dask raises when its connection is gone
+        check_alive(client)  # what Dask raises when its connection is gone
         raise
     finally:
         run.stop()
@@ -135,7 +134,7 @@ class _Job:
 class _Run:
     def __init__(self, context: _Context, max_in_flight: int | None) -> None:
         self._context = context
-        self._limit = _Limit(context.client, max_in_flight)
+        self._limit = InFlight(context.client, max_in_flight)
         # Newest iterator first: what a finished tile makes ready goes before the next tile, so few iterators are open.
         self._ready: list[Iterator[Task]] = [iter(context.source.initial())]
         self._jobs: dict[str, _Job] = {}
@@ -235,7 +234,7 @@ class _Run:
                 self._completed.thread_condition.wait(longest_s)
         batch: list[tuple[Any, Any]] = self._completed.next_batch(block=False)
         if not batch:
-            _check_alive(self._context.client)
+            check_alive(self._context.client)
             self._limit.check_workers(self._context.progress)
         return batch
 
@@ -264,7 +263,7 @@ class _Run:
 
     def _again(self, job: _Job, error: BaseException) -> None:
         if isinstance(error, CancelledError):
-            _check_alive(self._context.client)
+            check_alive(self._context.client)
         if job.tries >= RESUBMISSIONS:
             problem = f"a worker cannot run or record it: {type(error).__name__}: {error}"
             raise RunError(problem, where=job.task.name, remedy="mend this and run again: it goes on where it stopped")
@@ -280,47 +279,6 @@ class _Run:
         self._ready.append(iter(self._context.source.after(task, record)))
 
 
-class _Limit:
-    """How many tasks may be in flight, and whether there is anybody to run them."""
-
-    PER_THREAD = 16
-    LEAST = 32
-
-    def __init__(self, client: Client, fixed: int | None) -> None:
-        self._client = client
-        self._fixed = fixed
-        self._next_look = 0.0
-        self._last_worker = time.monotonic()
-        self._threads = 0
-        self._told = False
-
-    def now(self) -> int:
-        if self._fixed is not None:
-            return self._fixed
-        if time.monotonic() >= self._next_look:
-            self._look()
-        return max(self.LEAST, self.PER_THREAD * self._threads)
-
-    def check_workers(self, progress: Watcher) -> None:
-        """Raise RunError when there has been no worker for minutes; called while nothing finishes."""
-        if time.monotonic() >= self._next_look:
-            self._look()
-        missing_s = time.monotonic() - self._last_worker
-        if missing_s > NO_WORKER_LIMIT_S:
-            remedy = "start workers (dask worker ADDRESS) and run again: it goes on where it stopped"
-            raise RunError(f"no worker for {missing_s:.0f} s", where=_address(self._client), remedy=remedy)
-        if missing_s > 2 * LOOK_AT_WORKERS_S and not self._told:
-            self._told = True
-            progress.message(f"no worker is connected to {_address(self._client)}: waiting for one")
-
-    def _look(self) -> None:
-        self._threads = sum(self._client.nthreads().values())
-        self._next_look = time.monotonic() + LOOK_AT_WORKERS_S
-        if self._threads:
-            self._last_worker = time.monotonic()
-            self._told = False
-
-
 def readable_key(task: Task) -> str:
     """``reconstruct-0503100000012345``: what the dashboard shows, grouped by stage.
 
@@ -328,13 +286,3 @@ def readable_key(task: Task) -> str:
     """
     word = task.unit.split("-", 1)[0]
     return f"{task.stage}-[{task.unit}]" if word.isalpha() else task.name
-
-
-def _check_alive(client: Client) -> None:
-    if client.status != "running":
-        remedy = "start it again and run the same command: it goes on where it stopped"
-        raise RunError("lost the connection to the scheduler", where=_address(client), remedy=remedy)
-
-
-def _address(client: Client) -> str:
-    return str(client.scheduler.address) if client.scheduler is not None else "scheduler"

@@ -1,0 +1,64 @@
+# mypy: disable-error-code="no-untyped-call"
+"""How many tasks may be in flight, and whether there is anybody to run them."""
+
+from __future__ import annotations
+
+import time
+
+from distributed import Client
+
+from cityflow.errors import RunError
+from cityflow.flow.progress import Watcher
+
+LOOK_AT_WORKERS_S = 5.0
+NO_WORKER_LIMIT_S = 300.0
+PER_THREAD = 16
+LEAST = 32
+
+
+class InFlight:
+    """How many tasks may be in flight, and whether there is anybody to run them."""
+
+    def __init__(self, client: Client, fixed: int | None) -> None:
+        self._client = client
+        self._fixed = fixed
+        self._next_look = 0.0
+        self._last_worker = time.monotonic()
+        self._threads = 0
+        self._told = False
+
+    def now(self) -> int:
+        if self._fixed is not None:
+            return self._fixed
+        if time.monotonic() >= self._next_look:
+            self._look()
+        return max(LEAST, PER_THREAD * self._threads)
+
+    def check_workers(self, progress: Watcher) -> None:
+        """Raise RunError when there has been no worker for minutes; called while nothing finishes."""
+        if time.monotonic() >= self._next_look:
+            self._look()
+        missing_s = time.monotonic() - self._last_worker
+        if missing_s > NO_WORKER_LIMIT_S:
+            remedy = "start workers (dask worker ADDRESS) and run again: it goes on where it stopped"
+            raise RunError(f"no worker for {missing_s:.0f} s", where=address(self._client), remedy=remedy)
+        if missing_s > 2 * LOOK_AT_WORKERS_S and not self._told:
+            self._told = True
+            progress.message(f"no worker is connected to {address(self._client)}: waiting for one")
+
+    def _look(self) -> None:
+        self._threads = sum(self._client.nthreads().values())
+        self._next_look = time.monotonic() + LOOK_AT_WORKERS_S
+        if self._threads:
+            self._last_worker = time.monotonic()
+            self._told = False
+
+
+def check_alive(client: Client) -> None:
+    if client.status != "running":
+        remedy = "start it again and run the same command: it goes on where it stopped"
+        raise RunError("lost the connection to the scheduler", where=address(client), remedy=remedy)
+
+
+def address(client: Client) -> str:
+    return str(client.scheduler.address) if client.scheduler is not None else "scheduler"
