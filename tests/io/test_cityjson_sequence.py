@@ -21,6 +21,7 @@ from cityflow.io.cityjson_sequence import (
     join,
     terrain_feature_line,
 )
+from cityflow.io.reference import resolve
 
 SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 SURVEY = Transform(84000, 447000, 0)
@@ -56,6 +57,15 @@ def test_the_schema_does_refuse(lines: list[bytes], schema_of: dict[str, jsonsch
     feature = json.loads(lines[1])
     feature["CityObjects"]["0503100000018603"]["geometry"][1]["lod"] = "2.25"
     assert not schema_of["CityJSONFeature"].is_valid(feature)
+
+
+def test_a_compound_without_a_code_of_its_own_names_its_heights(schema_of: dict[str, jsonschema_rs.Validator]) -> None:
+    header = json.loads(header_line(resolve("EPSG:25833+7837")))
+    schema_of["CityJSON"].validate(header)
+    assert header["metadata"] == {
+        "referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/25833",
+        "verticalDatum": "DHHN2016 height",
+    }
 
 
 def test_cjio_reads_the_sequence(

@@ -161,6 +161,16 @@ def test_a_raster_without_nodata_is_nan_outside(tmp_path: Path, amersfoort: Refe
     assert (read[5:15, 5:15] == 7).all()
 
 
+def test_a_frame_of_its_own_is_as_good_as_none(tmp_path: Path, local: Reference, amersfoort: Reference) -> None:
+    with rasterio.open(
+        tmp_path / "a.tif", "w", driver="GTiff", height=50, width=50, count=1, dtype="float32",
+        transform=Affine(1, 0, 85000, 0, -1, 447500), crs=CRS.from_wkt('LOCAL_CS["site",UNIT["metre",1]]'),
+    ) as dataset:  # fmt: skip
+        dataset.write(np.ones((1, 50, 50), np.float32))
+    for reference in (local, amersfoort):
+        assert (read_window(tmp_path / "a.tif", Grid(85000.0, 447500.0, 1.0, 50, 50), reference) == 1).all()
+
+
 def test_what_is_no_raster_is_refused(tmp_path: Path, amersfoort: Reference, local: Reference) -> None:
     path = tmp_path / "broken.tif"
     path.write_bytes(b"II*\0 and then nothing")

@@ -14,6 +14,7 @@ from cityflow.core.building import Building, Scalar
 from cityflow.core.reference import Reference
 from cityflow.io.attributes import scalars, xml_text
 from cityflow.io.cityjson import ORIGIN, Transform, json_line, object_line
+from cityflow.io.reference import vertical_datum
 
 Json = Any
 Bounds3 = tuple[float, float, float, float, float, float]
@@ -42,6 +43,8 @@ def header_line(
         metadata["referenceDate"] = reference_date
     if not reference.is_local:
         metadata["referenceSystem"] = crs_url(reference)
+        if "+" in reference.code:
+            metadata["verticalDatum"] = vertical_datum(reference)
     if title:
         metadata["title"] = xml_text(title)
     return json_line(

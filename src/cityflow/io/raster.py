@@ -119,7 +119,7 @@ def read_window(
 def _read(dataset: DatasetReader, grid: Grid, reference: Reference, band: int, resampling: str) -> FloatArray:
     target = _rasterio_crs(horizontal_crs(reference))
     source = _rasterio_crs(_horizontal_part(dataset.crs)) or target
-    if target is None and dataset.crs:
+    if target is None and source is not None:
         raise CatalogError(
             f"the raster stands in {dataset.crs.to_string()}, the run in a local frame",
             where=dataset.name,
@@ -179,8 +179,12 @@ def _rasterio_crs(crs: pyproj.CRS | None) -> CRS | None:
 
 
 def _horizontal_part(crs: CRS | None) -> pyproj.CRS | None:
-    """A warp with heights in the CRS would want a vertical shift; only x and y are transformed here."""
+    """The CRS of x and y alone; None where there is none, or a frame of its own that nothing can be transformed to.
+
+    A warp with heights in the CRS would want a vertical shift; only x and y are transformed here.
+    """
     if not crs:
         return None
     known = pyproj.CRS.from_wkt(crs.to_wkt())
-    return known.sub_crs_list[0] if known.is_compound else known
+    flat = known.sub_crs_list[0] if known.is_compound else known
+    return None if flat.is_engineering else flat
