@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 
 Point = tuple[float, float, float]
+Flags = tuple[bool, bool, bool]
 
 
 @njit(cache=True, nogil=True)
@@ -34,6 +35,7 @@ def meeting_groups(
         if upper[:, k].max() - lower[:, k].min() > upper[:, axis].max() - lower[:, axis].min():
             axis = k
     order = np.argsort(lower[:, axis], kind="mergesort")
+    normals = _normals(vertices, triangles)
     found = [(0, 0) for _ in range(0)]
     for m in range(len(order)):
         i = order[m]
@@ -43,13 +45,23 @@ def meeting_groups(
                 break
             if groups[i] == groups[j] or not _boxes_meet(lower, upper, i, j):
                 continue
-            if triangles_meet(vertices, triangles[i], triangles[j], touch):
+            if _pair_meets(vertices, triangles, normals, (i, j), touch):
                 pair = (min(groups[i], groups[j]), max(groups[i], groups[j]))
                 if pair not in found:
                     found.append(pair)
                 if len(found) >= most:
                     return found
     return found
+
+
+@njit(cache=True, nogil=True)
+def _normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
+    normals = np.empty((len(triangles), 3))
+    for t in range(len(triangles)):
+        a = _point(vertices, triangles[t, 0])
+        b, c = _point(vertices, triangles[t, 1]), _point(vertices, triangles[t, 2])
+        normals[t, 0], normals[t, 1], normals[t, 2] = _normal(a, b, c)
+    return normals
 
 
 @njit(cache=True, nogil=True)
@@ -73,22 +85,41 @@ def _boxes_meet(lower: FloatArray, upper: FloatArray, i: int, j: int) -> bool:
 @njit(cache=True, nogil=True)
 def triangles_meet(vertices: FloatArray, one: IntArray, two: IntArray, touch: float) -> bool:
     """True where two triangles, (3,) vertex indices each, have more in common than the vertices they share."""
-    shared, first, second = 0, np.zeros(3, np.bool_), np.zeros(3, np.bool_)
-    for i in range(3):
-        for j in range(3):
-            if one[i] == two[j]:
-                first[i] = second[j] = True
-                shared += 1
+    triangles = np.empty((2, 3), np.int64)
+    triangles[0], triangles[1] = one, two
+    return _pair_meets(vertices, triangles, _normals(vertices, triangles), (0, 1), touch)
+
+
+@njit(cache=True, nogil=True)
+def _pair_meets(
+    vertices: FloatArray, triangles: IntArray, normals: FloatArray, pair: tuple[int, int], touch: float
+) -> bool:
+    one, two = triangles[pair[0]], triangles[pair[1]]
+    shared, first, second = 0, (False, False, False), (False, False, False)
+    for j in range(3):
+        if two[j] == one[0] or two[j] == one[1] or two[j] == one[2]:
+            shared += 1
     if shared >= 3:
         return True
+    if shared > 0:
+        first = (_has(two, one[0]), _has(two, one[1]), _has(two, one[2]))
+        second = (_has(one, two[0]), _has(one, two[1]), _has(one, two[2]))
     a, b, c = _point(vertices, one[0]), _point(vertices, one[1]), _point(vertices, one[2])
     d, e, f = _point(vertices, two[0]), _point(vertices, two[1]), _point(vertices, two[2])
-    if _apart(a, b, c, ((d, second[0]), (e, second[1]), (f, second[2])), touch):
+    if _apart(a, _point(normals, pair[0]), (d, e, f), second, touch):
         return False
-    if _apart(d, e, f, ((a, first[0]), (b, first[1]), (c, first[2])), touch):
+    if _apart(d, _point(normals, pair[1]), (a, b, c), first, touch):
         return False
     if shared == 2:
         return _folded((a, b, c), (d, e, f), first, second)
+    if shared == 0:
+        n, m = _point(normals, pair[0]), _point(normals, pair[1])
+        for u, v in ((a, b), (b, c), (c, a)):
+            if _beside(d, e, u, v, n, touch) and _beside(f, f, u, v, n, touch):
+                return False
+        for u, v in ((d, e), (e, f), (f, d)):
+            if _beside(a, b, u, v, m, touch) and _beside(c, c, u, v, m, touch):
+                return False
     for i in range(3):
         p, q = (i + 1) % 3, (i + 2) % 3
         if (shared == 0 or first[i]) and _segment_meets(
@@ -100,6 +131,11 @@ def triangles_meet(vertices: FloatArray, one: IntArray, two: IntArray, touch: fl
         ):
             return True
     return False
+
+
+@njit(cache=True, nogil=True)
+def _has(triangle: IntArray, vertex: int) -> bool:
+    return bool(triangle[0] == vertex or triangle[1] == vertex or triangle[2] == vertex)
 
 
 @njit(cache=True, nogil=True)
@@ -133,33 +169,28 @@ def _normal(a: Point, b: Point, c: Point) -> Point:
 
 
 @njit(cache=True, nogil=True)
-def _apart(
-    a: Point,
-    b: Point,
-    c: Point,
-    others: tuple[tuple[Point, bool], tuple[Point, bool], tuple[Point, bool]],
-    touch: float,
-) -> bool:
-    """True where the plane of a triangle has all vertices of the other that are not shared well on one side."""
-    n = _normal(a, b, c)
+def _apart(a: Point, n: Point, others: tuple[Point, Point, Point], shared: Flags, touch: float) -> bool:
+    """True where the plane through a with unit normal n has all points that are not shared well on one side."""
     lowest, highest = np.inf, -np.inf
-    for p, is_shared in others:
-        if not is_shared:
-            s = _dot(n, _minus(p, a))
+    for k in range(3):
+        if not shared[k]:
+            s = _dot(n, _minus(others[k], a))
             lowest, highest = min(lowest, s), max(highest, s)
     return lowest > touch or highest < -touch
 
 
 @njit(cache=True, nogil=True)
-def _folded(
-    one: tuple[Point, Point, Point], two: tuple[Point, Point, Point], first: BoolArray, second: BoolArray
-) -> bool:
+def _folded(one: tuple[Point, Point, Point], two: tuple[Point, Point, Point], first: Flags, second: Flags) -> bool:
     """True where two triangles with a common edge, known to lie in one plane, lie on the same side of it."""
-    i, j = int(np.argmin(first)), int(np.argmin(second))
-    apex, other = one[i], two[j]
+    i, j = 0, 0
+    for k in range(3):
+        if not first[k]:
+            i = k
+        if not second[k]:
+            j = k
     u, v = one[(i + 1) % 3], one[(i + 2) % 3]
     edge = _minus(v, u)
-    return _dot(_cross(edge, _minus(apex, u)), _cross(edge, _minus(other, u))) > 0
+    return _dot(_cross(edge, _minus(one[i], u)), _cross(edge, _minus(two[j], u))) > 0
 
 
 @njit(cache=True, nogil=True)
@@ -168,6 +199,8 @@ def _segment_meets(p: Point, q: Point, a: Point, b: Point, c: Point, touch: floa
     n = _normal(a, b, c)
     sp, sq = _dot(n, _minus(p, a)), _dot(n, _minus(q, a))
     if min(sp, sq) > touch or max(sp, sq) < -touch:
+        return False
+    if _beside(p, q, a, b, n, touch) or _beside(p, q, b, c, n, touch) or _beside(p, q, c, a, n, touch):
         return False
     if sp * sq < 0:
         t = sp / (sp - sq)
@@ -178,6 +211,15 @@ def _segment_meets(p: Point, q: Point, a: Point, b: Point, c: Point, touch: floa
         return True
     near = touch * touch
     return _gap(p, q, a, b) <= near or _gap(p, q, b, c) <= near or _gap(p, q, c, a) <= near
+
+
+@njit(cache=True, nogil=True)
+def _beside(p: Point, q: Point, a: Point, b: Point, n: Point, touch: float) -> bool:
+    """True where a segment lies as a whole beyond the edge a–b, by more than `touch`, of a triangle with normal n."""
+    edge = _minus(b, a)
+    inwards = _cross(n, edge)
+    outer = max(_dot(inwards, _minus(p, a)), _dot(inwards, _minus(q, a)))
+    return outer < 0 and outer * outer > touch * touch * _dot(edge, edge)
 
 
 @njit(cache=True, nogil=True)

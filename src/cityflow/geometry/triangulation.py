@@ -12,8 +12,8 @@ from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 
-_PI_AND_A_BIT = np.pi + 1e-9
-"""Opposite angles beyond this are flipped; the margin keeps cocircular corners from flipping for ever."""
+FLIP_MARGIN = 1e-9
+"""Sine by which opposite angles must be beyond π to be flipped: keeps cocircular corners from flipping for ever."""
 
 
 def triangulate_polygon(rings: list[FloatArray]) -> IntArray:
@@ -174,25 +174,40 @@ def _cut_ears(xy: FloatArray, loop: IntArray) -> IntArray:
     before, after = np.arange(-1, n - 1), np.arange(1, n + 1)
     if n > 0:
         before[0], after[n - 1] = n - 1, 0
-    shape, alive = np.empty(n), np.ones(n, np.bool_)
+    shape, alive, blocker = np.empty(n), np.ones(n, np.bool_), np.full(n, -1)
     for i in range(n):
         shape[i] = _shape(xy[loop[before[i]]], xy[loop[i]], xy[loop[after[i]]])
     for t in range(n - 2):
-        tried = shape.copy()
-        best = int(np.argmax(tried))
-        fallback = best
-        while tried[best] > 0 and not _is_ear(xy, loop, before, after, alive, best):
-            tried[best] = -np.inf
-            best = int(np.argmax(tried))
-        if tried[best] <= 0:
-            best = fallback
+        best = _best_ear(xy, loop, (before, after, blocker), alive, shape)
         b, a = before[best], after[best]
         triangles[t, 0], triangles[t, 1], triangles[t, 2] = loop[b], loop[best], loop[a]
         alive[best], shape[best] = False, -np.inf
         after[b], before[a] = a, b
-        shape[b] = _shape(xy[loop[before[b]]], xy[loop[b]], xy[loop[after[b]]])
-        shape[a] = _shape(xy[loop[before[a]]], xy[loop[a]], xy[loop[after[a]]])
+        for i in (b, a):
+            shape[i], blocker[i] = _shape(xy[loop[before[i]]], xy[loop[i]], xy[loop[after[i]]]), -1
     return triangles
+
+
+@njit(cache=True, nogil=True)
+def _best_ear(
+    xy: FloatArray, loop: IntArray, links: tuple[IntArray, IntArray, IntArray], alive: BoolArray, shape: FloatArray
+) -> int:
+    """The best-shaped ear; of each corner that is none, the one in its way is noted until that one is cut."""
+    before, after, blocker = links
+    fallback = int(np.argmax(shape))
+    tried = np.zeros(len(loop), np.bool_)
+    while True:
+        best = -1
+        for i in range(len(loop)):
+            waits = blocker[i] >= 0 and alive[blocker[i]]
+            if shape[i] > 0 and not tried[i] and not waits and (best < 0 or shape[i] > shape[best]):
+                best = i
+        if best < 0:
+            return fallback
+        blocker[best] = _in_the_way(xy, loop, before, after, alive, best)
+        if blocker[best] == -1:
+            return best
+        tried[best] = True
 
 
 @njit(cache=True, nogil=True)
@@ -207,10 +222,11 @@ def _shape(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _is_ear(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArray, alive: BoolArray, at: int) -> bool:
-    """True where no other corner lies in the closed triangle at a corner.
+def _in_the_way(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArray, alive: BoolArray, at: int) -> int:
+    """Another corner in the closed triangle at a corner, −1 where there is none.
 
-    Corners in the place of one of its own (bridges, rings that touch) count where the loop runs on into the triangle.
+    Corners in the place of one of its own (bridges, rings that touch) count where the loop runs on into the triangle; as
+    that may change with their neighbours, −2 stands for them.
     """
     a, b, c = xy[loop[before[at]]], xy[loop[at]], xy[loop[after[at]]]
     for i in range(len(loop)):
@@ -223,11 +239,13 @@ def _is_ear(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArray, a
             blocked = _between(b, c, a, u) or _between(b, c, a, v)
         elif _same(p, c):
             blocked = _between(c, a, b, u) or _between(c, a, b, v)
+        elif _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0:
+            return i
         else:
-            blocked = _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0
+            blocked = False
         if blocked:
-            return False
-    return True
+            return -2
+    return -1
 
 
 @njit(cache=True, nogil=True)
@@ -280,10 +298,15 @@ def _neighbours(triangles: IntArray) -> IntArray:
 
 
 @njit(cache=True, nogil=True)
-def _angle(at: FloatArray, u: FloatArray, v: FloatArray) -> float:
-    """Unsigned angle at a corner; π, not −π, for slivers that rounding has turned over."""
-    dot = (u[0] - at[0]) * (v[0] - at[0]) + (u[1] - at[1]) * (v[1] - at[1])
-    return float(np.arctan2(abs(_cross(at, u, v)), dot))
+def _more_than_pi(p: FloatArray, q: FloatArray, u: FloatArray, v: FloatArray) -> bool:
+    """True where the angles at p and q over the edge u–v are more than π together: the sine of their sum is negative.
+
+    Angles are unsigned, so that slivers which rounding has turned over count as π, not −π.
+    """
+    sin_p, cos_p = abs(_cross(p, u, v)), (u[0] - p[0]) * (v[0] - p[0]) + (u[1] - p[1]) * (v[1] - p[1])
+    sin_q, cos_q = abs(_cross(q, u, v)), (u[0] - q[0]) * (v[0] - q[0]) + (u[1] - q[1]) * (v[1] - q[1])
+    size = np.sqrt((sin_p * sin_p + cos_p * cos_p) * (sin_q * sin_q + cos_q * cos_q))
+    return bool(sin_p * cos_q + cos_p * sin_q < -FLIP_MARGIN * size)
 
 
 @njit(cache=True, nogil=True)
@@ -292,7 +315,7 @@ def _flip_edge(xy: FloatArray, triangles: IntArray, across: IntArray, t: int, e:
     other, f = across[t, e] // 3, across[t, e] % 3
     u, v, p = triangles[t, e], triangles[t, (e + 1) % 3], triangles[t, (e + 2) % 3]
     q = triangles[other, (f + 2) % 3]
-    if _angle(xy[p], xy[u], xy[v]) + _angle(xy[q], xy[u], xy[v]) <= _PI_AND_A_BIT:
+    if not _more_than_pi(xy[p], xy[q], xy[u], xy[v]):
         return False
     up, vp = across[t, (e + 2) % 3], across[t, (e + 1) % 3]
     uq, vq = across[other, (f + 1) % 3], across[other, (f + 2) % 3]

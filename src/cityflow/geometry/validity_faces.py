@@ -139,12 +139,16 @@ def _relation(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, touch:
 def _crosses_itself(xy: FloatArray, ring: IntArray, touch: float) -> bool:
     """True where a ring crosses or touches itself, or turns back on itself."""
     n = len(xy)
+    box = np.empty((n, 4))
     for i in range(n):
         a, b, c = xy[i - 1], xy[i], xy[(i + 1) % n]
         if _distance(c, a, b) <= touch or _distance(a, b, c) <= touch:
             return True
-        for j in range(i + 2, n):
-            if i == 0 and j == n - 1:
+        box[i, 0], box[i, 1] = min(b[0], c[0]) - touch, max(b[0], c[0])
+        box[i, 2], box[i, 3] = min(b[1], c[1]) - touch, max(b[1], c[1])
+    for i in range(n):
+        for j in range(i + 2, n - (i == 0)):
+            if box[i, 0] > box[j, 1] or box[j, 0] > box[i, 1] or box[i, 2] > box[j, 3] or box[j, 2] > box[i, 3]:
                 continue
             if ring[i] == ring[j] or _relation(xy[i], xy[i + 1], xy[j], xy[(j + 1) % n], touch)[0] != APART:
                 return True
@@ -305,20 +309,19 @@ def normal_turns(vertices: FloatArray, triangles: IntArray, faces: IntArray, fac
     normals = np.zeros((count, 3))
     for t in range(count):
         a, b, c = vertices[triangles[t, 0]], vertices[triangles[t, 1]], vertices[triangles[t, 2]]
-        normal = np.cross(b - a, c - a)
-        length = np.sqrt((normal**2).sum())
+        ux, uy, uz, vx, vy, vz = b[0] - a[0], b[1] - a[1], b[2] - a[2], c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        length = np.sqrt(x * x + y * y + z * z)
         if length > 1e-12:
-            normals[t] = normal / length
-    turns, begin = np.zeros(face_count), 0
-    while begin < count:
-        end = begin
-        least = 1.0
-        while end < count and faces[end] == faces[begin]:
-            if normals[end].any():
-                for t in range(begin, end):
-                    if normals[t].any():
-                        least = min(least, (normals[t] * normals[end]).sum())
-            end += 1
-        turns[faces[begin]] = np.degrees(np.arccos(max(least, -1.0)))
-        begin = end
+            normals[t, 0], normals[t, 1], normals[t, 2] = x / length, y / length, z / length
+    turns = np.zeros(face_count)
+    for t in range(count):
+        cosine = 1.0
+        for s in range(t - 1, -1, -1):
+            if faces[s] != faces[t]:
+                break
+            dot = normals[t, 0] * normals[s, 0] + normals[t, 1] * normals[s, 1] + normals[t, 2] * normals[s, 2]
+            if dot < cosine and normals[t].any() and normals[s].any():
+                cosine = dot
+        turns[faces[t]] = max(turns[faces[t]], np.degrees(np.arccos(max(cosine, -1.0))))
     return turns

@@ -68,10 +68,7 @@ def _positions(solids: list[Polyhedron], tolerances: Tolerances) -> list[Fault]:
         if (a, b) in sharing:
             continue
         common = overlap_volume(solids[a], solids[b])
-        if a > 0:
-            code = 401 if common > LEAST_VOLUME_M3 else 0
-        else:
-            code = _cavity_code(common, volumes[b], (a, b) in touching)
+        code = _cavity_code(common, volumes[b], (a, b) in touching) if a == 0 else 401 * (common > LEAST_VOLUME_M3)
         if code:
             faults.append(Fault.of(code, f"shell={a}|shell={b}"))
     if not faults and _closes_a_loop(solids, tolerances.touch_m):
