@@ -1,4 +1,4 @@
-"""Rows of a made-up town of row houses."""
+"""Rows of a made-up town of terraced houses."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def town(count: int, seed: int = 0) -> ReportData:
         )
     )
     return ReportData(
-        title="Delft, north-east",
+        title="A made-up town",
         workflow="lidar_city",
         crs="Amersfoort / RD New (EPSG:28992)",
         vertical_datum="NAP height (EPSG:5709)",
