@@ -14,10 +14,16 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.ring_tracing import Edge, ring_edges
-from cityflow.reconstruction.subdivision import Subdivision
+from cityflow.reconstruction.subdivision import MIN_EDGE, Subdivision
 
-SAME_HEIGHT = 3e-3
-"""Heights at a vertex that differ by no more than this (m) are one."""
+SAME_HEIGHT = 8e-3
+"""Heights at a vertex that differ by no more than this (m) are one, so that faces stay planar within 1 cm; ..."""
+
+SAME_SLOPE = 0.1
+"""... and by no more than this part of the shortest edge there, so that small faces are not tilted."""
+
+NO_WALL = 1e-3
+"""Heights nearer than this (m) are one whatever the edges: vertices would fall together in a reader's eyes."""
 
 CORNER = 0.05
 """Legs (m) of the corner that a cell loses where four walls would meet."""
@@ -40,7 +46,8 @@ class CornerHeights:
         self.level: dict[tuple[int, int], int] = {}
         self.levels: dict[int, list[float]] = {}
         self.sectors: dict[int, list[int]] = {}
-        self.forced: set[int] = set()
+        self.shortest: dict[int, float] = {}
+        self.tied: dict[int, list[tuple[int, int]]] = {}
         self.refresh()
 
     def refresh(self) -> None:
@@ -48,6 +55,7 @@ class CornerHeights:
         self.level.clear()
         self.levels.clear()
         self.sectors = _cells_around(self.division)
+        self.shortest = _shortest_edges(self.division)
         for vertex in sorted(self.sectors):
             self._cluster(vertex, list(dict.fromkeys(self.sectors[vertex])))
 
@@ -58,13 +66,15 @@ class CornerHeights:
             a, b, c = (0.0, 0.0, self.floor) if cell == OUTSIDE else self.planes[cell]
             heights.append((float(a * x + b * y + c), cell))
         heights.sort()
-        tolerance = math.inf if vertex in self.forced else SAME_HEIGHT
+        tolerance = max(NO_WALL, min(SAME_HEIGHT, SAME_SLOPE * self.shortest[vertex]))
         groups: list[list[tuple[float, int]]] = []
         for item in heights:
             if groups and item[0] - groups[-1][0][0] <= tolerance:
                 groups[-1].append(item)
             else:
                 groups.append([item])
+        for pair in self.tied.get(vertex, []):
+            groups = _joined(groups, pair)
         self.levels[vertex] = [sum(z for z, _ in group) / len(group) for group in groups]
         for k, group in enumerate(groups):
             for _, cell in group:
@@ -76,19 +86,23 @@ class CornerHeights:
         return 0.0 if a == b else self.levels[vertex][a] - self.levels[vertex][b]
 
     def split_crossings(self) -> None:
-        """Put a vertex where the roofs on both sides of an edge cross."""
+        """Put a vertex where the roofs on both sides of an edge cross, or level them at the end that is near."""
         division = self.division
-        added = False
+        changed = False
         for u, v in [(u, v) for u, v in division.left if u < v and (v, u) in division.left]:
             left, right = division.left[u, v], division.left[v, u]
             start, end = self.step(u, left, right), self.step(v, left, right)
-            if start * end < 0:
-                t = start / (start - end)
-                (x1, y1), (x2, y2) = division.xy[u], division.xy[v]
-                vertex = division.insert((u, v), x1 + t * (x2 - x1), y1 + t * (y2 - y1))
-                self.forced.add(vertex)
-                added = True
-        if added:
+            if start * end >= 0:
+                continue
+            changed = True
+            t, length = start / (start - end), division.length((u, v))
+            if min(t, 1 - t) * length < MIN_EDGE:
+                self.tied.setdefault(u if t < 0.5 else v, []).append((left, right))
+                continue
+            (x1, y1), (x2, y2) = division.xy[u], division.xy[v]
+            vertex = division.insert((u, v), x1 + t * (x2 - x1), y1 + t * (y2 - y1))
+            self.tied[vertex] = [(left, right)]
+        if changed:
             self.refresh()
 
     def part_corners(self) -> int:
@@ -153,6 +167,23 @@ class CornerHeights:
         labels = self.division.merge(labels)
         self.planes.clear()
         self.planes.update({cell: np.array(planes[label]) for cell, label in labels.items()})
+
+
+def _joined(groups: list[list[tuple[float, int]]], pair: tuple[int, int]) -> list[list[tuple[float, int]]]:
+    """Groups of heights, lowest first, with those of two cells and all between made one."""
+    places = [k for k, group in enumerate(groups) for _, cell in group if cell in pair]
+    if len(places) < 2 or places[0] == places[-1]:
+        return groups
+    first, last = places[0], places[-1]
+    return [*groups[:first], [item for group in groups[first : last + 1] for item in group], *groups[last + 1 :]]
+
+
+def _shortest_edges(division: Subdivision) -> dict[int, float]:
+    shortest: dict[int, float] = {}
+    for u, v in division.left:
+        length = division.length((u, v))
+        shortest[u], shortest[v] = min(shortest.get(u, length), length), min(shortest.get(v, length), length)
+    return shortest
 
 
 def _changes(levels: list[int], k: int) -> int:

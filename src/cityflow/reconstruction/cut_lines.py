@@ -45,7 +45,7 @@ def intersection_lines(
         along = middle[mine[near]] @ (-ny, nx)
         for start, end in stretches(along, 2 * reach):
             if end - start >= min_length / 2:
-                lines.append(CutLine(nx, ny, offset, start - reach / 2, end + reach / 2, end - start))
+                lines.append(CutLine(nx, ny, offset, start - reach / 2, end + reach / 2, end - start, True))
         explained[mine[near]] = True
     return lines, explained
 

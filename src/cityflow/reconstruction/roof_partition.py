@@ -28,7 +28,10 @@ from cityflow.reconstruction.partition_values import RoofPartition, single_cell
 from cityflow.reconstruction.planes import PlaneSegments
 from cityflow.reconstruction.ring_tracing import ring_edges
 from cityflow.reconstruction.step_lines import step_lines
-from cityflow.reconstruction.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.subdivision import ON_LINE, CutLine, Subdivision
+
+MAX_ROUNDS = 3
+"""So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
 
 
 class PartitionParameters(Parameters):
@@ -58,14 +61,41 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
         raise ValueError("a partition needs at least one plane")
     if len(segments) == 1:
         return single_cell(outline)
-    division = Subdivision.of_polygon(outline)
-    cut_cells(division, candidate_lines(outline, segments, parameters), parameters.max_cells)
     energy = _Energy(segments, parameters, outline.area)
-    labels = energy.minimise(division)
+    lines = candidate_lines(outline, segments, parameters)
+    for _ in range(MAX_ROUNDS):
+        division = Subdivision.of_polygon(outline)
+        cut_cells(division, lines, parameters.max_cells)
+        labels = energy.minimise(division)
+        useful = [
+            line
+            for line, use in zip(lines, line_use(division, labels, lines), strict=True)
+            if use >= least(line, parameters)
+        ]
+        if len(useful) == len(lines):
+            break
+        lines = useful
     labels = division.merge(labels)
     labels = _without_slivers(division, labels, energy, parameters.min_width)
     division.dissolve()
     return RoofPartition.of_subdivision(division, labels)
+
+
+def least(line: CutLine, parameters: PartitionParameters) -> float:
+    """Metres of roof edge that a line must carry: intersections follow from planes, other lines are guesses."""
+    return parameters.min_length / 2 if line.is_crossing else parameters.min_length
+
+
+def line_use(division: Subdivision, labels: dict[int, int], lines: list[CutLine]) -> list[float]:
+    """Metres of edge between cells of different planes on each line; an edge counts for every line it lies on."""
+    edges = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
+    parting = [(u, v) for u, v in edges if labels[division.left[u, v]] != labels[division.left[v, u]]]
+    if not parting:
+        return [0.0] * len(lines)
+    ends = np.array(division.xy)[np.array(parting)]
+    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    off = [np.abs(ends @ (line.nx, line.ny) - line.offset).max(axis=1) for line in lines]
+    return [float(length[away <= 5 * ON_LINE].sum()) for away in off]
 
 
 def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> list[CutLine]:

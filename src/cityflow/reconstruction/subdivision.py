@@ -26,6 +26,9 @@ from cityflow.reconstruction.ring_tracing import (
 ON_LINE = 1e-3
 """A vertex nearer to a cutting line than this (m) counts as lying on it."""
 
+MIN_EDGE = 0.01
+"""A line that crosses an edge nearer to one of its ends than this (m) goes through that end."""
+
 
 @dataclass(frozen=True, slots=True)
 class CutLine:
@@ -35,6 +38,7 @@ class CutLine:
     ----------
     start, end : positions along the direction (−ny, nx), metres
     support : metres of the line that points speak for; long ones cut first
+    is_crossing : the line is where two planes intersect
     """
 
     nx: float
@@ -43,6 +47,7 @@ class CutLine:
     start: float
     end: float
     support: float
+    is_crossing: bool = False
 
     def side(self, x: float, y: float) -> float:
         """Signed distance (m) of a point."""
@@ -166,21 +171,26 @@ class Subdivision:
 
     def _crossings(self, number: int, line: CutLine) -> list[tuple[float, int | Edge]]:
         """Where the line meets the cell's rings: position along the line, and the vertex or the edge crossed."""
+        vertices: set[int] = set()
         found: list[tuple[float, int | Edge]] = []
         low = high = False
         for ring in self.cells[number]:
             sides = [line.side(*self.xy[v]) for v in ring]
             low, high = low or min(sides) < -ON_LINE, high or max(sides) > ON_LINE
-            for k, (u, v) in enumerate(ring_edges(ring)):
-                s1, s2 = sides[k], sides[(k + 1) % len(ring)]
-                if abs(s1) <= ON_LINE:
-                    found.append((line.along(*self.xy[u]), u))
-                elif s1 * s2 < 0 and abs(s2) > ON_LINE:
-                    t = s1 / (s1 - s2)
+            vertices |= {v for v, side in zip(ring, sides, strict=True) if abs(side) <= ON_LINE}
+            for (u, v), s1, s2 in zip(ring_edges(ring), sides, [*sides[1:], sides[0]], strict=True):
+                if s1 * s2 >= 0 or min(abs(s1), abs(s2)) <= ON_LINE:
+                    continue
+                t = s1 / (s1 - s2)
+                near, length = (u if t < 0.5 else v), self.length((u, v))
+                if min(t, 1 - t) * length < MIN_EDGE:
+                    vertices.add(near)
+                else:
                     t1, t2 = line.along(*self.xy[u]), line.along(*self.xy[v])
                     found.append((t1 + t * (t2 - t1), (u, v)))
         if not (low and high):
             return []
+        found += [(line.along(*self.xy[v]), v) for v in vertices]
         return sorted(found, key=lambda item: (item[0], str(item[1])))
 
     def _chords(self, number: int, line: CutLine, crossings: list[tuple[float, int | Edge]]) -> list[int]:
