@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 from datetime import date
+from pathlib import Path
 
 import laspy
 import numpy as np
@@ -18,7 +19,7 @@ from survey_files import DELFT, points, write_las
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"
 
 
-def test_header_of_the_real_file():
+def test_header_of_the_real_file() -> None:
     header = read_header(LAZ)
     assert (header.points, header.version, header.point_format, header.returns) == (208_432, "1.2", 1, 5)
     assert header.created == date(2014, 3, 4)
@@ -28,13 +29,13 @@ def test_header_of_the_real_file():
 
 
 @pytest.mark.parametrize(("version", "crs"), [("1.2", "EPSG:28992"), ("1.4", "EPSG:28992"), ("1.4", "EPSG:7415")])
-def test_crs_of_geotiff_keys_and_wkt(tmp_path, version, crs):
+def test_crs_of_geotiff_keys_and_wkt(tmp_path: Path, version: str, crs: str) -> None:
     header = read_header(write_las(tmp_path / "a.laz", points(), crs, version))
     assert header.crs is not None
     assert header.crs.to_epsg() == int(crs.removeprefix("EPSG:"))
 
 
-def test_every_cut_of_a_laz_file_is_noticed_before_a_point_is_read(tmp_path):
+def test_every_cut_of_a_laz_file_is_noticed_before_a_point_is_read(tmp_path: Path) -> None:
     whole = LAZ.read_bytes()
     for length in (1, 100, 300, 340, len(whole) // 2, len(whole) - 100, len(whole) - 1):
         cut = tmp_path / "cut.laz"
@@ -45,14 +46,14 @@ def test_every_cut_of_a_laz_file_is_noticed_before_a_point_is_read(tmp_path):
         assert caught.value.remedy
 
 
-def test_cut_las_is_noticed(tmp_path):
+def test_cut_las_is_noticed(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", points())
     path.write_bytes(path.read_bytes()[:-30])
     with pytest.raises(CatalogError, match="cut off"):
         read_header(path)
 
 
-def test_bytes_damaged_in_the_middle_never_pass_in_silence(tmp_path):
+def test_bytes_damaged_in_the_middle_never_pass_in_silence(tmp_path: Path) -> None:
     # LAZ has no check sums: what decompresses may be wrong, but as many points as promised or an error must come.
     broken = bytearray(LAZ.read_bytes())
     broken[400:200_000] = bytes(199_600)
@@ -62,7 +63,7 @@ def test_bytes_damaged_in_the_middle_never_pass_in_silence(tmp_path):
         read_points(path)
 
 
-def test_missing_empty_foreign_and_pointless_files(tmp_path):
+def test_missing_empty_foreign_and_pointless_files(tmp_path: Path) -> None:
     with pytest.raises(CatalogError, match="does not exist"):
         read_header(tmp_path / "none.laz")
     (tmp_path / "empty.laz").touch()
@@ -75,7 +76,7 @@ def test_missing_empty_foreign_and_pointless_files(tmp_path):
         read_header(write_las(tmp_path / "nothing.laz", np.empty((0, 3))))
 
 
-def test_header_with_nan_extent_is_refused(tmp_path):
+def test_header_with_nan_extent_is_refused(tmp_path: Path) -> None:
     path = write_las(tmp_path / "nan.las", points())
     data = bytearray(path.read_bytes())
     data[179:187] = np.float64("nan").tobytes()  # LAS 1.x: max x
@@ -84,7 +85,7 @@ def test_header_with_nan_extent_is_refused(tmp_path):
         read_header(path)
 
 
-def test_withheld_and_absurd_points_are_dropped_and_counted(tmp_path):
+def test_withheld_and_absurd_points_are_dropped_and_counted(tmp_path: Path) -> None:
     xyz = points(1000)
     xyz[:7, 2] = 50_000.0
     xyz[7:10, 2] = -20_000.0
@@ -96,14 +97,14 @@ def test_withheld_and_absurd_points_are_dropped_and_counted(tmp_path):
     assert np.abs(cloud.xyz[:, 2]).max() <= 10
 
 
-def test_returns_of_zero_count_as_single(tmp_path):
+def test_returns_of_zero_count_as_single(tmp_path: Path) -> None:
     zeros = np.zeros(100, np.uint8)
     cloud = read_points(write_las(tmp_path / "a.laz", points(100), return_number=zeros, number_of_returns=zeros))
     assert (cloud.number_of_returns == 1).all()
     assert (cloud.return_number == 1).all()
 
 
-def test_stream_is_the_file_in_parts():
+def test_stream_is_the_file_in_parts() -> None:
     whole = read_points(LAZ)
     parts = [cloud for cloud, _ in stream(LAZ, chunk=60_001)]
     assert [len(p) for p in parts] == [60_001, 60_001, 60_001, 28_429]
@@ -113,7 +114,7 @@ def test_stream_is_the_file_in_parts():
     assert np.array_equal(whole.classification, reference.classification)
 
 
-def test_written_points_come_back_by_laspy_to_half_a_millimetre(tmp_path):
+def test_written_points_come_back_by_laspy_to_half_a_millimetre(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     xyz, n = points(2000, seed=3), 2000
     count = rng.integers(1, 6, n).astype(np.uint8)
@@ -132,12 +133,12 @@ def test_written_points_come_back_by_laspy_to_half_a_millimetre(tmp_path):
     assert np.array_equal(read_points_of(data).xyz, las.xyz)
 
 
-def test_points_too_far_apart_for_the_scale_are_refused():
+def test_points_too_far_apart_for_the_scale_are_refused() -> None:
     with pytest.raises(ValueError, match="32 bits"):
         write_points(PointCloud.of(np.array([[0.0, 0, 0], [3e6, 0, 0]])), scale=0.001)
 
 
-def test_pieces_are_joined_and_cut(tmp_path):
+def test_pieces_are_joined_and_cut(tmp_path: Path) -> None:
     paths = [tmp_path / "a.laz", tmp_path / "b.laz"]
     xyz = points(4000)
     for path, part in zip(paths, (xyz[:1500], xyz[1500:]), strict=True):
@@ -149,7 +150,7 @@ def test_pieces_are_joined_and_cut(tmp_path):
     assert len(read_pieces([])) == 0
 
 
-def test_sample_of_a_large_file_sees_its_end(tmp_path):
+def test_sample_of_a_large_file_sees_its_end(tmp_path: Path) -> None:
     n = 1_300_000
     xyz = np.zeros((n, 3))
     classes = np.full(n, 2, np.uint8)

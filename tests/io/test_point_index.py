@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import io
 import math
+from pathlib import Path
+from typing import Any
 
 import laspy
 import numpy as np
@@ -9,18 +12,18 @@ import pytest
 from cityflow.core.grid import tile_at
 from cityflow.errors import CatalogError
 from cityflow.io.las import read_points, read_points_of
-from cityflow.io.point_index import cells_over, split_file
+from cityflow.io.point_index import FileIndex, cells_over, split_file
 from survey_files import DELFT, points, write_las
 
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"
 
 
-def _pieces(path, cell_m=50.0, **options):
+def _pieces(path: Path, cell_m: float = 50.0, **options: Any) -> tuple[FileIndex, dict[str, bytes]]:
     pieces: dict[str, bytes] = {}
     return split_file(path, cell_m, pieces.__setitem__, **options), pieces
 
 
-def test_no_point_is_lost_doubled_or_moved():
+def test_no_point_is_lost_doubled_or_moved() -> None:
     index, pieces = _pieces(LAZ)
     whole = read_points(LAZ)
     clouds = {name: read_points_of(data) for name, data in pieces.items()}
@@ -33,7 +36,7 @@ def test_no_point_is_lost_doubled_or_moved():
     assert index.has_returns
 
 
-def test_each_point_lies_in_its_cell_and_keeps_the_order_of_the_file():
+def test_each_point_lies_in_its_cell_and_keeps_the_order_of_the_file() -> None:
     _, pieces = _pieces(LAZ)
     whole = read_points(LAZ)
     owner = np.floor(whole.xyz[:, :2] / 50.0).astype(int)
@@ -45,7 +48,7 @@ def test_each_point_lies_in_its_cell_and_keeps_the_order_of_the_file():
         assert np.array_equal(cell.classification, whole.classification[mine])
 
 
-def test_pieces_do_not_depend_on_chunks():
+def test_pieces_do_not_depend_on_chunks() -> None:
     index, pieces = _pieces(LAZ)
     for chunk in (10_007, 50_000, 208_432):
         other, same = _pieces(LAZ, chunk=chunk)
@@ -54,27 +57,21 @@ def test_pieces_do_not_depend_on_chunks():
         assert other == index
 
 
-def test_pieces_carry_the_date_of_the_source_and_nothing_of_today():
+def test_pieces_carry_the_date_of_the_source_and_nothing_of_today() -> None:
     _, pieces = _pieces(LAZ)
-    with laspy.open(next(iter(_as_files(pieces)))) as reader:
+    with laspy.open(io.BytesIO(next(iter(pieces.values())))) as reader:
         assert reader.header.creation_date.isoformat() == "2014-03-04"
         assert reader.header.generating_software == "cityflow"
 
 
-def _as_files(pieces):
-    import io
-
-    return (io.BytesIO(data) for data in pieces.values())
-
-
-def test_negative_cells_and_points_on_an_edge(tmp_path):
+def test_negative_cells_and_points_on_an_edge(tmp_path: Path) -> None:
     xyz = np.array([[-0.001, -50.0, 1], [0, 0, 1], [50, 49.999, 1], [-50.001, 0, 1]])
     index, _ = _pieces(write_las(tmp_path / "a.laz", xyz))
     assert index.cells == {"-1_-1": 1, "-2_0": 1, "0_0": 1, "1_0": 1}
     assert all(tile_at(x, y, 50.0).name in index.cells for x, y, _ in xyz)
 
 
-def test_reader_of_a_box_finds_all_its_points_in_the_cells_over_it():
+def test_reader_of_a_box_finds_all_its_points_in_the_cells_over_it() -> None:
     _, pieces = _pieces(LAZ)
     box = (85010.0, 447470.0, 85060.0, 447550.0)
     near = [pieces[c.name] for c in cells_over(box, 50.0) if c.name in pieces]
@@ -82,7 +79,7 @@ def test_reader_of_a_box_finds_all_its_points_in_the_cells_over_it():
     assert sum(len(read_points_of(data).within(box)) for data in near) == len(read_points(LAZ).within(box))
 
 
-def test_unusable_points_stay_out(tmp_path):
+def test_unusable_points_stay_out(tmp_path: Path) -> None:
     xyz = points(1000)
     xyz[:10, 2] = 99_999.0
     index, pieces = _pieces(write_las(tmp_path / "a.laz", xyz))
@@ -92,20 +89,20 @@ def test_unusable_points_stay_out(tmp_path):
         _pieces(write_las(tmp_path / "b.laz", xyz[:10]))
 
 
-def test_absurdly_many_cells_are_refused(tmp_path, monkeypatch):
+def test_absurdly_many_cells_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cityflow.io.point_index.MAX_CELLS", 100)
     with pytest.raises(CatalogError, match="units and extent"):
         _pieces(write_las(tmp_path / "a.laz", points(5000, size=5000.0)))
 
 
-def test_cut_file_gives_an_error_that_names_it(tmp_path):
+def test_cut_file_gives_an_error_that_names_it(tmp_path: Path) -> None:
     path = tmp_path / "cut.laz"
     path.write_bytes(LAZ.read_bytes()[:-1000])
     with pytest.raises(CatalogError, match=r"cut\.laz"):
         _pieces(path)
 
 
-def test_spilling_to_disk_changes_nothing(monkeypatch):
+def test_spilling_to_disk_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     _, pieces = _pieces(LAZ)
     monkeypatch.setattr("cityflow.io.point_index.SPILL_BYTES", 1000)
     assert _pieces(LAZ, chunk=20_000)[1] == pieces

@@ -259,10 +259,10 @@ def _notes_on_ids(ids: list[str]) -> list[str]:
     notes = []
     missing = ids.count("")
     if missing:
-        notes.append(f"{missing} outlines have no id; theirs comes from their geometry")
+        notes.append(f"outlines without an id: {missing}; theirs comes from their geometry")
     twice = sorted(unit for unit, n in Counter(ids).items() if n > 1 and unit)
     if twice:
-        notes.append(f"{len(twice)} ids occur more than once: {listing(twice)}")
+        notes.append(f"ids that occur more than once: {len(twice)} ({listing(twice)})")
     return notes
 
 
@@ -271,14 +271,14 @@ def _notes_on_geometry(geometry: NDArray[np.object_], ids: list[str]) -> list[st
     lost = np.flatnonzero(shapely.is_missing(geometry) | shapely.is_empty(geometry))
     if len(lost):
         names = [ids[i] or f"feature {i + 1}" for i in lost.tolist()]
-        notes.append(f"{len(lost)} outlines have no geometry: {listing(names)}")
+        notes.append(f"outlines without geometry: {len(lost)} ({listing(names)})")
     kinds = shapely.get_type_id(geometry)
     wrong = ~np.isin(kinds, (POLYGON, MULTIPOLYGON)) & (kinds >= 0)
     if wrong.any():
         notes.append(f"outlines must be polygons; these are not: {_kinds(geometry[wrong])}")
     several = int(((kinds == MULTIPOLYGON) & (shapely.get_num_geometries(geometry) > 1)).sum())
     if several:
-        notes.append(f"{several} outlines have several parts; each part becomes a unit of its own")
+        notes.append(f"outlines of several parts: {several}; each part becomes a unit of its own")
     return notes
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from shapely import Polygon
 
 from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, bounds_meet
@@ -27,6 +28,7 @@ SPARSE_PER_M2 = 2.0
 TALL_M = 1500.0
 """No town has its lowest and highest point farther apart; heights in feet or blunders do."""
 OVERLAP_SHARE = 0.02
+NO_AREA_M2 = 0.01
 CLASS_NAMES = {
     0: "never classified", 1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation",
     6: "building", 7: "low noise", 9: "water", 17: "bridge", 18: "high noise", 26: "civil structure",
@@ -251,34 +253,32 @@ def _check_places(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
             "check the CRS of the outlines and of the LiDAR files",
         )
     elif outside:
-        problem = f"{len(outside)} outlines stand outside the survey: {listing(outside)}"
+        problem = f"outlines outside the survey: {len(outside)} ({listing(outside)})"
         seen.say(Level.WARNING, asset.href, problem, "they are refused in a run; add LiDAR files, or remove them")
     partly = names[placed & meets & ~inside].tolist()
     if partly:
-        problem = f"{len(partly)} outlines reach over the edge of the survey: {listing(partly)}"
+        problem = f"outlines over the edge of the survey: {len(partly)} ({listing(partly)})"
         seen.say(Level.WARNING, asset.href, problem, "their roofs will lack points")
 
 
 def _check_shapes(asset: OutlineAsset, seen: _Seen) -> None:
     polygons = np.array([o.polygon for o in seen.outlines], object)
     names = np.array([o.id or f"feature {i}" for i, o in enumerate(seen.outlines, 1)])
-    filled = ~shapely.is_empty(polygons)
     finite = np.array([bool(np.isfinite(shapely.get_coordinates(p)).all()) for p in polygons])
-    invalid = filled & ~shapely.is_valid(polygons)
-    flat = filled & finite & (shapely.area(polygons) < 0.01)
-    repeated = _repeated(polygons, names, filled & finite)
+    usable = finite & ~shapely.is_empty(polygons)
+    # A figure of eight has the signed area zero; only mended does it show what it encloses.
+    mended = shapely.make_valid(np.where(usable, polygons, Polygon()))
+    flat = usable & (shapely.area(mended) < NO_AREA_M2)
+    invalid = usable & ~flat & ~shapely.is_valid(polygons)
+    refused, repaired = "they are refused in a run", "they are repaired where that is possible"
     for found, problem, remedy in (
-        (names[~finite].tolist(), "have coordinates that are no finite numbers", "they are refused in a run"),
-        (
-            names[invalid & finite].tolist(),
-            "cross themselves or are invalid otherwise",
-            "they are repaired where that is possible",
-        ),
-        (names[flat].tolist(), "have no area", "they are refused in a run"),
-        (repeated, "are the same polygon as another", "they are refused in a run"),
+        (names[~finite].tolist(), "with coordinates that are no finite numbers", refused),
+        (names[invalid].tolist(), "that cross themselves or are invalid otherwise", repaired),
+        (names[flat].tolist(), "without area", refused),
+        (_repeated(polygons, names, usable), "that repeat another", refused),
     ):
         if found:
-            seen.say(Level.WARNING, asset.href, f"{len(found)} outlines {problem}: {listing(found)}", remedy)
+            seen.say(Level.WARNING, asset.href, f"outlines {problem}: {len(found)} ({listing(found)})", remedy)
 
 
 def _repeated(polygons: np.ndarray, names: np.ndarray, usable: np.ndarray) -> list[str]:
