@@ -23,6 +23,8 @@ from cityflow.outlines.rings import on_lattice
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
 
 _NODING_M = 0.05
+_POINTS_PER_CELL = 2.0
+"""Where the surface does not say: 8 points per m² in cells of half a metre."""
 
 
 class FindParameters(Parameters):
@@ -35,9 +37,10 @@ class FindParameters(Parameters):
     corner_cost_m2: float = Field(
         0.5, ge=0, le=100, description="what one corner more must gain in area to be worth it, m²"
     )
-    edge_bias_cells: float = Field(
-        0.0, ge=-1, le=1, description="how far the regions reach beyond the roofs, cells; edges are moved inwards by it"
+    spot_m: float = Field(
+        0.12, ge=0, le=2, description="how far a roof is seen beyond its edge (size of the laser's spot, noise), m"
     )
+    eaves_m: float = Field(0.0, ge=0, le=3, description="how far roofs reach beyond the outlines wanted, m")
 
 
 def find_outlines(surface: RegionSurface, parameters: FindParameters | None = None) -> list[Outline]:
@@ -90,7 +93,17 @@ def region_outline(region: Region, parameters: FindParameters) -> tuple[Polygon,
         return float(off + parameters.corner_cost_m2 * shapely.get_num_coordinates(candidate[0]))
 
     polygon, how = min(valid, key=cost)
-    return _moved_inwards(polygon, parameters.edge_bias_cells * region.grid.cell), how
+    return _moved_inwards(polygon, edge_bias_m(region, parameters)), how
+
+
+def edge_bias_m(region: Region, parameters: FindParameters) -> float:
+    """How far the edges of a region lie outside those of the outline.
+
+    A cell that the roof covers by a share f is high where at least one of its n points lies on the roof: with the
+    probability 1 − (1 − f)ⁿ. Over all positions of the edge that is 1/2 − 1/(n + 1) cells more than the roof covers.
+    """
+    n = region.points_per_cell if np.isfinite(region.points_per_cell) else _POINTS_PER_CELL
+    return region.grid.cell * max(0.0, 0.5 - 1 / (n + 1)) + parameters.spot_m + parameters.eaves_m
 
 
 def _orientations(rings: Sequence[FloatArray], cell: float) -> list[float]:

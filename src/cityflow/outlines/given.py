@@ -93,8 +93,8 @@ def _mended(geometry: BaseGeometry | None, parameters: CleaningParameters) -> _R
         return _Repaired((), problem)
     flat = shapely.force_2d(geometry)
     remarks = [] if flat.is_valid else [f"repaired ({_why_invalid(flat)})"]
-    pieces = _polygon_parts(flat if flat.is_valid else shapely.make_valid(flat))
-    mended = [q for p in _thinned(pieces, parameters) if p is not None for q in _polygon_parts(shapely.make_valid(p))]
+    pieces = _polygon_parts(_valid(flat))
+    mended = [q for p in _thinned(pieces, parameters) if p is not None for q in _polygon_parts(_valid(p))]
     large = [p for p in mended if p.area >= parameters.minimum_area_m2]
     if not large:
         return _Repaired((), f"area {sum(p.area for p in mended):.3f} m² is below {parameters.minimum_area_m2:g} m²")
@@ -102,6 +102,13 @@ def _mended(geometry: BaseGeometry | None, parameters: CleaningParameters) -> _R
         remarks.append(f"{len(mended) - len(large)} parts below {parameters.minimum_area_m2:g} m² left out")
     filled = [_without_small_holes(p, parameters.minimum_hole_m2) for p in large]
     return _Repaired(tuple(shapely.orient_polygons(filled, exterior_cw=False)), "; ".join(remarks))
+
+
+def _valid(geometry: BaseGeometry) -> BaseGeometry:
+    """Each ring repaired, then holes taken from shells: a hole along the shell becomes a notch, and is not filled."""
+    if geometry.is_valid:
+        return geometry
+    return shapely.make_valid(geometry, method="structure", keep_collapsed=False)
 
 
 def _unusable(geometry: BaseGeometry | None) -> str:

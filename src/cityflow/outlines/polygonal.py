@@ -90,7 +90,7 @@ def _without_short_edges(ring: FloatArray, shortest_m: float) -> FloatArray | No
         short = np.flatnonzero(length < shortest_m)
         if not len(short):
             break
-        options = [option for k in short for option in _removals(ring, k, shortest_m)]
+        options = [option for k in short.tolist() for option in _removals(ring, k, shortest_m)]
         ring = min(options, key=lambda option: option[0])[1]
     return ring
 

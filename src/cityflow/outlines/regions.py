@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from pydantic import Field
+from numpy.typing import NDArray
 from scipy import ndimage
 from shapely import Polygon
 
@@ -41,6 +42,7 @@ class RegionSurface:
     klass : (rows, cols) uint8, ASPRS classes; vegetation, water and bridge are taken as said
     holes : (rows, cols) bool, no measurement near
     core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
+    count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
     """
 
     grid: Grid
@@ -48,6 +50,7 @@ class RegionSurface:
     klass: ByteArray
     holes: BoolArray
     core: Bounds | None = None
+    count: IntArray | NDArray[np.uint32] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +61,12 @@ class Region:
     ----------
     grid : of the mask, the region's bounding box and a margin of one cell
     mask : (rows, cols) bool
+    points_per_cell : mean over the region, NaN where unknown
     """
 
     grid: Grid
     mask: BoolArray
+    points_per_cell: float = float("nan")
 
     @property
     def area_m2(self) -> float:
@@ -80,7 +85,7 @@ def building_regions(surface: RegionSurface, parameters: RegionParameters) -> li
     found = []
     for label, part in enumerate(ndimage.find_objects(labels), 1):
         if wanted[label]:
-            found.append(_region(labels[part] == label, part, surface.grid))
+            found.append(_region(labels[part] == label, part, surface))
     return [region for region in found if region.area_m2 >= parameters.minimum_area_m2]
 
 
@@ -115,12 +120,14 @@ def _opened(mask: BoolArray, element: BoolArray) -> BoolArray:
 
 
 def _without_foliage(mask: BoolArray, ndsm: Float32Array, parameters: RegionParameters) -> BoolArray:
-    """Regions that are mostly rough are trees that the classes did not tell."""
-    rough = roughness(ndsm) > parameters.rough_m
+    """Regions that are mostly rough are trees that the classes did not tell.
+
+    Judged by whole regions: dormers and chimneys make parts of many roofs as rough as foliage.
+    """
     labels, count = ndimage.label(mask)
     if not count:
         return mask
-    share = ndimage.mean(rough, labels, np.arange(count + 1))
+    share = ndimage.mean(roughness(ndsm) > parameters.rough_m, labels, np.arange(count + 1))
     return np.asarray(mask & (share[labels] <= parameters.rough_share))
 
 
@@ -161,11 +168,13 @@ def _labels_of_core(labels: IntArray, count: int, surface: RegionSurface) -> Boo
     return wanted
 
 
-def _region(mask: BoolArray, part: tuple[slice, slice], grid: Grid) -> Region:
+def _region(mask: BoolArray, part: tuple[slice, slice], surface: RegionSurface) -> Region:
+    grid = surface.grid
     row, col = part[0].start - 1, part[1].start - 1
     padded = np.pad(mask, 1)
     own = Grid(grid.x_min + col * grid.cell, grid.y_max - row * grid.cell, grid.cell, *padded.shape)
-    return Region(own, padded)
+    density = float("nan") if surface.count is None else float(np.mean(surface.count[part][mask]))
+    return Region(own, padded, density)
 
 
 def cells_polygon(mask: BoolArray, grid: Grid) -> Polygon:
@@ -173,11 +182,11 @@ def cells_polygon(mask: BoolArray, grid: Grid) -> Polygon:
     step = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, start = np.nonzero(step == 1)
     end = np.nonzero(step == -1)[1]
-    top = grid.y_max - row * grid.cell
-    boxes = shapely.box(grid.x_min + start * grid.cell, top - grid.cell, grid.x_min + end * grid.cell, top)
-    parts = shapely.get_parts(shapely.union_all(boxes, grid_size=grid.cell / 64))
+    # In whole cells the sides of neighbouring runs coincide exactly, and no vertex is left along a straight side.
+    parts = shapely.get_parts(shapely.simplify(shapely.union_all(shapely.box(start, row, end, row + 1)), 0))
     largest: Polygon = max(parts, key=lambda p: (p.area, p.bounds))
-    return largest
+    scale, corner = np.array([grid.cell, -grid.cell]), np.array([grid.x_min, grid.y_max])
+    return shapely.orient_polygons(shapely.transform(largest, lambda xy: corner + xy * scale), exterior_cw=False)
 
 
 def crack_midpoints(ring: FloatArray, cell: float) -> FloatArray:
