@@ -16,7 +16,7 @@ from cityflow.errors import CatalogError
 from cityflow.io.stac import COLLECTION, Catalog, is_catalog, read_catalog, sha256_of
 from survey_files import DELFT
 
-SCHEMAS = Path(pystac.__file__).parent / "validation" / "jsonschemas"
+SCHEMAS = Path(str(pystac.__file__)).parent / "validation" / "jsonschemas"
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_pystac_and_its_extensions_read_it(delft: Catalog) -> None:
     asset = item.assets["data"]
     assert FileExtension.ext(asset).checksum == "1220" + delft.lidar[1].checksum
     assert not asset.href.startswith("/")
-    assert Path(asset.get_absolute_href()).stat().st_size == FileExtension.ext(asset).size
+    assert Path(str(asset.get_absolute_href())).stat().st_size == FileExtension.ext(asset).size
 
 
 def _official_schemas() -> dict[str, dict[str, object]]:
