@@ -2,7 +2,8 @@
 
 Ears are cut best shape first, then edges are flipped until the triangulation is Delaunay inside the polygon. Vertices
 in the middle of straight edges stay: neighbours of a face refer to them, and dropping them would open cracks. The
-flips leave no slivers beside such vertices.
+flips leave no slivers beside such vertices. All of it is one file because numba's cache notices changes only in the
+file of the function that is called.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Rules of rings and polygons, checked in the plane of each face with a tolerance for touching."""
+"""Rules of rings and polygons, checked in the plane of each face with a tolerance for touching.
+
+All of it is one file because numba's cache notices changes only in the file of the function that is called.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ def inspect_faces(
     face_start: IntArray,
     off_plane: FloatArray,
     limits: FloatArray,
-) -> IntArray:
+) -> list[tuple[int, int, int]]:
     """Faults of rings and polygons.
 
     Parameters
@@ -52,35 +55,37 @@ def inspect_faces(
 
     Returns
     -------
-    (K, 3) code, face, ring within the face (−1: the face as a whole); of each face only its lowest level of faults
+    code, face, ring within the face (−1: the face as a whole); of each face only its lowest level of faults
     """
-    most = 3 * len(ring_start) + 3 * len(face_start)
-    faults, count = np.empty((most, 3), np.int64), 0
+    faults = [(0, 0, 0) for _ in range(0)]
     for f in range(len(face_start) - 1):
-        first, last = face_start[f], face_start[f + 1]
-        before = count
-        for r in range(first, last):
-            code = _repeated_corner(corners[ring_start[r] : ring_start[r + 1]])
-            if code > 0:
-                faults[count, 0], faults[count, 1], faults[count, 2] = code, f, r - first
-                count += 1
-        if count > before:
-            continue
-        if off_plane[ring_start[first] : ring_start[last]].max() > limits[0]:
-            faults[count, 0], faults[count, 1], faults[count, 2] = 203, f, -1
-            count += 1
-            continue
-        for r in range(first, last):
-            begin, end = ring_start[r], ring_start[r + 1]
-            if _crosses_itself(xy[begin:end], corners[begin:end], limits[1]):
-                faults[count, 0], faults[count, 1], faults[count, 2] = 104, f, r - first
-                count += 1
-        if count > before or last - first == 1:
-            continue
-        for code, r in _hole_faults(xy, corners, ring_start[first : last + 1], limits[1]):
-            faults[count, 0], faults[count, 1], faults[count, 2] = code, f, r
-            count += 1
-    return faults[:count]
+        starts = ring_start[face_start[f] : face_start[f + 1] + 1]
+        for code, ring in _face_faults(xy, corners, starts, off_plane, limits):
+            faults.append((code, f, ring))
+    return faults
+
+
+@njit(cache=True, nogil=True)
+def _face_faults(
+    xy: FloatArray, corners: IntArray, starts: IntArray, off_plane: FloatArray, limits: FloatArray
+) -> list[tuple[int, int]]:
+    faults = [(0, 0) for _ in range(0)]
+    rings = len(starts) - 1
+    for r in range(rings):
+        code = _repeated_corner(corners[starts[r] : starts[r + 1]])
+        if code > 0:
+            faults.append((code, r))
+    if len(faults) > 0:
+        return faults
+    if off_plane[starts[0] : starts[rings]].max() > limits[0]:
+        faults.append((203, -1))
+        return faults
+    for r in range(rings):
+        if _crosses_itself(xy[starts[r] : starts[r + 1]], corners[starts[r] : starts[r + 1]], limits[1]):
+            faults.append((104, r))
+    if len(faults) > 0 or rings == 1:
+        return faults
+    return _hole_faults(xy, corners, starts, limits[1])
 
 
 @njit(cache=True, nogil=True)
