@@ -1,95 +1,44 @@
-"""How well a roof model meets the measured points: vertical distances to the topmost roof polygon at their x, y."""
+"""How well roof models meet the measured points: the measure that methods and cities are compared by.
+
+Points inside the outlines shrunk by a margin, against the topmost roof polygon at their x, y, vertically. The margin keeps
+out points of walls, gutters and neighbours, which say nothing of the roof.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 from shapely import Polygon, contains_xy, prepare
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.building import Polyhedron, Semantic
-from cityflow.geometry.polyhedron import triangulate
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Polyhedron
+from cityflow.geometry.roof_distances import RoofDistances, distances_to_roof, summarise
 
-NEAR = 0.2
-"""Points nearer than this (m, vertically) count as explained."""
+MARGIN = 0.3
+"""How far (m) the outlines are shrunk."""
 
 
-@dataclass(frozen=True, slots=True)
-class RoofPointScore:
-    """Vertical distances (point minus model) of one unit's or many units' points.
+def roof_point_score(units: Iterable[tuple[Polygon, Polyhedron | None, FloatArray]]) -> RoofDistances:
+    """Score of many units together.
 
-    Attributes
+    Parameters
     ----------
-    points : number of points measured
-    covered : share of the points with a roof polygon at their x, y
-    within_20cm : share of all points within 20 cm of it
-    bias, nmad, rmse, le95 : metres, of the covered points: median, normalised median absolute deviation, root mean
-        square, 95th percentile of absolutes; NaN without points
+    units : outline (world), its solid or None, and the (N, 3) building points around it; a unit without a solid counts
+        as not covered
     """
-
-    points: int
-    covered: float
-    within_20cm: float
-    bias: float
-    nmad: float
-    rmse: float
-    le95: float
+    parts = [unit_distances(*unit) for unit in units]
+    return summarise(np.concatenate(parts) if parts else np.empty(0))
 
 
-def score(distances: FloatArray) -> RoofPointScore:
-    """Figures of vertical distances; NaN stands for a point without roof."""
-    known = distances[np.isfinite(distances)]
-    if len(known) == 0:
-        return RoofPointScore(len(distances), 0.0, 0.0, *[float("nan")] * 4)
-    bias = float(np.median(known))
-    return RoofPointScore(
-        points=len(distances),
-        covered=len(known) / len(distances),
-        within_20cm=float(np.count_nonzero(np.abs(known) <= NEAR)) / len(distances),
-        bias=bias,
-        nmad=float(1.4826 * np.median(np.abs(known - bias))),
-        rmse=float(np.sqrt(np.mean(known**2))),
-        le95=float(np.percentile(np.abs(known), 95)),
-    )
+def unit_distances(outline: Polygon, solid: Polyhedron | None, xyz: FloatArray) -> FloatArray:
+    """(M,) heights above the model of the points well inside the outline; NaN where there is no roof."""
+    inner = xyz[inner_points(outline, xyz)]
+    return np.full(len(inner), np.nan) if solid is None else distances_to_roof(solid, inner)
 
 
-def inner_points(outline: Polygon, xyz: FloatArray, margin: float = 0.3) -> BoolArray:
+def inner_points(outline: Polygon, xyz: FloatArray, margin: float = MARGIN) -> BoolArray:
     """(N,) mask of the points inside the outline shrunk by `margin` metres."""
     inner = outline.buffer(-margin)
     prepare(inner)
     return np.asarray(contains_xy(inner, xyz[:, 0], xyz[:, 1]))
-
-
-def distances_to_roof(solid: Polyhedron, xyz: FloatArray) -> FloatArray:
-    """(N,) heights of points above the topmost roof polygon at their x, y, metres; NaN where there is none."""
-    triangles = roof_triangles(solid)
-    top = np.full(len(xyz), -np.inf)
-    order = np.argsort(xyz[:, 0], kind="stable")
-    x = xyz[order, 0]
-    for corner in triangles:
-        first, last = np.searchsorted(x, [corner[:, 0].min(), np.nextafter(corner[:, 0].max(), np.inf)])
-        chosen = order[first:last]
-        chosen, height = _heights_on(corner, xyz[chosen], chosen)
-        top[chosen] = np.maximum(top[chosen], height)
-    return np.where(np.isfinite(top), xyz[:, 2] - top, np.nan)
-
-
-def roof_triangles(solid: Polyhedron) -> FloatArray:
-    """(T, 3, 3) triangles of the roof faces, world frame."""
-    mesh = triangulate(solid)
-    is_roof = np.array([f.semantic is Semantic.ROOF for f in solid.faces])
-    return np.asarray(solid.vertices[mesh.triangles[is_roof[mesh.faces]]])
-
-
-def _heights_on(corner: FloatArray, xyz: FloatArray, index: IntArray) -> tuple[IntArray, FloatArray]:
-    """Which points lie over one triangle, edges included, and the triangle's heights there."""
-    origin = corner[0]
-    u, v, p = corner[1] - origin, corner[2] - origin, xyz[:, :2] - origin[:2]
-    area = u[0] * v[1] - u[1] * v[0]
-    if abs(area) < 1e-12:
-        return index[:0], np.empty(0)
-    s = (p[:, 0] * v[1] - p[:, 1] * v[0]) / area
-    t = (u[0] * p[:, 1] - u[1] * p[:, 0]) / area
-    inside = (s >= -1e-9) & (t >= -1e-9) & (s + t <= 1 + 1e-9)
-    return index[inside], origin[2] + s[inside] * u[2] + t[inside] * v[2]

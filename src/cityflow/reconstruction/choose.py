@@ -1,150 +1,183 @@
-"""Runs the methods that the workflow names and keeps the best candidate, by one yardstick for all.
+"""Runs the methods that the workflow names, scores every candidate by the same yardstick and keeps the best.
 
-Validity comes first: a candidate with a fault never wins over one without. Then the distance of the points from the roof, the share of points that
-some roof covers, and the number of faces decide. The order of the methods decides between equals.
+Validity comes first: an invalid solid never wins over a valid one. A method whose full answer is invalid climbs down a
+ladder of simpler roofs before it gives up. Whatever happens is in the scores.
 """
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
+from shapely.errors import GEOSException
 
-from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Candidate, Evidence, Semantic, Status
 from cityflow.core.parameters import Parameters
-from cityflow.geometry.roof_heights import roof_heights
+from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import extruded, orientation_histogram
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 
-Method = Callable[[Evidence, Any], Candidate]
-
-METHODS: Mapping[str, Method] = {
-    "orientation_histogram": orientation_histogram.reconstruct,
-    "extruded": extruded.reconstruct,
-}
+Method = Literal["orientation_histogram", "extruded"]
+NUMERICAL_TROUBLE = (ArithmeticError, ValueError, np.linalg.LinAlgError, GEOSException)
+"""What the data of a single unit can provoke in a method; it becomes that candidate's reason."""
 
 
-class ChoiceParameters(Parameters):
-    """What candidates are compared by; the candidate with the lowest sum wins."""
+class ScoreParameters(Parameters):
+    """What a candidate's penalty is made of."""
 
-    distance_cap_m: float = Field(1.0, gt=0, le=20, description="points further off count as so far off, m")
-    uncovered_m: float = Field(1.0, ge=0, le=20, description="what a point under no roof costs, as metres of distance")
-    face_cost_m: float = Field(0.002, ge=0, le=1, description="what a roof face costs, as metres of mean distance")
+    unexplained: float = Field(1.0, ge=0, le=100, description="penalty of no point within 20 cm of the roof")
+    uncovered: float = Field(1.0, ge=0, le=100, description="penalty of no point under a roof polygon")
+    distance_per_m: float = Field(1.0, ge=0, le=100, description="penalty per metre of NMAD")
+    face: float = Field(0.002, ge=0, le=1, description="penalty per roof face")
+    degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model simpler than asked for")
 
 
 class ReconstructParameters(Parameters):
-    """Which methods are tried, and how each is set."""
+    """Which methods are tried for a unit, their parameters, and how the best is chosen."""
 
-    methods: tuple[str, ...] = Field(
-        ("orientation_histogram", "extruded"),
-        min_length=1,
-        description="names, or module:function of a method of your own",
+    methods: tuple[Method, ...] = Field(
+        ("orientation_histogram", "extruded"), min_length=1, description="tried in this order; the earlier wins ties"
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
-    choice: ChoiceParameters = ChoiceParameters()
-
-    @field_validator("methods")
-    @classmethod
-    def _known(cls, methods: tuple[str, ...]) -> tuple[str, ...]:
-        unknown = [m for m in methods if m not in METHODS and ":" not in m]
-        if unknown:
-            raise ValueError(f"no method '{unknown[0]}'; known: {', '.join(METHODS)}, or module:function")
-        return methods
+    score: ScoreParameters = ScoreParameters()
+    min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")
+    min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """How one candidate did.
+    """One candidate's figures.
 
     Attributes
     ----------
-    faults : codes of broken validity rules; none for a valid solid
-    distance : mean vertical distance of the points from the roof, capped, metres
-    covered : share of the points over or under a roof face
-    roof_faces : number of roof faces
-    total : what the choice goes by, metres; lower is better
+    method : with the rung of the ladder, as ``orientation_histogram/2``, below the first
+    valid : closed, oriented, without faults;  fault : the first fault, or why there is no solid
+    covered, within_20cm : shares of all roof points;  nmad : metres
+    faces : number of roof faces
+    penalty : less is better; infinite without a solid
     """
 
     method: str
-    status: Status
-    reason: str
-    faults: tuple[int, ...] = ()
-    distance: float = float("nan")
+    valid: bool
+    fault: str = ""
     covered: float = 0.0
-    roof_faces: int = 0
-    total: float = float("inf")
+    within_20cm: float = 0.0
+    nmad: float = float("nan")
+    faces: int = 0
+    penalty: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The winner with the points' signed vertical distances from it ((N,) metres, NaN where uncovered), and all scores."""
+    """The best candidate, how the unit ended, and all scores in the order of trying."""
 
     candidate: Candidate
-    residuals: FloatArray
-    scores: tuple[Score, ...]
     status: Status
     reason: str
+    scores: tuple[Score, ...]
 
 
 def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
-    """The best candidate; its status says whether it is what was asked for, and why not.
-
-    Every method in the list is tried, but the extruded block only where no other gave a valid solid: it is the last resort,
-    not a rival.
-    """
-    tried: list[tuple[Candidate, Score, FloatArray]] = []
-    for name in parameters.methods:
-        if name == "extruded" and any(not s.faults and c.solid is not None for c, s, _ in tried):
-            continue
-        candidate = _method(name)(evidence, getattr(parameters, name, None))
-        tried.append((candidate, *score(candidate, evidence, parameters.choice)))
-    scores = tuple(s for _, s, _ in tried)
-    candidate, best, residuals = min(tried, key=lambda t: (t[0].solid is None, bool(t[1].faults), t[1].total))
-    if candidate.solid is None or best.faults:
-        reason = "; ".join(_why_not(s) for s in scores)
-        return Choice(candidate, residuals, scores, Status.FAILED, reason)
-    lost = (
-        [_why_not(s) for s in scores if s.status is not Status.DONE or s.faults]
-        if candidate.status is not Status.DONE
-        else []
-    )
-    return Choice(candidate, residuals, scores, candidate.status, "; ".join(dict.fromkeys(lost)))
+    """Best candidate of the methods named; a block where none gives a valid solid."""
+    tried: list[tuple[Candidate, Score]] = []
+    enough = len(evidence.points) >= parameters.min_points
+    for method in parameters.methods if enough else ():
+        tried.extend(_climb_down(method, evidence, parameters))
+    if not any(score.valid for _, score in tried) and not any(score.method == "extruded" for _, score in tried):
+        tried.extend(_climb_down("extruded", evidence, parameters))
+    candidate, score = min(tried, key=lambda pair: (not pair[1].valid, pair[1].penalty))
+    scores = tuple(s for _, s in tried)
+    return Choice(candidate, *_ending(candidate, score, scores, evidence, parameters), scores)
 
 
-def score(candidate: Candidate, evidence: Evidence, parameters: ChoiceParameters) -> tuple[Score, FloatArray]:
-    """Validity, distance, coverage, simplicity; and the residuals of the points."""
-    xyz = evidence.points.xyz
+def _climb_down(
+    method: str, evidence: Evidence, parameters: ReconstructParameters
+) -> Iterator[tuple[Candidate, Score]]:
+    """Candidates of one method, simpler and simpler, up to the first valid one."""
+    for rung, attempt in enumerate(_ladder(method, parameters)):
+        name = method if rung == 0 else f"{method}/{rung}"
+        candidate = _attempt(method, attempt, evidence)
+        score = _scored(name, candidate, evidence, parameters.score)
+        if rung and score.valid:
+            candidate = replace(candidate, status=Status.DEGRADED, reason="the full roof gave no valid solid")
+            score = replace(score, penalty=score.penalty + parameters.score.degraded)
+        yield candidate, score
+        if score.valid:
+            return
+
+
+def _ladder(method: str, parameters: ReconstructParameters) -> list[Callable[[Evidence], Candidate]]:
+    """The method as asked for, then with fewer planes and dearer edges."""
+    if method == "extruded":
+        return [partial(extruded.reconstruct, parameters=parameters.extruded)]
+    full = parameters.orientation_histogram
+    return [partial(orientation_histogram.reconstruct, parameters=p) for p in (full, *simpler(full))]
+
+
+def simpler(full: OrientationHistogramParameters) -> Iterator[OrientationHistogramParameters]:
+    """Parameters for simpler roofs: larger surfaces only, fewer planes, edges that must be worth more."""
+    for area, most, edge in ((2.0, 20, 2.0), (4.0, 8, 4.0), (8.0, 3, 8.0)):
+        partition = full.partition.model_copy(
+            update={
+                "edge_cost": full.partition.edge_cost * edge,
+                "min_width": full.partition.min_width * edge,
+                "max_lines": min(full.partition.max_lines, 4 * most),
+            }
+        )
+        update = {
+            "min_area_m2": full.min_area_m2 * area,
+            "max_planes": min(full.max_planes, most),
+            "partition": partition,
+        }
+        yield full.model_copy(update=update)
+
+
+def _attempt(method: str, attempt: Callable[[Evidence], Candidate], evidence: Evidence) -> Candidate:
+    try:
+        return attempt(evidence)
+    except NUMERICAL_TROUBLE as error:
+        return Candidate(method, None, status=Status.FAILED, reason=f"{type(error).__name__}: {error}")
+
+
+def _scored(name: str, candidate: Candidate, evidence: Evidence, weights: ScoreParameters) -> Score:
     if candidate.solid is None:
-        return Score(candidate.method, candidate.status, candidate.reason), np.full(len(xyz), np.nan)
-    z, _ = roof_heights(candidate.solid, xyz[:, 0], xyz[:, 1])
-    residuals = xyz[:, 2] - z
-    covered = np.isfinite(residuals)
-    off = np.minimum(np.abs(residuals[covered]), parameters.distance_cap_m)
-    distance = float(off.mean()) if len(off) else parameters.distance_cap_m
-    share = float(covered.mean()) if len(covered) else 0.0
+        return Score(name, False, candidate.reason)
+    faults = check_polyhedron(candidate.solid)
+    distances = summarise(distances_to_roof(candidate.solid, evidence.points.xyz))
     faces = len(candidate.solid.of_semantic(Semantic.ROOF))
-    total = distance + (1 - share) * parameters.uncovered_m + faces * parameters.face_cost_m
-    faults = tuple(sorted({f.code for f in check_polyhedron(candidate.solid)}))
-    return Score(candidate.method, candidate.status, candidate.reason, faults, distance, share, faces, total), residuals
+    penalty = (
+        weights.unexplained * (1 - distances.within_20cm)
+        + weights.uncovered * (1 - distances.covered)
+        + weights.distance_per_m * (distances.nmad if distances.covered else 1.0)
+        + weights.face * faces
+        + weights.degraded * (candidate.status is not Status.DONE)
+    )
+    fault = f"{faults[0].code} {faults[0].name} {faults[0].where}".strip() if faults else ""
+    return Score(name, not faults, fault, distances.covered, distances.within_20cm, distances.nmad, faces, penalty)
 
 
-def _method(name: str) -> Method:
-    if name in METHODS:
-        return METHODS[name]
-    module, _, function = name.partition(":")
-    method: Method = getattr(importlib.import_module(module), function)
-    return method
-
-
-def _why_not(score: Score) -> str:
-    if score.faults:
-        return f"{score.method}: not valid (rules {', '.join(map(str, score.faults))})"
-    return f"{score.method}: {score.reason or score.status}"
+def _ending(
+    candidate: Candidate,
+    score: Score,
+    scores: tuple[Score, ...],
+    evidence: Evidence,
+    parameters: ReconstructParameters,
+) -> tuple[Status, str]:
+    """Status and reason of the unit."""
+    if candidate.solid is None or not score.valid:
+        return Status.FAILED, score.fault or "no method gave a valid solid"
+    if len(evidence.points) < parameters.min_points:
+        return Status.DEGRADED, f"{len(evidence.points)} roof points, {parameters.min_points} needed: a block"
+    if candidate.status is not Status.DONE:
+        faults = "; ".join(f"{s.method}: {s.fault}" for s in scores if s.fault)
+        return Status.DEGRADED, f"{candidate.reason} ({faults})" if faults else candidate.reason
+    if score.within_20cm < parameters.min_explained:
+        return Status.DEGRADED, f"{100 * score.within_20cm:.0f} % of the points lie within 20 cm of the roof"
+    return Status.DONE, ""

@@ -1,4 +1,4 @@
-"""What is measured of every unit: how well the roof fits the points, and what an agency asks of a building."""
+"""Attributes of a finished unit: how it was made, how well it meets its points, how large it is."""
 
 from __future__ import annotations
 
@@ -7,101 +7,112 @@ import math
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Evidence, Polyhedron, Scalar, Semantic
-from cityflow.geometry.polyhedron import face_area_vectors, face_areas, volume
+from cityflow.core.building import Evidence, Lod, Polyhedron, RoofPlane, Scalar, Semantic
+from cityflow.geometry.polyhedron import face_areas, volume
+from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.reconstruction.choose import Choice
 
-EXPLAINED_M = 0.2
-FLAT_DEG = 5.0
+DECIMALS = 3
+"""Millimetres, square decimetres: beyond the accuracy of any survey."""
+LEVEL_DEG = 5.0
+OPPOSITE_DEG = 15.0
 
 
 def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
-    """Attributes by name, lengths in metres, areas in m², volumes in m³; None where there is nothing to measure."""
-    found: dict[str, Scalar] = {
-        "method": choice.candidate.method,
-        "points": len(evidence.points),
-        "ground_height_m": round(evidence.ground_height, 3),
-        "area_footprint_m2": round(float(evidence.outline.area), 2),
-        **_roof_percentiles(evidence.points.xyz[:, 2]),
-        **fit(choice.residuals),
+    """Attributes of one unit, snake_case with units (metres where none is named); None where unknown."""
+    solid, candidate = choice.candidate.solid, choice.candidate
+    chosen: dict[str, Scalar] = {
+        "method": candidate.method,
+        "roof_points": len(evidence.points),
+        "points_per_m2": _rounded(len(evidence.points) / evidence.outline.area),
+        "ground_height_m": _rounded(evidence.ground_height),
+        "footprint_area_m2": _rounded(evidence.outline.area),
     }
-    if choice.candidate.solid is not None:
-        found |= shape(choice.candidate.solid)
-        found["lod"] = "1.2" if choice.candidate.method == "extruded" else "2.2"
-        found["planes"] = len(roof_planes(choice.candidate.solid))
-    return {key: _plain(value) for key, value in found.items()}
-
-
-def fit(residuals: FloatArray) -> dict[str, Scalar]:
-    """Of the points' signed vertical distances from the roof, positive above; NaN where no roof covers a point."""
-    known = residuals[np.isfinite(residuals)]
-    if not len(known):
-        return {
-            "points_covered": 0.0,
-            "points_explained": 0.0,
-            "bias_m": None,
-            "rmse_m": None,
-            "nmad_m": None,
-            "le95_m": None,
-        }
-    bias = float(np.median(known))
+    if solid is None:
+        return chosen
     return {
-        "points_covered": round(len(known) / len(residuals), 4),
-        "points_explained": round(float(np.sum(np.abs(known) <= EXPLAINED_M)) / len(residuals), 4),
-        "bias_m": round(bias, 4),
-        "rmse_m": round(float(np.sqrt(np.mean(known**2))), 4),
-        "nmad_m": round(1.4826 * float(np.median(np.abs(known - bias))), 4),
-        "le95_m": round(float(np.percentile(np.abs(known), 95)), 4),
+        **chosen,
+        "lod": str(Lod.LOD12 if candidate.method == "extruded" else Lod.LOD22),
+        "planes": len(used_planes(solid, candidate.planes)),
+        "roof_faces": len(solid.of_semantic(Semantic.ROOF)),
+        "roof_type": roof_type(solid, candidate.planes),
+        **_fit(solid, evidence),
+        **_heights(solid, evidence.points.xyz[:, 2]),
+        **_sizes(solid),
+        **{f"found_{k}": v for k, v in candidate.notes.items()},
     }
 
 
-def _roof_percentiles(z: FloatArray) -> dict[str, Scalar]:
-    """Heights that so many per cent of the roof points do not exceed."""
-    known = z[np.isfinite(z)]
+def used_planes(solid: Polyhedron, planes: tuple[RoofPlane, ...]) -> list[RoofPlane]:
+    """Planes that at least one roof face lies on."""
+    used = {f.plane for f in solid.of_semantic(Semantic.ROOF) if f.plane >= 0}
+    return [planes[k] for k in sorted(used)]
+
+
+def roof_type(solid: Polyhedron, planes: tuple[RoofPlane, ...]) -> str:
+    """A hint from the planes' directions, weighted by their faces' areas; faces below a tenth of the roof are ignored."""
+    areas = np.zeros(len(planes))
+    for face, area in zip(solid.faces, face_areas(solid), strict=True):
+        if face.semantic is Semantic.ROOF and face.plane >= 0:
+            areas[face.plane] += area
+    main = [p for p, area in zip(planes, areas, strict=True) if area > 0.1 * areas.sum()]
+    sloped = [p for p in main if p.slope_deg >= LEVEL_DEG]
+    if not main:
+        return "unknown"
+    if not sloped:
+        return "flat" if _spread(main) < 1.0 else "stepped flat"
+    if len(main) == 1:
+        return "monopitch"
+    if len(sloped) == len(main) == 2 and _opposite(*main):
+        return "gabled"
+    if len(sloped) == len(main) == 4 and sum(_opposite(p, q) for p in main for q in main) == 4:
+        return "hipped"
+    return "complex" if len(sloped) == len(main) else "mixed"
+
+
+def _spread(planes: list[RoofPlane]) -> float:
+    heights = [p.height for p in planes]
+    return max(heights) - min(heights)
+
+
+def _opposite(p: RoofPlane, q: RoofPlane) -> bool:
+    turn = abs((p.aspect_deg - q.aspect_deg + 180) % 360 - 180)
+    return turn >= 180 - OPPOSITE_DEG
+
+
+def _fit(solid: Polyhedron, evidence: Evidence) -> dict[str, Scalar]:
+    d = summarise(distances_to_roof(solid, evidence.points.xyz))
+    figures = {
+        "bias": d.bias,
+        "rmse": d.rmse,
+        "nmad": d.nmad,
+        "le95": d.le95,
+        "share_explained": d.within_20cm,
+        "share_covered": d.covered,
+    }
+    return {name: _rounded(value, 4) for name, value in figures.items()}
+
+
+def _heights(solid: Polyhedron, z: FloatArray) -> dict[str, Scalar]:
+    """Ridge: highest point of the roof; eave: lowest corner of any roof face."""
+    corners = np.concatenate([solid.ring(f.rings[0])[:, 2] for f in solid.of_semantic(Semantic.ROOF)])
+    found: dict[str, Scalar] = {"ridge_height_m": _rounded(corners.max()), "eave_height_m": _rounded(corners.min())}
+    finite = z[np.isfinite(z)]
+    for percent in (5, 50, 70, 95):
+        value = np.percentile(finite, percent) if len(finite) else math.nan
+        found[f"roof_height_p{percent:02d}_m"] = _rounded(value)
+    return found
+
+
+def _sizes(solid: Polyhedron) -> dict[str, Scalar]:
+    areas = face_areas(solid)
+    kinds = np.array([f.semantic.value for f in solid.faces])
     return {
-        f"roof_height_p{p}_m": round(float(np.percentile(known, p)), 3) if len(known) else None
-        for p in (5, 25, 50, 75, 95)
+        "volume_m3": _rounded(volume(solid)),
+        "roof_area_m2": _rounded(areas[kinds == Semantic.ROOF.value].sum()),
+        "wall_area_m2": _rounded(areas[kinds == Semantic.WALL.value].sum()),
     }
 
 
-def shape(solid: Polyhedron) -> dict[str, Scalar]:
-    """Heights, areas, volume of a closed solid."""
-    roof = solid.of_semantic(Semantic.ROOF)
-    areas = dict(zip(map(id, solid.faces), face_areas(solid), strict=True))
-    normals = dict(zip(map(id, solid.faces), face_area_vectors(solid), strict=True))
-    slopes = np.array([_slope_deg(normals[id(f)]) for f in roof])
-    sizes = np.array([areas[id(f)] for f in roof])
-    corners = np.concatenate([solid.ring(r)[:, 2] for f in roof for r in f.rings])
-    return {
-        "volume_m3": round(volume(solid), 2),
-        "area_roof_m2": round(float(sizes.sum()), 2),
-        "ridge_height_m": round(float(corners.max()), 3),
-        "eave_height_m": round(_eave_height(solid), 3),
-        "roof_slope_deg": round(float(np.average(slopes, weights=sizes)), 1),
-        "roof_is_flat": bool(np.all(slopes <= FLAT_DEG)),
-    }
-
-
-def roof_planes(solid: Polyhedron) -> set[int]:
-    """The planes that its roof faces lie in."""
-    return {f.plane for f in solid.of_semantic(Semantic.ROOF)}
-
-
-def _eave_height(solid: Polyhedron) -> float:
-    """Median of the lowest roof height over each wall that stands on the floor: where water would run off."""
-    floor = float(solid.vertices[:, 2].min())
-    eaves = []
-    for face in solid.of_semantic(Semantic.WALL):
-        z = solid.ring(face.rings[0])[:, 2]
-        above = z[z > floor + 1e-6]
-        if len(above) and len(above) < len(z):
-            eaves.append(float(above.min()))
-    return float(np.median(eaves)) if eaves else float(solid.vertices[:, 2].max())
-
-
-def _slope_deg(normal: FloatArray) -> float:
-    return math.degrees(math.atan2(math.hypot(normal[0], normal[1]), abs(normal[2])))
-
-
-def _plain(value: Scalar) -> Scalar:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _rounded(value: float, decimals: int = DECIMALS) -> float | None:
+    return round(float(value), decimals) if math.isfinite(value) else None

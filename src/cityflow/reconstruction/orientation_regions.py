@@ -32,12 +32,12 @@ def orientation_buckets(local: LocalOrientation, level_slope: float, bin_deg: fl
     slope, sound = local.slope, local.roughness < FLAWED
     inclined = sound & (slope > level_slope)
     index = (local.aspect_deg / bin_deg).astype(np.int64) % bins
-    histogram = np.bincount(index[inclined], weights=np.minimum(slope[inclined], 3.0), minlength=bins)
+    histogram = np.bincount(index[inclined], weights=np.minimum(slope[inclined], 3.0), minlength=bins).astype(float)
     hill = _hills(_smoothed(histogram))
-    weight = np.bincount(hill, weights=histogram)
+    weight = np.bincount(hill, weights=histogram).astype(float)
     rank = np.empty(len(weight), np.int64)
     rank[np.argsort(-weight, kind="stable")] = np.arange(len(weight))
-    return np.where(inclined, rank[hill[index]], LEVEL), np.sort(weight)[::-1]
+    return np.where(inclined, rank[hill[index]], LEVEL).astype(np.int64), np.sort(weight)[::-1]
 
 
 def _smoothed(histogram: FloatArray) -> FloatArray:
