@@ -170,6 +170,18 @@ def test_folder_that_is_no_catalog_is_left_alone(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["a.laz"]
 
 
+def test_places_that_cannot_hold_a_catalog(tmp_path: Path) -> None:
+    lidar = [str(write_las(tmp_path / "a.laz", points()))]
+    for out, message in (
+        ("s3://bucket/c", "made in a local folder"),
+        (tmp_path / "a.laz", "a file, not a folder"),
+        (tmp_path / "a.laz" / "c", "cannot be written"),
+    ):
+        with pytest.raises(CatalogError, match=message):
+            create_catalog(out, lidar=lidar, crs=RD)
+    assert os.listdir(tmp_path) == ["a.laz"]
+
+
 def test_older_catalog_is_replaced_and_other_files_stay(tmp_path: Path) -> None:
     write_las(tmp_path / "a.laz", points())
     write_las(tmp_path / "b.laz", points(seed=2))

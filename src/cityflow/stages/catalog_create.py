@@ -248,7 +248,8 @@ def _described(asset: OutlineAsset, reference: Reference, notes: list[str]) -> O
 
 
 def _refuse_foreign_folder(target: Path) -> None:
-    if "://" in str(target):
+    # A path has lost one of the two slashes by now.
+    if ":/" in target.as_posix():
         raise CatalogError(
             "a catalog is made in a local folder", where=str(target), remedy="make it locally, then upload the folder"
         )
