@@ -74,7 +74,8 @@ def _cpu_s() -> float:
 
 def bounded(client: Any, count: int) -> None:
     """No-ops with Dask alone, as many in flight as the engine has."""
-    completed = as_completed([client.submit(plain, i, pure=False) for i in range(IN_FLIGHT)], with_results=True)
+    first = [client.submit(plain, i, pure=False) for i in range(IN_FLIGHT)]
+    completed = as_completed(first, loop=client.loop, with_results=True)
     submitted = IN_FLIGHT
     for _ in completed:
         if submitted < count:
