@@ -31,7 +31,7 @@ def test_faults_lead_to_a_coarser_partition(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(roof_solid, "check_polyhedron", only_blocks)
     segments = CASES["dormer"].segments(0)
-    small = PartitionParameters(min_width=0.6, edge_cost=0.15)
+    small = PartitionParameters()
     built = build_roof(translate(CASES["dormer"].outline, *ORIGIN[:2]), segments, 1.0, small)
     assert built.simplified > 0
     assert len(built.solid.faces) == 7

@@ -39,12 +39,14 @@ class PartitionParameters(Parameters):
 
     reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
     gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
-    min_length: float = Field(0.8, gt=0, le=10, description="shortest line (m) along which the outline is cut")
-    min_width: float = Field(0.4, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
+    min_length: float = Field(1.0, gt=0, le=10, description="shortest line (m) along which the outline is cut")
+    min_width: float = Field(0.6, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
-    edge_cost: float = Field(0.06, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
-    step_cost: float = Field(0.08, ge=0, le=10, description="the same per metre of edge and metre of height step")
-    step_limit: float = Field(1.0, gt=0, le=100, description="higher steps (m) cost no more than this one")
+    edge_cost: float = Field(0.2, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
+    step_cost: float = Field(
+        0.2, ge=0, le=10, description="the same for a metre of edge per metre of height step along it"
+    )
+    step_limit: float = Field(0.3, gt=0, le=100, description="higher steps (m) cost no more than this one")
     max_lines: int = Field(80, ge=1, le=1000, description="most lines considered for one outline")
     max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")
 
