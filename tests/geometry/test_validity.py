@@ -194,6 +194,14 @@ def test_every_code_of_rings_polygons_and_shells_is_tried() -> None:
 
 
 @pytest.mark.parametrize(
+    ("ring", "code"), [((), 101), ((0,), 101), ((0, 0, 0), 102), ((0, 1, 0, 1), 104), ((0, 4, 6, 6), 102)]
+)
+def test_degenerate_rings_do_not_stop_the_check(ring: tuple[int, ...], code: int) -> None:
+    more = Face((ring,), Semantic.WALL)
+    assert codes(Polyhedron(box().vertices, (*box().faces, more))) == {code}
+
+
+@pytest.mark.parametrize(
     ("name", "where"),
     [("face turned", "face=5"), ("corner lifted by 10 cm", "face=1"), ("hole in a hole", "face=1|ring=2")],
 )
