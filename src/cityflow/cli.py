@@ -109,10 +109,9 @@ def explain(
 @app.command()
 def report(run_url: RunArgument) -> None:
     """Write report.html and report.json anew from the records."""
-    from cityflow.workflow.report import write_run_report
-    from cityflow.workflow.run_folder import open_run
+    from cityflow.workflow.report import print_report
 
-    console.print(write_run_report(open_run(run_url)))
+    print_report(run_url, console)
 
 
 @app.command()

@@ -51,18 +51,16 @@ class CitySource:
 
     def initial(self) -> Iterator[Task]:
         """What can start at once; everything else follows from `after`."""
+        tiles = [name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds)]
+        if not tiles:
+            remedy = "see `cityflow catalog check` for the extent"
+            raise CatalogError("no ground tile meets the area of interest", where="--aoi", remedy=remedy)
+        self._exports = {("export", name): None for name in tiles}
+        self._gates.wait(CITY, self._exports)
         if self.survey.outlines_given:
             yield from self._want([(ingest.STAGE, ingest.OUTLINES)])
-        tiles = [name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds)]
-        self._exports = {("export", name): None for name in tiles}
         yield from self._want([("surface", name) for name in tiles])
         yield from self._want([("gather", name) for name in tiles])
-        if self._gates.wait(CITY, self._exports):
-            raise CatalogError(
-                "no ground tile meets the area of interest",
-                where="--aoi",
-                remedy="see `cityflow catalog check` for the extent",
-            )
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from cityflow.core.building import Building, Lod, RoofPlane, Status
+from cityflow.core.building import Building, Lod, RoofPlane, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
@@ -110,7 +110,7 @@ def _block(standing: Standing, reason: str, heights: tuple[Grid, np.ndarray, np.
         0.0, 0.0, top, (round(outline.polygon.bounds[0], 4), round(outline.polygon.bounds[1], 4)), len(roof)
     )
     solids = dict.fromkeys((Lod.LOD12, Lod.LOD13, Lod.LOD22), solid)
-    marks = {"lod": "1.2", "method": "block from the DSM", "is_fallback": True}
+    marks: dict[str, Scalar] = {"lod": "1.2", "method": "block from the DSM", "is_fallback": True}
     return Building(
         outline.id, outline.polygon, floor, solids, (plane,), {**outline.attributes, **marks}, Status.FAILED, reason
     )
@@ -135,9 +135,8 @@ def _terrain(
     bounds: Bounds = tuple(task.arguments["bounds"])
     frame = shapely.box(*bounds)
     outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
-    return terrain_tin(
-        grid, dtm, bounds, [o.polygon for o in outlines if o.polygon.intersects(frame)], parameters.terrain
-    )
+    inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
+    return terrain_tin(grid, dtm, inside, parameters.terrain, bounds)
 
 
 def _measures(building: Building) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from cityflow.core.grid import Grid
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import Transform
-from cityflow.io.cityjson_sequence import header_line, join
+from cityflow.io.cityjson_sequence import extent_of_headers, header_line, join
 from cityflow.io.outlines_gpkg import outline_layer, status_layer, unit_layer, write_geopackage
 from cityflow.io.products_catalog import ProductFile, ProductItem, Source, products_catalog
 from cityflow.io.raster import write_vrt
@@ -114,11 +114,16 @@ def _rasters(task: Task) -> Iterator[tuple[str, bytes]]:
 
 def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[bytes]:
     x_min, y_min, x_max, y_max = task.arguments["city"]
-    transform = Transform.over((x_min, y_min, x_max, y_max))
+    files = [workspace.read(p).splitlines(keepends=True) for p in paths]
+    extent = extent_of_headers(lines[0] for lines in files)
     header = header_line(
-        resolve(task.arguments["crs"]), None, transform, task.arguments["title"], task.arguments["date"]
+        resolve(task.arguments["crs"]),
+        extent,
+        Transform.over((x_min, y_min, x_max, y_max)),
+        task.arguments["title"],
+        task.arguments["date"],
     )
-    return join((workspace.read(p).splitlines(keepends=True) for p in paths), header)
+    return join(files, header)
 
 
 def _map(outlines: Iterable[Outline], task: Task) -> bytes:

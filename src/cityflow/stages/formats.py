@@ -6,12 +6,13 @@ import io
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line
-from cityflow.io.cityjson_sequence import extent_of, header_line, terrain_feature_line
+from cityflow.io.cityjson_sequence import Bounds3, extent_of, header_line, terrain_feature_line
 from cityflow.io.obj import write_obj
 from cityflow.surface.tin import Tin
 
@@ -37,7 +38,7 @@ class CityTile:
 def cityjson(tile: CityTile) -> Files:
     """``cityjson/TILE.city.jsonl``: header, a line per building, the terrain."""
     transform = Transform.over(tile.bounds)
-    lines = [header_line(tile.reference, extent_of(tile.buildings), transform, tile.title, tile.date)]
+    lines = [header_line(tile.reference, _extent(tile), transform, tile.title, tile.date)]
     lines += [feature_line(b, transform) for b in tile.buildings]
     if len(tile.terrain.triangles):
         lines.append(terrain_feature_line(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles, transform))
@@ -47,7 +48,7 @@ def cityjson(tile: CityTile) -> Files:
 def citygml(tile: CityTile) -> Files:
     """``citygml/TILE.gml``."""
     target = io.BytesIO()
-    write_citygml(target, tile.buildings, tile.reference, extent_of(tile.buildings), _relief(tile), tile.title)
+    write_citygml(target, tile.buildings, tile.reference, _extent(tile), _relief(tile), tile.title)
     yield f"products/citygml/{tile.name}.gml", target.getvalue()
 
 
@@ -58,11 +59,15 @@ def obj(tile: CityTile) -> Files:
         yield f"products/obj/{name}", data
 
 
+def _extent(tile: CityTile) -> Bounds3 | None:
+    return extent_of(tile.buildings, [tile.terrain.vertices])
+
+
 def terrain_name(tile: CityTile) -> str:
     return f"terrain-{tile.name}"
 
 
-def _relief(tile: CityTile) -> list[tuple[str, object, object]]:
+def _relief(tile: CityTile) -> list[tuple[str, FloatArray, IntArray]]:
     if not len(tile.terrain.triangles):
         return []
     return [(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles)]

@@ -51,7 +51,7 @@ def _found_task(survey: Survey, name: str) -> Task:
 def run_found(workspace: Workspace, task: Task) -> Outcome:
     """Outlines of the building regions whose representative point the tile owns."""
     parameters = FindParameters.model_validate(task.parameters)
-    x_min, y_min, x_max, y_max = task.arguments["bounds"]
+    x_min, y_min = task.arguments["bounds"][:2]
     size, cell = task.arguments["tile_m"], task.arguments["cell_m"]
     tile = Tile(round(x_min / size), round(y_min / size), size)
     city = Grid.covering(tuple(task.arguments["city"]), cell)

@@ -10,6 +10,7 @@ from typing import NoReturn
 import numpy as np
 import shapely
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Evidence, Lod, Outline, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import BUILDING, HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCloud
@@ -56,7 +57,7 @@ def refused_task(survey: Survey, unit: str, reason: str) -> Task:
     )  # fmt: skip
 
 
-def refuse(workspace: Workspace, task: Task) -> NoReturn:
+def refuse(_: Workspace, task: Task) -> NoReturn:
     """Say why."""
     raise RefusedUnit(task.arguments["reason"])
 
@@ -105,7 +106,12 @@ def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
         raise RefusedUnit(f"no terrain height along the outline ({len(inside)} points inside)")
-    return Evidence(outline.id, outline.polygon, _roof_points(inside, grid, layers), round(float(np.nanmin(ground)), 4))
+    return Evidence(outline.id, outline.polygon, _roof_points(inside, grid, layers), _floor(ground))
+
+
+def _floor(ground: FloatArray) -> float:
+    """Whole centimetres below the lowest height: floors of neighbours are equal, or differ by more than a sliver."""
+    return float(np.floor(np.nanmin(ground) * 100)) / 100
 
 
 def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray]) -> PointCloud:

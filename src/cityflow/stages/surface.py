@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window, write_cog
@@ -19,7 +19,7 @@ from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import chunk_paths, write_tile
 from cityflow.stages.pieces import read_points
 from cityflow.stages.survey import Survey
-from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile
+from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 
 STAGE = "surface"
 VERSION = 1
@@ -35,7 +35,8 @@ def task(survey: Survey, name: str) -> Task:
     return Task(
         STAGE, name, "cityflow.stages.surface:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, model),
-        inputs={**pieces, **({"dtm": dtm.checksum} if dtm else {})},
+        # The grid of the city decides on which chunk is the tile's.
+        inputs={**pieces, "grid": digest_of(list(survey.grid.bounds)), **({"dtm": dtm.checksum} if dtm else {})},
         arguments={
             "bounds": list(tile.bounds), "pieces": list(pieces), "dtm": dtm.href if dtm else None,
             "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
@@ -48,14 +49,13 @@ def task(survey: Survey, name: str) -> Task:
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer, and its DSM and DTM as GeoTIFF."""
     parameters = SurfaceParameters.model_validate(task.parameters)
-    x_min, y_min, x_max, y_max = task.arguments["bounds"]
+    x_min, y_min, x_max, y_max = bounds = tuple(task.arguments["bounds"])
     halo = parameters.halo_m
-    around = (x_min - halo, y_min - halo, x_max + halo, y_max + halo)
-    points = read_points(workspace.store, task.arguments["pieces"]).within(around)
-    surface = surface_of_tile(
-        points, (x_min, y_min, x_max, y_max), parameters, _external_dtm(task, Grid.covering(around, parameters.cell_m))
+    points = read_points(
+        workspace.store, task.arguments["pieces"], (x_min - halo, y_min - halo, x_max + halo, y_max + halo)
     )
-    return _store(workspace, task, surface)
+    given = _external_dtm(task, tile_grid(bounds, parameters))
+    return _store(workspace, task, surface_of_tile(points, bounds, halo, parameters, given))
 
 
 def _external_dtm(task: Task, grid: Grid) -> FloatArray | None:
@@ -66,17 +66,29 @@ def _external_dtm(task: Task, grid: Grid) -> FloatArray | None:
 
 
 def _store(workspace: Workspace, task: Task, surface: TileSurface) -> Outcome:
-    layers = surface.layers()
+    layers = layers_of(surface)
     digest = _digest(layers)
     city = Grid.covering(tuple(task.arguments["city"]), surface.grid.cell)
-    zarr = workspace.store.zarr_store(ZARR)
-    write_tile(zarr, city, surface.grid, layers)
+    write_tile(workspace.store.zarr_store(ZARR), city, surface.grid, layers)
     for path in chunk_paths(city, surface.grid, layers):
         workspace.note(f"{ZARR}/{path}", digest)
     reference = resolve(task.arguments["crs"])
     for name in ("dsm", "dtm"):
         workspace.publish(f"products/{name}/{task.unit}.tif", write_cog(layers[name], surface.grid, reference))
-    return workspace.outcome(result={"digest": digest, **surface.figures()})
+    figures = {
+        "points": int(surface.count.sum()),
+        "dtm_method": surface.method,
+        "points_without_height": surface.nan_points,
+    }
+    return workspace.outcome(result={"digest": digest, **figures})
+
+
+def layers_of(surface: TileSurface) -> dict[str, NDArray[Any]]:
+    """The layers of surface.zarr by name."""
+    return {
+        "dsm": surface.dsm, "dsm_filled": surface.dsm_filled, "dtm": surface.dtm, "ndsm": surface.ndsm, "class": surface.klass,
+        "count": surface.count.astype(np.uint32), "holes": surface.holes,
+    }  # fmt: skip
 
 
 def _digest(layers: Mapping[str, NDArray[Any]]) -> str:

@@ -38,12 +38,14 @@ def print_explanation(url: str, unit: str, console: Console) -> None:
 
 def _print_task(stage: str, attempts: list[Record], overrides: dict[str, object], root: str, console: Console) -> None:
     newest = attempts[-1]
-    say = lambda text: console.print(text, markup=False, highlight=False, soft_wrap=True)  # noqa: E731
+
+    def say(text: str) -> None:
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
+
     say(f"{stage}-{newest.unit}: {newest.status}{f': {newest.reason}' if newest.reason else ''}")
-    for record in attempts:
-        say(
-            f"  attempt {record.attempt}: {record.status}, {record.seconds:.2f} s, {record.peak_mb:.0f} MB, {record.started}, {record.worker}, digest {record.digest[:16]}"
-        )
+    for r in attempts:
+        how = f"{r.status}, {r.seconds:.2f} s, {r.peak_mb:.0f} MB"
+        say(f"  attempt {r.attempt}: {how}, {r.started}, {r.worker}, digest {r.digest[:16]}")
     for key, value in sorted(newest.result.items()):
         if key != "units":
             say(f"  {key}: {json.dumps(value, ensure_ascii=False)}")

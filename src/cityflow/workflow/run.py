@@ -67,6 +67,6 @@ def execute(
 
 
 def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
-    """The run's Zarr store, empty: made once, before tasks write their chunks."""
+    """The run's Zarr store, empty: made once, before tasks write their chunks; anew where the grid has changed."""
     tile_cells = round(survey.parameters.tiles.tile_m / survey.grid.cell)
-    create(wanted.store.zarr_store(ZARR), survey.grid, tile_cells, wanted.catalog.reference)
+    create(wanted.store.zarr_store(ZARR), survey.grid, tile_cells, wanted.catalog.reference, replace=True)

@@ -40,7 +40,7 @@ def load_workflow(path: Path, settings: Sequence[str] = ()) -> Workflow:
 def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
     """A workflow from a plain tree, with messages a person can act on."""
     try:
-        return Workflow.model_validate({k: v for k, v in _with_city(tree).items()})
+        return Workflow.model_validate(_with_city(tree))
     except ValidationError as error:
         raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
 

@@ -1,0 +1,121 @@
+"""The report of a RUN: its records as rows, written as page and as JSON. Works on unfinished runs too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Status
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.task import Record
+from cityflow.io.reference import vertical_datum
+from cityflow.stages import export, outline, reconstruct
+from cityflow.stages.outline_lines import decode_all
+from cityflow.viewer.report import write_report
+from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.workflow.overrides import read_overrides
+from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
+
+PRODUCTS = {
+    "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
+    "products/cityjson": ("CityJSON by tile", "CityJSONSeq 2.0, one file per ground tile"),
+    "products/citygml": ("CityGML by tile", "CityGML 2.0 with terrain"),
+    "products/obj": ("OBJ by tile", "Meshes with materials by surface type"),
+    "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),
+    "products/dsm.vrt": ("DSM", "Surface heights, GeoTIFF tiles under one VRT"),
+    "products/dtm.vrt": ("DTM", "Terrain heights, GeoTIFF tiles under one VRT"),
+    "products/catalog.json": ("STAC", "The products as a catalog"),
+    "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
+}
+
+
+def write_run_report(run: Prepared, ledger: Ledger) -> str:
+    """Write report.json and report.html; returns where the page stands."""
+    page_json, page_html = write_report(report_data(run, ledger))
+    run.store.write_bytes("report.json", page_json)
+    run.store.write_bytes("report.html", page_html)
+    return run.store.url("report.html")
+
+
+def print_report(url: str, console: Console) -> None:
+    """Write the report of an existing RUN anew and say where it is."""
+    run = open_run(url)
+    with Ledger.open(run.store) as ledger:
+        console.print(write_run_report(run, ledger), markup=False, highlight=False, soft_wrap=True)
+
+
+def report_data(run: Prepared, ledger: Ledger) -> ReportData:
+    """All that the report shows, from the newest record of every task."""
+    reference = run.catalog.reference
+    unit_stages = (reconstruct.STAGE,)
+    return ReportData(
+        title=run.catalog.title,
+        workflow=run.workflow.name,
+        crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
+        vertical_datum=vertical_datum(reference),
+        units=tuple(_units(run, ledger)),
+        stages=tuple(_stage(stage, list(ledger.records(stage))) for stage in ledger.stages()),
+        problems=tuple(
+            ProblemRow(r.stage, r.unit, r.status, r.reason)
+            for stage in ledger.stages() if stage not in unit_stages
+            for r in ledger.records(stage) if r.status is not Status.DONE
+        ),
+        products=tuple(_products(run)),
+        sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
+        versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
+        parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
+        overrides={unit: tree for (_, unit), tree in read_overrides(run.store).items()},
+    )  # fmt: skip
+
+
+def _units(run: Prepared, ledger: Ledger) -> Iterator[UnitRow]:
+    rings, tiles = _outlines(run, ledger)
+    exported = {u: m for r in ledger.records(export.STAGE) for u, m in r.result.get("units", {}).items()}
+    for record in ledger.records(reconstruct.STAGE):
+        yield _unit(record, tiles.get(record.unit, ""), rings.get(record.unit, ()), exported.get(record.unit, {}))
+
+
+def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
+    found = record.result
+    more = {k: v for k, v in {**found, **exported}.items() if k not in ("scores", "reason", "status")}
+    return UnitRow(
+        record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
+        int(found.get("planes", 0)), found.get("nmad_m"), found.get("rmse_m"), found.get("bias_m"), found.get("le95_m"),
+        found.get("points_explained"), record.seconds, record.peak_mb, rings, more,
+    )  # fmt: skip
+
+
+def _outlines(run: Prepared, ledger: Ledger) -> tuple[dict[str, tuple[FloatArray, ...]], dict[str, str]]:
+    """Rings and owning tile of every unit whose outline is known."""
+    rings: dict[str, tuple[FloatArray, ...]] = {}
+    tiles: dict[str, str] = {}
+    for record in ledger.records(outline.STAGE):
+        for path in sorted({entry["path"] for entry in record.result.get("units", [])}):
+            for standing in decode_all(run.store.read_bytes(path)):
+                polygon = standing.outline.polygon
+                rings[standing.outline.id] = tuple(
+                    np.asarray(r.coords)[:, :2] for r in (polygon.exterior, *polygon.interiors)
+                )
+                tiles[standing.outline.id] = record.unit
+    return rings, tiles
+
+
+def _stage(stage: str, records: list[Record]) -> StageRow:
+    seconds = np.array([r.seconds for r in records])
+    count = {s: sum(r.status is s for r in records) for s in Status}
+    return StageRow(
+        stage, len(records), count[Status.DONE], count[Status.DEGRADED], count[Status.FAILED], count[Status.REFUSED],
+        float(seconds.sum()), float(np.median(seconds)), float(seconds.max()), max(r.peak_mb for r in records),
+    )  # fmt: skip
+
+
+def _products(run: Prepared) -> Iterator[Product]:
+    for path, (title, text) in PRODUCTS.items():
+        if run.store.exists(path) or run.store.find(path):
+            yield Product(path, title, text)

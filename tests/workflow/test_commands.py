@@ -1,0 +1,117 @@
+"""What a user gets who asks for the impossible: one line that says why and what to do, exit code 1, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+from rich.console import Console
+
+from cityflow import cli
+
+ROOT = Path(__file__).parents[2]
+WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
+CATALOG = ROOT / "catalogs" / "delft"
+
+
+@dataclass(frozen=True)
+class Done:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+class Run(Protocol):
+    def __call__(self, *arguments: str | Path) -> Done: ...
+
+
+@pytest.fixture
+def cityflow(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """The command in this process: what it prints, and its exit code."""
+
+    def run(*arguments: str | Path) -> Done:
+        monkeypatch.setattr(sys, "argv", ["cityflow", *map(str, arguments)])
+        monkeypatch.setattr(cli, "console", Console(width=200))
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capsys.readouterr()
+        return Done(int(ended.value.code or 0), out, err)
+
+    return run
+
+
+@pytest.fixture
+def refused(cityflow: Run) -> Callable[..., str]:
+    """What a refused command says."""
+
+    def run(*arguments: str | Path) -> str:
+        done = cityflow(*arguments)
+        assert done.returncode == 1, done.stdout + done.stderr
+        assert "Traceback" not in done.stderr
+        return done.stderr
+
+    return run
+
+
+def test_a_missing_catalog_is_named_and_no_run_is_made(refused: Callable[..., str], tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    text = refused("run", WORKFLOW, "--catalog", tmp_path / "nowhere", "--out", run)
+    assert "nowhere" in text
+    assert "→" in text
+    assert not run.exists()
+
+
+def test_a_run_of_another_workflow_is_not_touched(refused: Callable[..., str], tmp_path: Path) -> None:
+    other = {"workflow": {"name": "other"}, "catalog": str(CATALOG), "area": None, "versions": {}}
+    (tmp_path / "run.json").write_text(json.dumps(other))
+    text = refused("run", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path)
+    assert "belongs to the workflow 'other'" in text
+    assert json.loads((tmp_path / "run.json").read_text()) == other
+    assert [p.name for p in tmp_path.iterdir()] == ["run.json"]
+
+
+def test_a_folder_with_other_things_in_it_is_not_used(refused: Callable[..., str], tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work")
+    assert "not empty" in refused("run", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+def test_a_run_folder_that_cannot_be_written_is_named(refused: Callable[..., str], tmp_path: Path) -> None:
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    text = refused("run", WORKFLOW, "--catalog", CATALOG, "--out", blocker / "run")
+    assert "cannot write" in text
+    assert "--out" in text
+
+
+def test_an_unreachable_scheduler_is_named(refused: Callable[..., str], tmp_path: Path) -> None:
+    text = refused("run", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run", "--scheduler", "tcp://127.0.0.1:9")
+    assert "tcp://127.0.0.1:9" in text
+    assert "no scheduler answers" in text
+
+
+@pytest.mark.parametrize("area", ["1,2,3", "5,5,1,1", "nowhere.gpkg"])
+def test_an_area_that_is_none_is_refused(refused: Callable[..., str], tmp_path: Path, area: str) -> None:
+    assert "--aoi" in refused("run", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run", "--aoi", area)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("command", [["status"], ["rerun", "--failed"], ["report"], ["explain", "x"]])
+def test_commands_on_no_run_say_so(refused: Callable[..., str], tmp_path: Path, command: list[str]) -> None:
+    first, *rest = command
+    options, others = [o for o in rest if o.startswith("--")], [o for o in rest if not o.startswith("--")]
+    assert "no run here" in refused(first, tmp_path / "none", *others, *options)
+
+
+def test_a_plan_writes_nothing(cityflow: Run, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    done = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "2")
+    assert done.returncode == 0, done.stderr
+    assert "160" in done.stdout
+    assert "Expected with 2 workers" in done.stdout
+    assert not run.exists()

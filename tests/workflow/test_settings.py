@@ -1,0 +1,83 @@
+"""Workflow files: what is refused, and whether the message helps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cityflow.errors import WorkflowError
+from cityflow.workflow.settings import described_parameters, load_workflow, parse_setting
+
+ROOT = Path(__file__).parents[2]
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "workflow.yaml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", ["lidar_city", "lidar_city_no_outlines"])
+def test_the_workflows_that_ship_are_valid(name: str) -> None:
+    assert load_workflow(ROOT / "workflows" / f"{name}.yaml").name == name
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "near"),
+    [
+        ("name: a\nsurfaces: {cell_m: 1}", "surfaces", "surface"),
+        ("name: a\nsurface: {cel_m: 1}", "surface.cel_m", "surface.cell_m"),
+        ("name: a\nexport: {terrain: {tolerance: 1}}", "export.terrain.tolerance", "export.terrain.tolerance_m"),
+        ("name: a\ncatalogue: x", "catalogue", "catalog"),
+    ],
+)
+def test_an_unknown_key_is_refused_with_the_nearest_known_one(tmp_path: Path, text: str, key: str, near: str) -> None:
+    with pytest.raises(WorkflowError) as caught:
+        load_workflow(written(tmp_path, text))
+    assert f"unknown key '{key}'; the nearest known one is '{near}'" in str(caught.value)
+    assert "workflow.yaml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name: a\nsurface: {cell_m: -1}", "surface.cell_m = -1"),
+        ("name: a\nsurface: {cell_m: wide}", "surface.cell_m = 'wide'"),
+        ("name: a\nreconstruct: {methods: [guessing]}", "no method 'guessing'; known:"),
+        ("- a\n- b", "not a mapping"),
+        ("name: [", "not readable as YAML"),
+        ("surface: {}", "name"),
+    ],
+)
+def test_a_bad_value_is_named_with_its_key(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(WorkflowError, match=r"workflow\.yaml") as caught:
+        load_workflow(written(tmp_path, text))
+    assert said in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(WorkflowError, match=r"nowhere\.yaml: no such workflow file"):
+        load_workflow(tmp_path / "nowhere.yaml")
+
+
+def test_settings_change_one_leaf_and_leave_the_others(tmp_path: Path) -> None:
+    path = written(tmp_path, "name: a\nexport: {formats: [obj], terrain: {tolerance_m: 0.3}}")
+    workflow = load_workflow(path, ["export.terrain.rounds=2", "surface.cell_m=0.25"])
+    assert workflow.city.export.terrain.tolerance_m == 0.3
+    assert workflow.city.export.terrain.rounds == 2
+    assert workflow.city.export.formats == ("obj",)
+    assert workflow.city.surface.cell_m == 0.25
+
+
+@pytest.mark.parametrize("text", ["surface.cell_m", "=1", "a=[1"])
+def test_what_is_no_setting_is_refused(text: str) -> None:
+    with pytest.raises(WorkflowError, match="--set"):
+        parse_setting(text)
+
+
+def test_every_parameter_is_described_with_its_bounds() -> None:
+    lines = described_parameters().splitlines()
+    assert any(line.startswith("surface.cell_m = 0.5") and "m" in line for line in lines)
+    undescribed = [line for line in lines if not line.split(" = ", 1)[1].strip(")").split("  ")[1].strip()]
+    assert not undescribed
