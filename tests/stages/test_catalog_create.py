@@ -215,6 +215,18 @@ def test_names_are_unique_and_never_those_of_other_items(tmp_path: Path) -> None
     assert all(Path(a.href).is_file() for a in catalog.lidar)
 
 
+@pytest.mark.parametrize("copy", [False, True])
+def test_odd_names_of_files_and_folders(tmp_path: Path, copy: bool) -> None:
+    names = ["a b.laz", "a#1.laz", "a?2.laz", "50%.laz", "a[1].laz", "a%20c.laz", "ö.laz"]
+    (tmp_path / "mäßig dir").mkdir()
+    for seed, name in enumerate(names):
+        write_las(tmp_path / "mäßig dir" / name, points(100, seed))
+    created = create_catalog(tmp_path / "c d", lidar=[str(tmp_path / "mäßig dir")], crs=RD, copy=copy).catalog
+    found = read_catalog(tmp_path / "c d").lidar
+    assert {a.name: a for a in found} == {a.name: a for a in created.lidar}
+    assert all(Path(a.href).is_file() for a in found)
+
+
 def test_shapefile_is_copied_with_its_companions(tmp_path: Path) -> None:
     write_las(tmp_path / "a.laz", points())
     outlines = write_outlines(tmp_path / "o.shp", houses(), name=["a", "b", "c", "d"])

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import posixpath
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import fsspec
 import pystac
@@ -253,9 +255,7 @@ def _absolute(item: pystac.Item, asset: pystac.Asset) -> str:
     href = asset.get_absolute_href()
     if href is None:
         raise ValueError(f"item {item.id} has an asset without a place")
-    if "://" in href:
-        return href
-    return str(Path(href))
+    return href if "://" in href else os.path.normpath(unquote(href))
 
 
 def _lidar(item: pystac.Item) -> LidarAsset:

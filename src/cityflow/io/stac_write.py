@@ -151,7 +151,12 @@ def item_of(asset: Asset, reference: Reference, href: str) -> dict[str, Any]:
 def _asset(asset: Asset, href: str) -> pystac.Asset:
     suffix = Path(asset.href).suffix.lower()
     extra = {"file:checksum": SHA256_MULTIHASH + asset.checksum, "file:size": asset.size}
-    return pystac.Asset(href, media_type=MEDIA.get(suffix), roles=["data"], extra_fields=extra)
+    return pystac.Asset(_as_reference(href), media_type=MEDIA.get(suffix), roles=["data"], extra_fields=extra)
+
+
+def _as_reference(href: str) -> str:
+    """A path as a URI reference: the characters that mean something there are escaped, others stay readable."""
+    return href if "://" in href else href.replace("%", "%25").replace("#", "%23").replace("?", "%3F")
 
 
 def _properties(asset: Asset) -> dict[str, Any]:
