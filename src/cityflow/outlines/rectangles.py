@@ -12,6 +12,7 @@ from scipy import ndimage
 from cityflow.core.arrays import BoolArray
 
 _DEEPEST = 12
+_MOST = 0.7
 
 
 def rectangle_approximation(region: BoolArray, minimum_cells: float) -> BoolArray:
@@ -44,12 +45,12 @@ def _approximate(region: BoolArray, result: BoolArray, minimum_cells: float, dep
 
 
 def _part_approximation(part: BoolArray, whole_shape: tuple[int, ...], minimum_cells: float, depth: int) -> BoolArray:
-    """Approximation of one part of the difference; halved first where it is as large as what it is a part of.
+    """Approximation of one part of the difference; halved first where it reaches over most of the whole.
 
-    Along a slanting edge the part's rectangle is the whole's again, and the recursion would turn in a circle.
+    Along a slanting edge the part's rectangle is nearly the whole's again, and the recursion would turn in a circle.
     """
     result = np.zeros_like(part)
-    if part.shape != whole_shape:
+    if part.size < _MOST * whole_shape[0] * whole_shape[1]:
         _approximate(part, result, minimum_cells, depth - 1)
         return result
     axis = int(np.argmax(part.shape))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from pydantic import Field
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy import ndimage
 from shapely import Polygon
 
@@ -25,6 +25,7 @@ class RegionParameters(Parameters):
     closing_m: float = Field(0.5, ge=0, le=10, description="gaps in a region narrower than this are closed, m")
     minimum_area_m2: float = Field(10.0, gt=0, le=1000, description="smaller regions are dropped, m²")
     minimum_courtyard_m2: float = Field(9.0, ge=0, le=1000, description="smaller holes in a region are filled, m²")
+    hole_m: float = Field(3.0, gt=0, le=100, description="holes in the survey wider than this are no buildings, m")
     rough_m: float = Field(
         0.35, gt=0, le=5, description="median height difference to the cells around above which a cell is foliage, m"
     )
@@ -40,7 +41,7 @@ class RegionSurface:
     grid : Grid
     ndsm : (rows, cols) float32, metres above terrain, NaN where unknown
     klass : (rows, cols) uint8, ASPRS classes; vegetation, water and bridge are taken as said
-    holes : (rows, cols) bool, no measurement near
+    holes : (rows, cols) bool, cells without a measurement
     core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
     count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
     """
@@ -92,7 +93,8 @@ def building_regions(surface: RegionSurface, parameters: RegionParameters) -> li
 def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolArray:
     """(rows, cols) True on buildings."""
     cell = surface.grid.cell
-    known = np.isfinite(surface.ndsm) & ~surface.holes
+    # A cell that no pulse happened to hit says nothing; a wide hole is water, or a roof that swallows the light.
+    known = np.isfinite(surface.ndsm) & ~_opened(surface.holes, disc(parameters.hole_m / 2, cell))
     excluded = np.isin(surface.klass, (HIGH_VEGETATION, WATER, BRIDGE))
     high = known & ~excluded & (np.nan_to_num(surface.ndsm) >= parameters.minimum_height_m)
     closed = _closed(high, disc(parameters.closing_m / 2, cell)) & ~excluded
