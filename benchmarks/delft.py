@@ -24,9 +24,9 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Semantic
 from cityflow.core.points import BUILDING
-from cityflow.evaluation.roof_points import inner_points, score
+from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.overlap import overlap_volume
-from cityflow.geometry.roof_distances import distances_to_roof
+from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.io.las import read_points
@@ -63,15 +63,16 @@ def roof_distances(buildings: list[Building]) -> FloatArray:
     for outline in outlines:
         x_min, y_min, x_max, y_max = outline.polygon.bounds
         near = xyz[(xyz[:, 0] >= x_min) & (xyz[:, 0] <= x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] <= y_max)]
-        mine = near[inner_points(outline.polygon, near)]
-        found.append(distances_to_roof(solids[outline.id], mine) if outline.id in solids else np.full(len(mine), np.nan))
+        found.append(unit_distances(outline.polygon, solids.get(outline.id), near))
     return np.concatenate(found)
 
 
 def common_walls(buildings: list[Building]) -> tuple[int, int, float]:
     """Pairs of neighbours; those whose party walls have different vertices; largest overlap of two solids in m³."""
     solids = {b.id: b.solids[Lod.LOD22] for b in buildings}
-    pairs = sorted({(min(i, f.neighbour), max(i, f.neighbour)) for i, s in solids.items() for f in s.faces if f.neighbour})
+    pairs = sorted(
+        {(min(i, f.neighbour), max(i, f.neighbour)) for i, s in solids.items() for f in s.faces if f.neighbour}
+    )
 
     def corners(unit: str, other: str) -> set[tuple[float, ...]]:
         rings = [r for f in solids[unit].faces if f.neighbour == other for r in f.rings]
@@ -101,7 +102,7 @@ def main() -> None:
 
 def report(run: Path, cold: float, warm: float, workers: int) -> None:
     buildings = read_city(run)
-    figures = score(roof_distances(buildings))
+    figures = summarise(roof_distances(buildings))
     faults = sum(bool(check_polyhedron(s)) for b in buildings for s in b.solids.values())
     levels = Counter(str(b.attributes["lod"]) for b in buildings)
     planes = sum(len({f.plane for f in b.solids[Lod.LOD22].of_semantic(Semantic.ROOF)}) for b in buildings)

@@ -59,11 +59,11 @@ class Grid:
         return self.cell, 0.0, self.x_min, 0.0, -self.cell, self.y_max
 
     def x_centres(self) -> FloatArray:
-        return self.x_min + (np.arange(self.cols) + 0.5) * self.cell
+        return np.asarray(self.x_min + (np.arange(self.cols) + 0.5) * self.cell, np.float64)
 
     def y_centres(self) -> FloatArray:
         """Decreasing: row 0 is the northernmost."""
-        return self.y_max - (np.arange(self.rows) + 0.5) * self.cell
+        return np.asarray(self.y_max - (np.arange(self.rows) + 0.5) * self.cell, np.float64)
 
     def indices(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
         """Row and column of each point; may lie outside the grid."""
