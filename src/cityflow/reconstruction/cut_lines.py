@@ -50,20 +50,24 @@ def intersection_lines(
     return lines, explained
 
 
-def main_directions(outline: Polygon, lines: list[CutLine], tolerance_deg: float = 4.0) -> list[float]:
-    """Directions (radians, 0 to π) of the outline's edges and of intersection lines, and perpendicular to them.
+def main_directions(outline: Polygon, tolerance_deg: float = 4.0, least: float = 0.08) -> list[float]:
+    """Directions (radians, 0 to π) of the outline's edges, and perpendicular to them, most metres first.
 
-    Directions nearer than the tolerance to a longer one are left out.
+    Edges within the tolerance of a longer one count for it; directions with a smaller share of the perimeter than
+    `least` are left out.
     """
-    weight: list[tuple[float, float]] = []
+    edges: list[tuple[float, float]] = []
     for ring in (outline.exterior, *outline.interiors):
         step = np.diff(np.asarray(ring.coords)[:, :2], axis=0)
-        weight += [(float(math.hypot(dx, dy)), math.atan2(dy, dx) % math.pi) for dx, dy in step]
-    weight += [(line.support, math.atan2(line.nx, -line.ny) % math.pi) for line in lines]
-    chosen: list[float] = []
+        edges += [(float(math.hypot(dx, dy)), math.atan2(dy, dx) % math.pi) for dx, dy in step]
     limit = math.radians(tolerance_deg)
-    for length, angle in sorted(weight, reverse=True):
-        if length < 0.5 or len(chosen) >= 8:
+    metres: dict[float, float] = {}
+    for length, angle in sorted(edges, reverse=True):
+        near = next((a for a in metres if angle_between(a, angle) <= limit), angle)
+        metres[near] = metres.get(near, 0.0) + length
+    chosen: list[float] = []
+    for angle in sorted(metres, key=lambda a: -metres[a]):
+        if metres[angle] < least * outline.length:
             break
         for candidate in (angle, (angle + math.pi / 2) % math.pi):
             if all(angle_between(candidate, other) > limit for other in chosen):
@@ -106,9 +110,9 @@ def _moved(line: CutLine, edge: tuple[float, ...], distance: float) -> CutLine |
 def outline_extensions(outline: Polygon, length: float) -> list[CutLine]:
     """Edges prolonged into the outline from its concave corners: wings often end there, points or not."""
     lines = []
-    for ring in (outline.exterior, *outline.interiors):
+    for number, ring in enumerate((outline.exterior, *outline.interiors)):
         xy = np.asarray(ring.coords)[:-1, :2]
-        if ring.is_ccw != (ring is outline.exterior):
+        if ring.is_ccw != (number == 0):
             xy = xy[::-1]
         into, out = xy - np.roll(xy, 1, axis=0), np.roll(xy, -1, axis=0) - xy
         concave = into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0] < 0

@@ -104,7 +104,7 @@ def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: Parti
     """All lines that may become roof edges, longest support first."""
     borders = find_borders(segments, parameters.reach, parameters.gap)
     crossings, explained = intersection_lines(segments, borders, parameters.min_length, parameters.reach)
-    directions = main_directions(outline, crossings)
+    directions = main_directions(outline)
     steps = step_lines(borders.take(~explained), directions, parameters.min_length, parameters.max_lines)
     lines = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
     lines.sort(key=lambda line: -line.support)
