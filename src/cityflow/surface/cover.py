@@ -22,10 +22,12 @@ class CoverParameters(Parameters):
     """Rules of the class raster."""
 
     building_height_m: float = Field(2.0, ge=0.5, le=20, description="buildings stand out by at least this, metres")
+    fringe_m: float = Field(1.5, ge=0, le=10, description="narrower strips beside vegetation belong to it, metres")
     water_share: float = Field(0.25, ge=0, le=1, description="water sends less than this share of the usual returns")
     water_window_m: float = Field(4.0, ge=1, le=50, description="window in which returns are counted, metres")
     water_area_m2: float = Field(80.0, ge=0, le=1e6, description="smaller areas with few returns are shadows, m²")
     unknown_m: float = Field(30.0, ge=1, le=500, description="further from any point nothing is known, metres")
+    ramp_height_m: float = Field(0.6, gt=0, le=5, description="a deck is followed down to this above ground, metres")
     level_step_m: float = Field(0.35, gt=0, le=5, description="a deck meets the road without a step above this, metres")
     level_share: float = Field(0.06, ge=0, le=1, description="share of a bridge's border that meets the road")
 
@@ -50,15 +52,25 @@ def classify(
         high = dsm - dtm > p.building_height_m
     klass = np.full(grid.shape, GROUND, np.uint8)
     klass[vegetation] = VEGETATION
-    klass[high & ~vegetation] = BUILDING
+    solid, fringe = _without_fringes(high & ~vegetation, vegetation, max(round(p.fringe_m / 2 / grid.cell), 1))
+    klass[solid] = BUILDING
+    klass[fringe] = VEGETATION
     klass[_water(points, count, high, grid, p)] = WATER
     klass[_bridges(points, heights, klass, grid, p)] = BRIDGE
-    if count.any():
-        far = distance_transform_edt(count == 0) * grid.cell > p.unknown_m
-    else:
-        far = np.ones(grid.shape, bool)
+    far = distance_transform_edt(count == 0) * grid.cell > p.unknown_m if count.any() else np.ones(grid.shape, bool)
     klass[far | np.isnan(dtm)] = UNKNOWN
     return klass
+
+
+def _without_fringes(high: BoolArray, vegetation: BoolArray, cells: int) -> tuple[BoolArray, BoolArray]:
+    """What is high, parted into that which is wide, and narrow remains beside vegetation (the rims of crowns)."""
+    square = np.ones((3, 3), bool)
+    wide = binary_opening(np.pad(high, cells, mode="edge"), square, iterations=cells)[cells:-cells, cells:-cells]
+    narrow = high & ~binary_dilation(wide, square, mask=high)
+    labels, _ = label(narrow, square)
+    touching = np.unique(labels[binary_dilation(vegetation, square, iterations=2)])
+    fringe = narrow & np.isin(labels, touching)
+    return high & ~fringe, fringe
 
 
 def _majority(points: PointCloud, count: IntArray, grid: Grid, classes: list[int]) -> BoolArray:
@@ -92,15 +104,17 @@ def _bridges(
         named = points.of_class(LAS_BRIDGE, CIVIL_STRUCTURE)
         count = count_points(points, grid)
         return _majority(named, count, grid, [LAS_BRIDGE, CIVIL_STRUCTURE]) & (klass != VEGETATION)
-    dsm, _ = heights
-    labels, regions = label(klass == BUILDING)
+    dsm, dtm = heights
+    with np.errstate(invalid="ignore"):
+        raised = (dsm - dtm > p.ramp_height_m) & np.isin(klass, [GROUND, BUILDING])
+    labels, regions = label(raised)
     border, level = np.zeros(regions + 1), np.zeros(regions + 1)
     for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
         beside, other = np.roll(klass, shift, axis), np.roll(dsm, shift, axis)
-        edge = (labels > 0) & (beside != BUILDING)
+        edge = raised & ~np.roll(raised, shift, axis)
         smooth = edge & (beside == GROUND) & (np.abs(dsm - other) < p.level_step_m)
         border += np.bincount(labels[edge], minlength=regions + 1)
         level += np.bincount(labels[smooth], minlength=regions + 1)
     is_bridge = level > p.level_share * np.maximum(border, 1)
     is_bridge[0] = False
-    return np.asarray(is_bridge[labels])
+    return np.asarray(is_bridge[labels] & (klass == BUILDING))

@@ -77,4 +77,4 @@ def _doubtful_cells(points: PointCloud, ground: PointCloud, work: Grid, p: Class
     raised = objects_by_windows(
         height, WindowsParameters(work_cell_m=p.work_cell_m, largest_window_m=p.largest_window_m)
     )
-    return np.asarray(rare & raised)
+    return np.asarray(rare & (raised > 0))

@@ -24,7 +24,7 @@ class ClothParameters(Parameters):
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="the coarsest cells: half of a large building, metres"
     )
-    rise_m: float = Field(0.35, gt=0, le=5, description="rise of the cloth on the coarsest level, metres per step")
+    curvature_per_m: float = Field(0.02, gt=0, le=1, description="the cloth bends no more than this, 1/metres")
     steps: int = Field(14, ge=1, le=500, description="steps on each level")
     near_m: float = Field(0.25, gt=0, le=5, description="a point this near to the cloth is ground, metres")
     near_slope: float = Field(0.8, ge=0, le=5, description="and that much further per unit of slope, metres")
@@ -53,7 +53,8 @@ def drape(surface: FloatArray, grid: Grid, p: ClothParameters) -> FloatArray:
         if level < levels:
             cloth = _finer(cloth, _offset(grid, 2 ** (level + 1)), offset, low.shape)
         cloth = np.minimum(cloth, low)
-        rise = p.rise_m * 2.0 ** (level - levels)
+        # Evening out lowers a surface of this curvature by as much as the step raises it.
+        rise = p.curvature_per_m * (2**level * p.work_cell_m) ** 2 * 2 / 3
         for _ in range(p.steps):
             cloth = np.minimum(uniform_filter(cloth + rise, 3, mode="nearest"), low)
     return cloth

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from pydantic import Field
-from scipy.ndimage import binary_dilation, gaussian_filter, minimum_filter
+from scipy.ndimage import gaussian_filter, minimum_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
@@ -27,15 +27,14 @@ class EssentialPointsParameters(Parameters):
     neighbourhood_m: float = Field(9.0, ge=1, le=100, description="window of the minimum that replaces it, metres")
     every_m: float = Field(12.0, ge=1, le=200, description="level ground has an essential point this often, metres")
     rise_m: float = Field(
-        1.2, gt=0, le=10, description="a point above the window's minimum by more is no ground, metres"
+        1.2, gt=0, le=10, description="a stretch that stands above the ground at an end by more is no ground, metres"
     )
-    window_m: float = Field(61.0, ge=5, le=300, description="window in which a level point must be low, metres")
     smooth_m: float = Field(1.5, ge=0, le=50, description="radius of the final convolution (sigma), metres")
 
     @property
     def halo_m(self) -> float:
         """An interpolated line ends at the next essential points: at most a large building away."""
-        return self.window_m + self.every_m
+        return 60.0 + self.every_m
 
 
 def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: EssentialPointsParameters) -> FloatArray:
@@ -43,40 +42,66 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Es
     del dsm
     work = work_grid(grid, parameters.work_cell_m)
     surface = lowest_surface(points, work)
-    heights, essential = essential_points(surface, work, parameters)
-    heights, essential = _prepare_border(heights, essential)
-    by_rows = _between(heights, essential)
-    by_columns = _between(np.ascontiguousarray(heights.T), np.ascontiguousarray(essential.T)).T
+    by_rows = along_rows(surface, work, parameters)
+    by_columns = along_rows(np.ascontiguousarray(surface.T), _transposed(work), parameters).T
     mean = (by_rows + by_columns) / 2
     return resample(gaussian_filter(mean, parameters.smooth_m / work.cell, mode="nearest"), work, grid)
 
 
-def essential_points(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) -> tuple[FloatArray, BoolArray]:
-    """Heights and mask of essential points: jumps (with the lowest height near by), and low places without jumps.
-
-    Level ground without any jump would leave the interpolation nothing to hold on to; so places on a world lattice
-    that are not above their surroundings are essential too.
-    """
-
-    def window(metres: float) -> int:
-        return 2 * round(metres / grid.cell / 2) + 1
-
-    jump = slope_of(surface, grid.cell) > p.gradient
-    low = minimum_filter(surface, window(p.neighbourhood_m), mode="nearest")
-    wide = minimum_filter(surface, window(p.window_m), mode="nearest")
-    smooth_floor = gaussian_filter(wide, p.window_m / grid.cell / 4, mode="nearest")
-    beside_jump = binary_dilation(jump, iterations=1)
+def along_rows(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) -> FloatArray:
+    """Terrain by interpolation along the rows; first and last row and column are interpolated in advance."""
+    heights, jump = essential_points(surface, grid, p)
     step = max(round(p.every_m / grid.cell), 1)
-    rows = np.arange(grid.rows) - round(grid.y_max / grid.cell)
-    cols = np.arange(grid.cols) + round(grid.x_min / grid.cell)
-    lattice = (rows % step == 0)[:, None] | (cols % step == 0)[None, :]
-    level = lattice & ~beside_jump & (surface - np.maximum(low, smooth_floor) < p.rise_m)
-    ground_jump = jump & (low - smooth_floor < 3 * p.rise_m)
-    return np.where(jump, low, surface), ground_jump | level
+    first = step - round(grid.x_min / grid.cell) % step
+    essential = _with_level_points(surface, heights, jump, p.rise_m, (first % step, step))
+    heights, essential = _prepare_border(heights, essential)
+    return np.asarray(_between(heights, essential))
+
+
+def essential_points(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) -> tuple[FloatArray, BoolArray]:
+    """The surface with essential points lowered to the least height around them, and which cells are essential."""
+    jump = slope_of(surface, grid.cell) > p.gradient
+    low = minimum_filter(surface, 2 * round(p.neighbourhood_m / grid.cell / 2) + 1, mode="nearest")
+    return np.where(jump, low, surface), jump
+
+
+@njit(cache=True, nogil=True)
+def _with_level_points(
+    surface: FloatArray, heights: FloatArray, jump: BoolArray, rise: float, lattice: tuple[int, int]
+) -> BoolArray:
+    """Essential points, and cells of a lattice on those stretches between jumps that do not stand above both ends.
+
+    Without them, level ground with no jump far and wide would leave the interpolation nothing to hold on to.
+    """
+    rows, cols = surface.shape
+    first, step = lattice
+    essential = jump.copy()
+    for r in range(rows):
+        start = 0
+        while start < cols:
+            if jump[r, start]:
+                start += 1
+                continue
+            end = start
+            while end + 1 < cols and not jump[r, end + 1]:
+                end += 1
+            above_left = start > 0 and surface[r, start] - heights[r, start - 1] > rise
+            above_right = end < cols - 1 and surface[r, end] - heights[r, end + 1] > rise
+            if not (above_left or above_right):
+                for c in range(first, cols, step):
+                    if start <= c <= end:
+                        essential[r, c] = True
+                essential[r, start] = essential[r, end] = True
+            start = end + 1
+    return essential
+
+
+def _transposed(grid: Grid) -> Grid:
+    """The grid of the transposed raster, as far as its lattice matters."""
+    return Grid(-grid.y_max, -grid.x_min, grid.cell, grid.cols, grid.rows)
 
 
 def _prepare_border(heights: FloatArray, essential: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """First and last rows and columns are interpolated in advance and then count as essential throughout."""
     heights, essential = heights.copy(), essential.copy()
     for line in (np.s_[0, :], np.s_[-1, :], np.s_[:, 0], np.s_[:, -1]):
         heights[line] = _between(heights[line][None, :].copy(), essential[line][None, :].copy())[0]

@@ -8,8 +8,9 @@ window cuts off flows into its surroundings and is given back.
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from pydantic import Field
-from scipy.ndimage import grey_opening, label
+from scipy.ndimage import grey_opening
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -17,6 +18,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface.gridding import bridge_gaps
 from cityflow.surface.ground_points import lowest_surface, refine, work_grid
+from cityflow.surface.rasterise import count_points
 
 
 class WindowsParameters(Parameters):
@@ -31,8 +33,10 @@ class WindowsParameters(Parameters):
     most_height_m: float = Field(
         2.5, gt=0, le=20, description="an object higher than this is one in any window, metres"
     )
-    step_m: float = Field(0.7, gt=0, le=5, description="rise from cell to cell at the border of an object, metres")
-    step_share: float = Field(0.45, ge=0, le=1, description="share of an object's border that has such steps")
+    step_m: float = Field(1.0, gt=0, le=5, description="rise from cell to cell at the border of an object, metres")
+    step_share: float = Field(0.3, ge=0, le=1, description="share of an object's border that has such steps")
+    least_contact: float = Field(0.2, ge=0, le=1, description="share of terrain's border that flows into the ground")
+    rounds: int = Field(8, ge=0, le=100, description="rounds in which terrain is given back")
     near_m: float = Field(0.15, gt=0, le=5, description="a point this near to the rough terrain is ground, metres")
     near_slope: float = Field(0.6, ge=0, le=5, description="and that much further per unit of slope, metres")
 
@@ -54,48 +58,91 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Wi
     del dsm
     work = work_grid(grid, parameters.work_cell_m)
     low = lowest_surface(points, work)
-    objects = without_terrain(low, objects_by_windows(low, parameters), parameters)
-    rough = bridge_gaps(np.where(objects, np.nan, low), work)
+    measured = count_points(points, work) > 0
+    objects = without_terrain(low, objects_by_windows(low, parameters), measured, parameters)
+    rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
     return refine(points, rough, work, grid, (parameters.near_m, parameters.near_slope))
 
 
-def objects_by_windows(low: FloatArray, p: WindowsParameters) -> BoolArray:
-    """(rows, cols) cells that stand above the opening by a window of some size."""
-    objects = np.zeros(low.shape, bool)
-    surface = low
+def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
+    """(rows, cols) number (1, 2, …) of the smallest window above whose opening a cell stands out; 0 where none."""
+    objects = np.zeros(low.shape, np.int64)
+    surface, number = low, 1
     radius_m = p.work_cell_m
     largest = p.largest_window_m / 2
     while True:
         cells = 2 * round(radius_m / p.work_cell_m) + 1
         opened = grey_opening(surface, (cells, cells), mode="nearest")
         limit = min(max(p.least_height_m, p.slope * radius_m), p.most_height_m)
-        objects |= surface - opened > limit
-        surface = opened
+        objects[(objects == 0) & (surface - opened > limit)] = number
+        surface, number = opened, number + 1
         if radius_m >= largest:
             return objects
         radius_m = min(radius_m * 1.5 + p.work_cell_m, largest)
 
 
-def without_terrain(low: FloatArray, objects: BoolArray, p: WindowsParameters) -> BoolArray:
-    """Objects without those regions whose border mostly flows into the ground beside it."""
-    labels, count = label(objects)
-    if count == 0:
-        return objects
-    border, steps = _border_steps(low, labels, count, p.step_m)
-    keep = np.r_[False, steps[1:] >= p.step_share * np.maximum(border[1:], 1)]
-    return np.asarray(keep[labels])
+def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: WindowsParameters) -> BoolArray:
+    """Objects without those regions that flow into the ground beside them.
+
+    A region is a smooth part of an object that one window found, bounded by steps: so a house on a hill top that was
+    cut off with it, or a bridge at a bank, is judged by itself. What is given back is ground for the next round.
+    Cells without a point of their own (`measured` False) bear no witness.
+    """
+    labels = smooth_regions(low, windows, p.step_m)
+    count = int(labels.max(initial=0))
+    known = np.where(measured, low, np.nan)
+    for _ in range(p.rounds):
+        border, to_ground, steps = _borders(known, labels, count, p.step_m)
+        flows = (to_ground - steps) > (1 - p.step_share) * to_ground
+        flows &= (to_ground - steps) >= p.least_contact * border
+        flows[0] = False
+        if not flows.any():
+            break
+        labels[flows[labels]] = 0
+    return np.asarray(labels > 0)
 
 
-def _border_steps(low: FloatArray, labels: IntArray, count: int, step_m: float) -> tuple[FloatArray, FloatArray]:
-    """Per region: pairs of neighbouring cells across its border, and those that rise into it by a step."""
-    border, steps = np.zeros(count + 1), np.zeros(count + 1)
+@njit(cache=True, nogil=True)
+def smooth_regions(heights: FloatArray, kind: IntArray, step: float) -> IntArray:
+    """(rows, cols) labels 1, 2, … of connected cells (4 neighbours) of one kind without a step; 0 where kind is 0."""
+    rows, cols = heights.shape
+    labels = np.zeros((rows, cols), np.int64)
+    stack = np.empty((rows * cols, 2), np.int64)
+    count = 0
+    for r in range(rows):
+        for c in range(cols):
+            if kind[r, c] == 0 or labels[r, c]:
+                continue
+            count += 1
+            labels[r, c] = count
+            stack[0, 0], stack[0, 1] = r, c
+            n = 1
+            while n:
+                n -= 1
+                i, j = stack[n, 0], stack[n, 1]
+                for d in range(4):
+                    k, m = i + (d == 0) - (d == 1), j + (d == 2) - (d == 3)
+                    if k < 0 or k >= rows or m < 0 or m >= cols or labels[k, m] or kind[k, m] != kind[i, j]:
+                        continue
+                    if abs(heights[k, m] - heights[i, j]) <= step:
+                        labels[k, m] = count
+                        stack[n, 0], stack[n, 1] = k, m
+                        n += 1
+    return labels
+
+
+def _borders(low: FloatArray, labels: IntArray, count: int, step_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Per region: pairs of cells across its border, those onto the ground, and those of them that are a step."""
+    border, to_ground, steps = (np.zeros(count + 1) for _ in range(3))
     for axis in (0, 1):
         for sign in (1, -1):
             a, b, z_a, z_b = _pairs(labels, low, axis, sign)
-            across = (a > 0) & (b == 0)
+            across = (a > 0) & (b != a)
+            ground = (a > 0) & (b == 0) & np.isfinite(z_a) & np.isfinite(z_b)
             border += np.bincount(a[across], minlength=count + 1)
-            steps += np.bincount(a[across & (z_a - z_b > step_m)], minlength=count + 1)
-    return border, steps
+            to_ground += np.bincount(a[ground], minlength=count + 1)
+            steps += np.bincount(a[ground & (np.abs(z_a - z_b) > step_m)], minlength=count + 1)
+    return border, to_ground, steps
 
 
 def _pairs(

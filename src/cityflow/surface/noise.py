@@ -28,8 +28,21 @@ def clean(points: PointCloud, parameters: NoiseParameters | None = None) -> tupl
     points = points if keep.all() else points.take(keep)
     if len(points) == 0:
         return points, dropped
-    alone = is_isolated(points.xyz, p)
-    return points.take(~alone), dropped
+    return points.take(~is_noise(points.xyz, p)), dropped
+
+
+def is_noise(xyz: FloatArray, parameters: NoiseParameters) -> BoolArray:
+    """(N,) True for isolated points.
+
+    Where returns are sparse throughout, as on water, a point is asked for neighbours in wider columns instead.
+    """
+    p = parameters
+    noise = is_isolated(xyz, p)
+    anything = p.model_copy(update={"reach_m": 1e9, "neighbours": 2 * p.neighbours + 2})
+    sparse = noise & is_isolated(xyz, anything)
+    if sparse.any():
+        noise[sparse] = is_isolated(xyz, p.model_copy(update={"column_m": 6 * p.column_m}))[sparse]
+    return noise
 
 
 def is_isolated(xyz: FloatArray, parameters: NoiseParameters) -> BoolArray:

@@ -92,7 +92,7 @@ def surface_of_tile(
         terrain[part] = np.where(np.isnan(external_dtm), terrain[part], external_dtm)
     filled = fill_holes(dsm, round(p.fill_m / grid.cell))
     filled = np.where(np.isnan(filled), terrain, filled)
-    green = vegetation_mask(cloud, dsm, terrain, grid, p.vegetation)
+    green = vegetation_mask(cloud, filled, terrain, grid, p.vegetation)
     klass = classify(cloud, (filled, terrain), green, count, grid, p.cover)
     return TileSurface(
         core,

@@ -42,7 +42,7 @@ def vegetation_mask(
     Parameters
     ----------
     points : cleaned cloud over the grid
-    dsm, dtm : (rows, cols) metres; dsm may have NaN
+    dsm, dtm : (rows, cols) metres; dsm with holes filled
     """
     p = parameters
     with np.errstate(invalid="ignore"):
@@ -50,8 +50,13 @@ def vegetation_mask(
     said = class_votes(points, grid)
     if said is not None:
         return np.asarray(high & (said < 0))
-    seeds = high & _penetrable_or_rough(points, dsm, dtm, grid, p)
-    return high & _compact(seeds, high, grid, p)
+    size = 2 * round(p.window_m / grid.cell / 2) + 1
+    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), size) > p.residual_m
+    if not points.has_returns():
+        return high & _compact(high & rough, high & rough, grid, p)
+    share = _penetrated_share(points, dtm, grid, size, p)
+    seeds, doubtful = share > p.returns_share, rough & (share > p.returns_share / 2)
+    return high & _compact(high & seeds, high & doubtful, grid, p)
 
 
 def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
@@ -67,22 +72,22 @@ def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
     first = points.return_number <= 1
     others = green & first if green.any() else ~house & first & (points.classification <= 1)
     greens = uniform_filter(count_points(points.take(others), grid).astype(float), 3, mode="constant")
-    return np.where(houses >= greens, 1.0, -1.0)
+    votes = np.where(houses >= greens, 1.0, -1.0)
+    silent = (houses < 1e-9) & (greens < 1e-9)
+    if silent.all():
+        return votes
+    nearest = distance_transform_edt(silent, return_distances=False, return_indices=True)
+    return np.asarray(votes[tuple(nearest)])
 
 
-def _penetrable_or_rough(
-    points: PointCloud, dsm: FloatArray, dtm: FloatArray, grid: Grid, p: VegetationParameters
-) -> BoolArray:
-    size = 2 * round(p.window_m / grid.cell / 2) + 1
-    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), size) > p.residual_m
-    if not points.has_returns():
-        return rough
+def _penetrated_share(
+    points: PointCloud, dtm: FloatArray, grid: Grid, size: int, p: VegetationParameters
+) -> FloatArray:
+    """(rows, cols) share of the high returns in the window that another one of the same pulse follows."""
     above = points.take(_height_above(points, dtm, grid) > p.least_height_m)
     weight = count_points(above, grid).astype(float)
-    share = uniform_filter(several_return_share(above, grid) * weight, size) / np.maximum(
-        uniform_filter(weight, size), 1e-6
-    )
-    return (share > p.returns_share) & (uniform_filter(weight, size) > 1e-6)
+    passed = uniform_filter(several_return_share(above, grid) * weight, size)
+    return np.asarray(passed / np.maximum(uniform_filter(weight, size), 1e-6))
 
 
 def _height_above(points: PointCloud, dtm: FloatArray, grid: Grid) -> FloatArray:
@@ -97,8 +102,8 @@ def local_residual(values: FloatArray, size: int) -> FloatArray:
     half = size // 2
     offsets = np.arange(-half, half + 1, dtype=float)
     moment = float((offsets**2).mean())
-    z = values - np.nanmean(values)
-    z = np.nan_to_num(z)
+    known = values[np.isfinite(values)]
+    z = np.nan_to_num(values - (known.mean() if known.size else 0.0))
     mean, square = uniform_filter(z, size, mode="nearest"), uniform_filter(z * z, size, mode="nearest")
     rows, cols = np.indices(values.shape, dtype=float)
     variance = square - mean**2
@@ -108,9 +113,9 @@ def local_residual(values: FloatArray, size: int) -> FloatArray:
     return np.sqrt(np.maximum(variance, 0))
 
 
-def _compact(seeds: BoolArray, high: BoolArray, grid: Grid, p: VegetationParameters) -> BoolArray:
-    """Regions of seeds with an inner radius as foliage has it, grown a little into what is high beside them."""
-    closed = binary_closing(np.pad(seeds, 2), np.ones((3, 3), bool))[2:-2, 2:-2] & high
+def _compact(seeds: BoolArray, doubtful: BoolArray, grid: Grid, p: VegetationParameters) -> BoolArray:
+    """Regions of seeds with an inner radius as foliage has it, grown a little into what is high and rough beside them."""
+    closed = binary_closing(np.pad(seeds, 2), np.ones((3, 3), bool))[2:-2, 2:-2]
     radius = distance_transform_edt(np.pad(closed, 1))[1:-1, 1:-1] * grid.cell
     core = radius >= p.compact_m
     labels, count = label(core, np.ones((3, 3), bool))
@@ -119,4 +124,4 @@ def _compact(seeds: BoolArray, high: BoolArray, grid: Grid, p: VegetationParamet
     inner = np.r_[0.0, region_maximum(radius, labels, np.arange(1, count + 1))]
     kept = inner[labels] >= p.compact_m
     back = binary_dilation(kept, iterations=max(round(p.compact_m / grid.cell), 1), mask=closed)
-    return np.asarray(binary_dilation(back, iterations=max(round(p.reach_m / grid.cell), 1), mask=high & closed | back))
+    return np.asarray(binary_dilation(back, iterations=max(round(p.reach_m / grid.cell), 1), mask=doubtful | closed))
