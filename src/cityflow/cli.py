@@ -125,19 +125,24 @@ def parameters() -> None:
 @catalog_app.command("create")
 def catalog_create(
     out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
+    lidar: Annotated[Optional[list[str]], typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
     crs: Annotated[
-        str, typer.Option(help="EPSG:n (compound codes include the heights), or 'local' for a metric frame of its own")
-    ],
-    lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
-    outlines: Annotated[Path | None, typer.Option(help="Building outlines in any format that GDAL reads")] = None,
+        str,
+        typer.Option(
+            help="EPSG:n (a compound code includes the heights), 'local' for a metric frame, empty: the files' own"
+        ),
+    ] = "",
+    outlines: Annotated[Optional[Path], typer.Option(help="Building outlines in any format that GDAL reads")] = None,
+    layer: Annotated[str, typer.Option(help="Layer of the outlines' file, where it has several")] = "",
     id_column: Annotated[str, typer.Option(help="Column of the outlines that names the building")] = "",
     id_format: Annotated[str, typer.Option(help="How ids are written, e.g. {:016d}")] = "",
-    dsm: Annotated[Path | None, typer.Option(help="A DSM raster")] = None,
+    dsm: Annotated[Optional[Path], typer.Option(help="A DSM raster")] = None,
     dtm: Annotated[
-        Path | None, typer.Option(help="A DTM raster; it normalises the heights instead of an own DTM")
+        Optional[Path], typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
     ] = None,
-    ortho: Annotated[Path | None, typer.Option(help="An orthophoto")] = None,
+    ortho: Annotated[Optional[Path], typer.Option(help="An orthophoto")] = None,
     title: Annotated[str, typer.Option(help="Name of the survey")] = "",
+    date: Annotated[str, typer.Option(help="Day of the survey, YYYY-MM-DD, where the files do not say it")] = "",
     licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
     attribution: Annotated[str, typer.Option(help="Who must be named")] = "",
     copy: Annotated[bool, typer.Option("--copy", help="Copy the files into the catalog's folder")] = False,
@@ -145,10 +150,13 @@ def catalog_create(
     """Make a catalog from files."""
     from cityflow.stages.catalog_create import create_catalog
 
-    create_catalog(
-        out, lidar=lidar or [], outlines=outlines, dsm=dsm, dtm=dtm, ortho=ortho, crs=crs, id_column=id_column or None,
-        id_format=id_format or None, title=title, licence=licence, attribution=attribution, copy=copy,
+    made = create_catalog(
+        out, lidar=lidar or [], outlines=outlines, dsm=dsm, dtm=dtm, ortho=ortho, crs=crs or None, id_column=id_column or None,
+        id_format=id_format or None, layer=layer or None, title=title, licence=licence, attribution=attribution, date=date,
+        copy=copy,
     )  # fmt: skip
+    for note in made.notes:
+        console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
     console.print(f"Catalog written to {out}. Next: cityflow catalog check {out}", markup=False)
 
 
