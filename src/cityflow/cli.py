@@ -125,22 +125,22 @@ def parameters() -> None:
 @catalog_app.command("create")
 def catalog_create(
     out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
-    lidar: Annotated[Optional[list[str]], typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
+    lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
     crs: Annotated[
         str,
         typer.Option(
             help="EPSG:n (a compound code includes the heights), 'local' for a metric frame, empty: the files' own"
         ),
     ] = "",
-    outlines: Annotated[Optional[Path], typer.Option(help="Building outlines in any format that GDAL reads")] = None,
+    outlines: Annotated[Path | None, typer.Option(help="Building outlines in any format that GDAL reads")] = None,
     layer: Annotated[str, typer.Option(help="Layer of the outlines' file, where it has several")] = "",
     id_column: Annotated[str, typer.Option(help="Column of the outlines that names the building")] = "",
     id_format: Annotated[str, typer.Option(help="How ids are written, e.g. {:016d}")] = "",
-    dsm: Annotated[Optional[Path], typer.Option(help="A DSM raster")] = None,
+    dsm: Annotated[Path | None, typer.Option(help="A DSM raster")] = None,
     dtm: Annotated[
-        Optional[Path], typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
+        Path | None, typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
     ] = None,
-    ortho: Annotated[Optional[Path], typer.Option(help="An orthophoto")] = None,
+    ortho: Annotated[Path | None, typer.Option(help="An orthophoto")] = None,
     title: Annotated[str, typer.Option(help="Name of the survey")] = "",
     date: Annotated[str, typer.Option(help="Day of the survey, YYYY-MM-DD, where the files do not say it")] = "",
     licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
