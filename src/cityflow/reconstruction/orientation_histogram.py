@@ -44,8 +44,9 @@ class OrientationHistogramParameters(Parameters):
     unevenness: float = Field(
         0.04, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
     )
-    min_area_m2: float = Field(1.3, gt=0, le=100, description="smallest surface worth a plane")
+    min_area_m2: float = Field(2.0, gt=0, le=100, description="smallest surface worth a plane")
     min_points: int = Field(6, ge=4, le=1000, description="fewest points of a plane")
+    min_width: float = Field(0.5, ge=0, le=5, description="narrower surfaces (m) are ledges, gutters or edges")
     smoothness: float = Field(
         2.0, ge=0, le=20, description="cost of a point among points of another plane (3σ miss: 4.5)"
     )
@@ -95,6 +96,7 @@ def _energy(cloud: RoofCloud, noise: float, parameters: OrientationHistogramPara
         plane_cost=3.0 * max(parameters.min_area_m2 * cloud.density, parameters.min_points),
         min_points=min_points,
         max_slope=math.tan(math.radians(parameters.max_slope_deg)),
+        min_width=parameters.min_width,
     )
 
 

@@ -89,3 +89,11 @@ def fit_iterated(
             break
         kept = nearer
     return current, True
+
+
+def plan_width(points: FloatArray, chosen: IntArray) -> float:
+    """Width across (m) of the even strip that spreads in plan as much as the chosen points do."""
+    if len(chosen) < 3:
+        return 0.0
+    covariance = np.cov(points[chosen, :2], rowvar=False)
+    return float(np.sqrt(12 * max(np.linalg.eigvalsh(covariance)[0], 0.0)))

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.reconstruction.plane_fit import fit_iterated, solve_plane
+from cityflow.reconstruction.plane_fit import fit_iterated, plan_width, solve_plane
 from cityflow.reconstruction.roof_cloud import RoofCloud
 
 OUTLIER = 4.5
@@ -31,6 +31,7 @@ class LabelEnergy:
     plane_cost : cost of one more plane
     min_points : fewest points of a plane
     max_slope : steepest plane, rise over run
+    min_width : metres, narrower sets of points do not tell the slope across them
     """
 
     sigma: float
@@ -38,6 +39,7 @@ class LabelEnergy:
     plane_cost: float
     min_points: int
     max_slope: float
+    min_width: float
 
 
 def relabel(
@@ -132,7 +134,8 @@ def _pruned(cloud: RoofCloud, labels: IntArray, planes: FloatArray, energy: Labe
         other, gain = _second_best(
             cloud.points, cloud.starts, cloud.cell_of, cloud.shape[1], labels, planes, own, energy.sigma
         )
-        if steep or len(own) < energy.min_points or gain < energy.plane_cost:
+        narrow = plan_width(cloud.points, own) < energy.min_width
+        if steep or narrow or len(own) < energy.min_points or gain < energy.plane_cost:
             labels = labels.copy()
             labels[own] = other
             alive.remove(int(k))

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cityflow.core.building import Candidate, Evidence, Status
+from cityflow.reconstruction import orientation_histogram
+from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.measures import measure
+from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from roof_scenes import OUTLINE, SCENES, gable, scan
+
+DEFAULT = ReconstructParameters()
+
+
+def test_planes_win_over_the_block() -> None:
+    choice = choose(scan(gable, OUTLINE, 8.0, 0.03, 1), DEFAULT)
+    assert choice.status is Status.DONE
+    assert choice.candidate.method == "orientation_histogram"
+    assert [s.method for s in choice.scores] == ["orientation_histogram", "extruded"]
+    assert choice.scores[0].penalty < choice.scores[1].penalty
+
+
+def test_invalid_roofs_climb_down_the_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = orientation_histogram.reconstruct
+
+    def broken_at_full_detail(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
+        candidate = real(evidence, parameters)
+        if parameters.max_planes > 8 and candidate.solid is not None:
+            open_shell = replace(candidate.solid, faces=candidate.solid.faces[1:])
+            return replace(candidate, solid=open_shell)
+        return candidate
+
+    monkeypatch.setattr(orientation_histogram, "reconstruct", broken_at_full_detail)
+    choice = choose(scan(gable, OUTLINE, 8.0, 0.03, 1), DEFAULT)
+    assert [s.valid for s in choice.scores] == [False, False, True, True]
+    assert choice.candidate.method == "orientation_histogram"
+    assert choice.status is Status.DEGRADED
+    assert "no valid solid" in choice.reason
+
+
+def test_numerical_trouble_ends_in_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
+        raise ZeroDivisionError("of a made-up kind")
+
+    monkeypatch.setattr(orientation_histogram, "reconstruct", failing)
+    choice = choose(scan(gable, OUTLINE, 8.0, 0.03, 1), ReconstructParameters(methods=("orientation_histogram",)))
+    assert choice.candidate.method == "extruded"
+    assert choice.status is Status.DEGRADED
+    assert "of a made-up kind" in choice.reason
+
+
+def test_units_without_points_fail_with_a_reason() -> None:
+    evidence = scan(gable, OUTLINE, 8.0, 0.03, 1)
+    none = replace(evidence, points=evidence.points.take(np.arange(0)))
+    choice = choose(none, DEFAULT)
+    assert choice.status is Status.FAILED
+    assert "0 roof points" in choice.reason
+    assert measure(choice, none)["roof_points"] == 0
+
+
+def test_measures_of_a_known_gable() -> None:
+    evidence = scan(gable, OUTLINE, 8.0, 0.02, 1)
+    found = measure(choose(evidence, DEFAULT), evidence)
+    area = 12 * 8 / np.cos(np.radians(40))
+    eave = 9 - np.tan(np.radians(40)) * 4
+    assert found["planes"] == 2
+    assert found["roof_type"] == "gabled"
+    assert found["lod"] == "2.2"
+    assert found["roof_area_m2"] == pytest.approx(area, rel=0.01)
+    assert found["volume_m3"] == pytest.approx(96 * (9 + eave) / 2, rel=0.01)
+    assert found["ridge_height_m"] == pytest.approx(11, abs=0.05)
+    assert found["eave_height_m"] == pytest.approx(2 + eave, abs=0.05)
+    assert found["nmad"] == pytest.approx(0.02, abs=0.006)
+    assert found["share_explained"] == pytest.approx(1, abs=0.01)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("hip", "hipped"), ("two levels", "stepped flat")])
+def test_roof_types(name: str, kind: str) -> None:
+    evidence = scan(SCENES[name][0], OUTLINE, 8.0, 0.02, 1)
+    assert measure(choose(evidence, DEFAULT), evidence)["roof_type"] == kind
