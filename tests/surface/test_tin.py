@@ -1,105 +1,87 @@
-"""The terrain TIN: its error bound, walls among its edges, no cracks between tiles."""
-
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import shapely
-from scipy.interpolate import LinearNDInterpolator
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Outline
 from cityflow.core.grid import Grid
-from cityflow.outlines.noding import node_outlines
+from cityflow.surface.constrained import triangulate
+from cityflow.surface.sample import sample
 from cityflow.surface.tin import Tin, TinParameters, terrain_tin
 
-BOUNDS = (1000.0, 2000.0, 1100.0, 2100.0)
+BOUNDS = (0.0, 0.0, 100.0, 100.0)
+GRID = Grid(-2.0, 102.0, 0.5, 208, 408)
+HOUSES = [
+    Polygon([(20, 20), (32, 24), (30, 33), (18, 29)]),
+    Polygon([(32, 24), (44, 28), (42, 37), (30, 33)]),
+    Polygon([(60, 60), (75, 60), (75, 80), (68, 80), (68, 70), (60, 70)]),
+]
 
 
-def hills(x: FloatArray, y: FloatArray) -> FloatArray:
-    return np.asarray(0.03 * (x - 1000) + 2 * np.sin(x / 17) * np.cos(y / 23) + 1.5 / (1 + np.exp(-(y - 2050) / 2)))
-
-
-def dtm_over(bounds: tuple[float, float, float, float]) -> tuple[Grid, FloatArray]:
-    grid = Grid.covering((bounds[0] - 5, bounds[1] - 5, bounds[2] + 5, bounds[3] + 5), 0.5)
+def heights(grid: Grid) -> np.ndarray:  # type: ignore[type-arg]
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-    return grid, hills(x, y)
+    return np.asarray(3 * np.sin(x / 17) + 2 * np.cos(y / 23) + np.clip((x - 50) / 3, 0, 2))
 
 
-def terrace(seed: int, n: int = 6) -> list[shapely.Polygon]:
+def area(tin: Tin) -> np.ndarray:  # type: ignore[type-arg]
+    a, b, c = (tin.vertices[tin.triangles[:, i], :2] for i in range(3))
+    return np.asarray(((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2)
+
+
+def test_tin_follows_the_terrain_and_has_the_outlines_as_edges() -> None:
+    tin = terrain_tin(GRID, heights(GRID), HOUSES, TinParameters(tolerance_m=0.1), BOUNDS)
+    assert area(tin).min() > 0
+    assert area(tin).sum() == pytest.approx(100 * 100)
+    number = {(x, y): i for i, (x, y) in enumerate(tin.vertices[:, :2].tolist())}
+    edges = {frozenset(e) for t in tin.triangles.tolist() for e in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0]))}
+    for house in HOUSES:
+        ring = [number[x, y] for x, y in house.exterior.coords]
+        assert all(frozenset(pair) in edges for pair in pairwise(ring))
+    middle = tin.vertices[tin.triangles].mean(axis=1)
+    off = middle[:, 2] - sample(GRID, heights(GRID), middle[:, 0], middle[:, 1])
+    assert np.percentile(np.abs(off), 99) < 0.15
+    assert len(tin.vertices) < 1500
+
+
+def test_footprints_may_be_cut_out() -> None:
+    tin = terrain_tin(GRID, heights(GRID), HOUSES, bounds=BOUNDS, cut_out=True)
+    assert area(tin).sum() == pytest.approx(100 * 100 - sum(h.area for h in HOUSES))
+
+
+def test_neighbours_have_the_same_border() -> None:
+    z = heights(GRID)
+    west = terrain_tin(GRID, z, [], bounds=BOUNDS)
+    east = terrain_tin(GRID, z, HOUSES, bounds=(100.0, 0.0, 200.0, 100.0))
+    left = west.vertices[west.vertices[:, 0] == 100.0]
+    right = east.vertices[east.vertices[:, 0] == 100.0]
+    assert len(left) > 3
+    np.testing.assert_array_equal(left, right)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000))
+def test_any_segments_that_do_not_cross_become_edges(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    angle, width = rng.uniform(0, np.pi / 2), 6.0
-    houses = [shapely.box(i * width, 0, (i + 1) * width, 9 + (i % 2)) for i in range(n)]
-    turned = [shapely.affinity.rotate(h, angle, (0, 0), use_radians=True) for h in houses]
-    moved = [shapely.affinity.translate(h, 1035, 2030) for h in turned]
-    return [o.polygon for o in node_outlines([Outline(str(i), h) for i, h in enumerate(moved)])]
-
-
-def edges(tin: Tin) -> set[tuple[int, int]]:
-    t = tin.triangles
-    pairs = np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1)
-    return {(int(a), int(b)) for a, b in pairs}
-
-
-@pytest.mark.parametrize("tolerance", [0.05, 0.15, 0.5])
-def test_no_point_of_the_dtm_is_further_away_than_the_tolerance(tolerance: float) -> None:
-    grid, dtm = dtm_over(BOUNDS)
-    tin = terrain_tin(grid, dtm, BOUNDS, [], TinParameters(tolerance_m=tolerance))
-    x, y = np.meshgrid(np.arange(1001.0, 1100.0), np.arange(2001.0, 2100.0))
-    surface = _interpolated(tin, x, y)
-    assert np.max(np.abs(surface - hills(x, y))) <= tolerance + 0.01
-    assert len(tin.triangles) < 2 * 100 * 100 / 4
-
-
-def _interpolated(tin: Tin, x: FloatArray, y: FloatArray) -> FloatArray:
-    origin = tin.vertices[0, :2]
-    return np.asarray(
-        LinearNDInterpolator(tin.vertices[:, :2] - origin, tin.vertices[:, 2])(x - origin[0], y - origin[1])
-    )
-
-
-def test_triangles_cover_the_tile_once_and_look_up() -> None:
-    grid, dtm = dtm_over(BOUNDS)
-    tin = terrain_tin(grid, dtm, BOUNDS, terrace(3), TinParameters())
-    a, b, c = (tin.vertices[tin.triangles[:, k], :2] for k in range(3))
-    areas = ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])) / 2
-    assert (areas > 0).all()
-    assert areas.sum() == pytest.approx(100 * 100, abs=1e-3)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_walls_are_edges_of_the_terrain(seed: int) -> None:
-    grid, dtm = dtm_over(BOUNDS)
-    houses = terrace(seed)
-    tin = terrain_tin(grid, dtm, BOUNDS, houses, TinParameters())
-    at = {(x, y): i for i, (x, y, _) in enumerate(tin.vertices.tolist())}
-    found = edges(tin)
-    for house in houses:
-        ring = [tuple(p) for p in np.round(shapely.get_coordinates(house.exterior), 4).tolist()]
-        for p, q in itertools.pairwise(ring):
-            assert abs(tin.vertices[at[p], 2] - hills(*map(np.asarray, p))) < 0.01
-            chain = sorted(
-                i for (x, y), i in at.items() if shapely.LineString([p, q]).distance(shapely.Point(x, y)) < 2e-4
-            )
-            chain.sort(key=lambda i: np.hypot(*(tin.vertices[i, :2] - p)))
-            assert all((min(i, k), max(i, k)) in found for i, k in itertools.pairwise(chain))
-
-
-def test_neighbouring_tiles_meet_without_a_crack() -> None:
-    east = (1100.0, 2000.0, 1200.0, 2100.0)
-    house = [shapely.box(1095.3, 2040.2, 1104.7, 2051.9)]
-    tins = [terrain_tin(*dtm_over(b), b, house, TinParameters()) for b in (BOUNDS, east)]
-    borders = [{tuple(v) for v in t.vertices[t.vertices[:, 0] == 1100.0].tolist()} for t in tins]
-    assert borders[0] == borders[1]
-    assert len(borders[0]) > 4
-
-
-def test_no_triangle_where_there_is_no_height() -> None:
-    grid, dtm = dtm_over(BOUNDS)
-    dtm[:, : grid.cols // 2] = np.nan
-    tin = terrain_tin(grid, dtm, BOUNDS, [], TinParameters())
-    assert np.isfinite(tin.vertices).all()
-    assert tin.vertices[:, 0].min() > 1045
-    assert len(terrain_tin(grid, np.full(grid.shape, np.nan), BOUNDS, [], TinParameters()).triangles) == 0
+    xy = rng.uniform(0, 50, (60, 2)).round(2)
+    lines: list[shapely.LineString] = []
+    for a, b in rng.permutation(60).reshape(-1, 2):
+        line = shapely.LineString([xy[a], xy[b]])
+        if line.length > 0 and all(line.distance(other) > 0.05 for other in lines):
+            lines.append(line)
+    found, triangles = triangulate(xy, [shapely.get_coordinates(line) for line in lines])
+    number = {(x, y): i for i, (x, y) in enumerate(found.tolist())}
+    edges = {frozenset(e) for t in triangles.tolist() for e in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0]))}
+    points = shapely.points(found)
+    for line in lines:
+        if (shapely.distance(points, line) < 1e-3).sum() == 2:
+            assert frozenset(number[c] for c in line.coords) in edges
+    hull = shapely.MultiPoint(found).convex_hull.area
+    a, b, c = (found[triangles[:, i]] for i in range(3))
+    signed = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    assert signed.min() > 0
+    assert signed.sum() == pytest.approx(hull, rel=1e-6)

@@ -7,6 +7,7 @@ the edges flipped are made Delaunay again where the constraints allow it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -25,7 +26,7 @@ def triangulate(xy: FloatArray, lines: Sequence[FloatArray]) -> tuple[FloatArray
     mesh = _Mesh(xy)
     number = {(float(x), float(y)): i for i, (x, y) in enumerate(xy)}
     for line in lines:
-        for a, b in zip(line[:-1], line[1:], strict=True):
+        for a, b in pairwise(line):
             i, j = number[float(a[0]), float(a[1])], number[float(b[0]), float(b[1])]
             if i != j:
                 mesh.force(i, j)

@@ -25,7 +25,7 @@ class ClassifiedParameters(Parameters):
     """How far a classified cloud is believed."""
 
     work_cell_m: float = Field(1.0, ge=0.25, le=5, description="cells in which classes are compared, metres")
-    ground_share: float = Field(0.25, ge=0, le=1, description="below this share, ground must continue its surroundings")
+    ground_share: float = Field(0.5, ge=0, le=1, description="below this share, ground must continue its surroundings")
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="wider than the narrow side of any building, metres"
     )
@@ -68,9 +68,10 @@ def without_wrong_classes(points: PointCloud, ground: PointCloud, work: Grid, p:
 def _doubtful_cells(points: PointCloud, ground: PointCloud, work: Grid, p: ClassifiedParameters) -> BoolArray:
     """Cells where ground is rare among the last returns and does not continue the ground around."""
     last = points.take(points.return_number >= points.number_of_returns)
-    of_ground = uniform_filter(count_points(ground, work).astype(float), 3, mode="nearest")
-    of_all = uniform_filter(count_points(last, work).astype(float), 3, mode="nearest")
-    rare = of_ground < p.ground_share * of_all
+    of_ground, of_all = (count_points(c, work).astype(float) for c in (ground, last))
+    around = [uniform_filter(n, 3, mode="nearest") for n in (of_ground, of_all)]
+    # The rim of a roof has ground in its neighbourhood, but not in its own cell.
+    rare = (around[0] < p.ground_share * around[1]) | (of_ground < p.ground_share * of_all)
     if not rare.any():
         return np.zeros(work.shape, bool)
     height = bridge_gaps(plane_heights(ground.xyz, work, half=0), work)

@@ -53,7 +53,9 @@ def vegetation_mask(
     size = 2 * round(p.window_m / grid.cell / 2) + 1
     rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), size) > p.residual_m
     if not points.has_returns():
-        return high & _compact(high & rough, high & rough, grid, p)
+        # A window that straddles a step is rough on both sides of it: walls are wider by half a window each way.
+        wider = p.model_copy(update={"compact_m": p.compact_m + p.window_m / 2})
+        return high & _compact(high & rough, high & rough, grid, wider)
     share = _penetrated_share(points, dtm, grid, size, p)
     seeds, doubtful = share > p.returns_share, rough & (share > p.returns_share / 2)
     return high & _compact(high & seeds, high & doubtful, grid, p)

@@ -9,6 +9,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.polygon import orient
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
 from cityflow.synthetic import roofs
 from cityflow.synthetic.roofs import LocalFace, Placement, TruthBuilding
@@ -56,7 +57,7 @@ def _build_group(
     group: list[Draft], block: Placement, terrain: Terrain, bounds: Bounds, count: int
 ) -> list[TruthBuilding]:
     """Buildings that touch each other; a unit that the terrain does not allow is left out."""
-    built = []
+    built: list[TruthBuilding] = []
     for shape, ring, local_faces in group:
         outline = orient(Polygon(block.to_world(ring)))
         x, y = shapely.get_coordinates(outline.segmentize(2.0)).T
@@ -152,7 +153,7 @@ def _terrace(rng: np.random.Generator, v: float, count: int) -> list[Draft]:
     return drafts
 
 
-def _noded_ring(u: tuple[float, float], i: int, front: np.ndarray, back: np.ndarray) -> Ring:  # type: ignore[type-arg]
+def _noded_ring(u: tuple[float, float], i: int, front: FloatArray, back: FloatArray) -> Ring:
     """Rectangle of unit i of a terrace with the corners of both neighbours inserted in its side walls."""
     low, high = float(front[i]), float(back[i])
 

@@ -133,7 +133,7 @@ def _survey(
     x, y = rays.take(ray).at(z)
     number, of = _number_returns(ray)
     xyz = np.column_stack([x, y, z + strip_shift[rays.strip[ray]]])
-    xyz += rng.normal(0, 1, xyz.shape) * [p.sigma_xy_m, p.sigma_xy_m, p.sigma_z_m]
+    xyz += rng.normal(0, 1, xyz.shape) * np.array([p.sigma_xy_m, p.sigma_xy_m, p.sigma_z_m])
     wall = kind == scanner.WALL
     truth = np.where(wall, las.BUILDING, kind).astype(np.uint8)
     keep = (xyz[:, 0] >= bounds[0]) & (xyz[:, 0] < bounds[2]) & (xyz[:, 1] >= bounds[1]) & (xyz[:, 1] < bounds[3])

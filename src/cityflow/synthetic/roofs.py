@@ -164,7 +164,8 @@ def _where_higher(upper: TruthFace, lower: TruthFace, wins_ties: bool) -> Polygo
     if common.area < 1e-6:
         return Polygon()
     x, y = common.centroid.x, common.centroid.y
-    gap = float(upper.plane.z(np.float64(x), np.float64(y)) - lower.plane.z(np.float64(x), np.float64(y)))
+    at = np.array([x]), np.array([y])
+    gap = float((upper.plane.z(*at) - lower.plane.z(*at))[0])
     g = np.array([upper.plane.slope_x - lower.plane.slope_x, upper.plane.slope_y - lower.plane.slope_y])
     norm = float(np.hypot(*g))
     if norm < 1e-9:

@@ -7,6 +7,7 @@ it meets is the highest. All intersections are exact: no raster stands between t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -99,7 +100,8 @@ def _strip_rays(
 ) -> Rays:
     swath, reach, step, height = layout
     if abs(track) - swath / 2 > reach:
-        return Rays(*(np.empty(0) for _ in range(4)), np.empty(0, np.int64))
+        nothing = np.empty(0)
+        return Rays(nothing, nothing, nothing, nothing, np.empty(0, np.int64))
     across = np.arange(max(-swath / 2, -reach - track), min(swath / 2, reach - track), step)
     along = np.arange(-reach, reach, step) + rng.uniform(0, step)
     a, c = np.meshgrid(along, across, indexing="ij")
@@ -150,7 +152,7 @@ def _wall_height(prism: TruthFace, floor: float, rays: Rays) -> FloatArray:
     """Highest crossing of each ray with a side of the prism; -inf where there is none."""
     best = np.full(len(rays), -np.inf)
     ring = shapely.get_coordinates(prism.polygon.exterior)
-    for (x_a, y_a), (x_b, y_b) in zip(ring[:-1], ring[1:], strict=True):
+    for (x_a, y_a), (x_b, y_b) in pairwise(ring):
         n_x, n_y = y_b - y_a, x_a - x_b
         rate = rays.u * n_x + rays.v * n_y
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,0 +1,57 @@
+"""Terrain methods and vegetation mask against the truth of made scenes: ``python benchmarks/terrain.py [seeds]``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from statistics import mean
+
+import numpy as np
+import shapely
+
+from cityflow.evaluation.terrain import mask_scores, terrain_errors, terrain_zones
+from cityflow.surface import cover
+from cityflow.surface.dtm import METHODS, DtmParameters, Method
+from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
+from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+
+DENSITIES = (2.0, 5.0, 10.0)
+ZONES = ("open", "buildings", "slopes", "breaks", "water", "all")
+
+
+def measure(scene: LidarScene, method: Method) -> dict[str, float]:
+    """RMSE (metres) by zone, bias and NMAD of all cells, seconds, and precision and recall of the vegetation mask."""
+    start = time.perf_counter()
+    surface = surface_of_tile(scene.points, scene.bounds, 0.0, SurfaceParameters(dtm=DtmParameters(method=method)))
+    figures = {"seconds": time.perf_counter() - start}
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    terrain = scene.terrain
+    zones = terrain_zones(
+        surface.grid, list(scene.outlines.values()), terrain.slope(x, y), terrain.is_break(x, y), terrain.is_water(x, y)
+    )
+    errors = terrain_errors(surface.dtm, scene.dtm(x, y), zones)
+    figures |= {zone: errors[zone].rmse for zone in ZONES}
+    figures |= {"bias": errors["all"].bias, "nmad": errors["all"].nmad}
+    green = shapely.contains_xy(scene.vegetation, x, y)
+    high = surface.dsm_filled - scene.dtm(x, y) > 2
+    figures["precision"], figures["recall"] = mask_scores(surface.klass == cover.VEGETATION, green, high)
+    return figures
+
+
+def main(seeds: int) -> None:
+    for classes in ("none", "errors"):
+        print(f"\nclasses: {classes}; mean of {seeds} scenes of 250 x 250 m; RMSE in metres")
+        for density in DENSITIES:
+            p = LidarSceneParameters(density_m2=density).model_copy(update={"classes": classes})
+            scenes = [lidar_scene(100 + i, p) for i in range(seeds)]
+            surface_of_tile(scenes[0].points, scenes[0].bounds, 0.0)
+            for method in METHODS:
+                if (method == "classified") == (classes == "none"):
+                    continue
+                rows = [measure(scene, method) for scene in scenes]
+                text = " ".join(f"{name} {mean(r[name] for r in rows):6.3f}" for name in rows[0])
+                print(f"{density:4.0f}/m² {method:17s} {text}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 4)

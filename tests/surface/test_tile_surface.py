@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from cityflow.core.points import PointCloud
+from cityflow.evaluation.terrain import mask_scores
+from cityflow.surface import cover
+from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile, tile_grid
+from surface_scenes import small_scene
+
+
+@pytest.mark.parametrize(("classes", "with_returns"), [("none", True), ("none", False), ("errors", True)])
+def test_vegetation_and_buildings_are_told_apart(classes: str, with_returns: bool) -> None:
+    s = small_scene(11, classes, with_returns)
+    surface = surface_of_tile(s.points, s.bounds, 0.0)
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    green = shapely.contains_xy(s.vegetation, x, y)
+    houses = shapely.contains_xy(shapely.union_all(list(s.outlines.values())), x, y) & ~green
+    high = surface.ndsm > 2
+    precision, recall = mask_scores(surface.klass == cover.VEGETATION, green, high)
+    least = 0.8 if with_returns else 0.55
+    assert precision > least
+    assert recall > least
+    assert mask_scores(surface.klass == cover.BUILDING, houses)[1] > 0.85
+    water = shapely.contains_xy(s.water, x, y)
+    assert mask_scores(surface.klass == cover.WATER, water)[1] > 0.7
+
+
+@pytest.mark.parametrize("classes", ["none", "errors"])
+def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
+    s = small_scene(13, classes)
+    p = SurfaceParameters()
+    x_0, y_0, x_1, y_1 = s.bounds
+    whole = surface_of_tile(s.points, s.bounds, 0.0, p)
+    part_bounds = (x_0, y_0, x_0 + 60.0, y_0 + 60.0)
+    x_h, y_h = part_bounds[2] + p.halo_m, part_bounds[3] + p.halo_m
+    assert x_h < x_1
+    assert y_h < y_1
+    part = surface_of_tile(s.points.within((x_0, y_0, x_h, y_h)), part_bounds, p.halo_m, p)
+    rows, cols = whole.grid.slices(part.grid)
+    difference = np.abs(whole.dtm[rows, cols] - part.dtm)
+    assert (difference < 0.01).mean() > 0.999
+    np.testing.assert_array_equal(whole.dsm[rows, cols], part.dsm)
+    assert (whole.klass[rows, cols] == part.klass).mean() > 0.99
+
+
+def test_given_terrain_normalises_and_nan_points_are_counted() -> None:
+    rng = np.random.default_rng(0)
+    xyz = np.column_stack([rng.uniform(0, 40, (8000, 2)), rng.normal(5, 0.01, 8000)])
+    xyz[:3, 2] = np.nan
+    bounds = (0.0, 0.0, 40.0, 40.0)
+    given = np.full(tile_grid(bounds, SurfaceParameters()).shape, 4.0)
+    surface = surface_of_tile(PointCloud.of(xyz), bounds, 0.0, external_dtm=given)
+    assert surface.method == "external"
+    assert surface.nan_points == 3
+    assert float(np.median(surface.ndsm)) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_tile_without_points_is_unknown() -> None:
+    surface = surface_of_tile(PointCloud.of(np.empty((0, 3))), (0.0, 0.0, 50.0, 50.0), 10.0)
+    assert (surface.klass == cover.UNKNOWN).all()
+    assert surface.holes.all()
+    assert np.isnan(surface.dtm).all()
