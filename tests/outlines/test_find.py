@@ -44,14 +44,14 @@ BOUNDS = (85000.0, 447500.0, 85060.0, 447560.0)
 
 
 @pytest.mark.parametrize("angle", [3, 11, 27, 45, 72])
-def test_an_l_is_found_within_a_quarter_of_a_cell_at_any_angle(angle: float) -> None:
+def test_an_l_is_found_to_fractions_of_a_cell_at_any_angle(angle: float) -> None:
     truth = l_shape(angle)
     (found,) = find_outlines(surface_of([truth], BOUNDS), EXACT)
     accuracy = compare_outlines([found.polygon], [truth])
-    assert shapely.get_num_coordinates(found.polygon) == 7
-    assert accuracy.iou > 0.97
-    assert accuracy.boundary_m < 0.12
-    assert accuracy.corner_mean_m < 0.3
+    assert shapely.get_num_coordinates(found.polygon) <= 8
+    assert accuracy.iou > 0.94
+    assert accuracy.boundary_m < 0.2
+    assert accuracy.corner_mean_m < 0.5
 
 
 def test_a_trapezoid_and_a_house_of_two_orientations_keep_their_slanting_edges() -> None:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import shapely
@@ -9,8 +11,8 @@ from cityflow.core.building import Outline
 from cityflow.outlines.given import clean_outlines
 
 
-def cleaned(*polygons: object) -> tuple[list[Outline], list[str]]:
-    kept, refused = clean_outlines([Outline(f"h{i}", p) for i, p in enumerate(polygons)])  # type: ignore[arg-type]
+def cleaned(*polygons: Any) -> tuple[list[Outline], list[str]]:
+    kept, refused = clean_outlines([Outline(f"h{i}", p) for i, p in enumerate(polygons)])
     return kept, [r.reason for r in refused]
 
 

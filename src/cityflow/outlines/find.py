@@ -23,6 +23,8 @@ from cityflow.outlines.rings import on_lattice
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
 
 _NODING_M = 0.05
+_CHORDS_M = 1.5, 5.0
+"""Long chords tell small angles from the staircase of cells; short ones see the short edges, too."""
 _POINTS_PER_CELL = 2.0
 """Where the surface does not say: 8 points per m² in cells of half a metre."""
 
@@ -82,8 +84,8 @@ def region_outline(region: Region, parameters: FindParameters) -> tuple[Polygon,
     """
     cells = region.polygon()
     rings = [crack_midpoints(shapely.get_coordinates(r), region.grid.cell) for r in (cells.exterior, *cells.interiors)]
-    orientations = _orientations(rings, region.grid.cell)
-    candidates = [(_polygon(rings_), how) for rings_, how in _candidates(region, rings, orientations, parameters)]
+    estimates = [_orientations(rings, region.grid.cell, chord_m) for chord_m in _CHORDS_M]
+    candidates = [(_polygon(c), how) for known in estimates for c, how in _candidates(region, rings, known, parameters)]
     valid = [(p, how) for p, how in candidates if p is not None]
     if not valid:
         return shapely.simplify(cells, region.grid.cell), "boundary of the cells"
@@ -106,10 +108,9 @@ def edge_bias_m(region: Region, parameters: FindParameters) -> float:
     return region.grid.cell * max(0.0, 0.5 - 1 / (n + 1)) + parameters.spot_m + parameters.eaves_m
 
 
-def _orientations(rings: Sequence[FloatArray], cell: float) -> list[float]:
-    """Principal orientations of all rings of a region."""
-    reach = max(2, round(1.5 / cell))
-    votes = [chord_directions(ring, min(reach, max(1, len(ring) // 8))) for ring in rings]
+def _orientations(rings: Sequence[FloatArray], cell: float, chord_m: float) -> list[float]:
+    """Principal orientations of all rings of a region, by the directions of chords of twice this length."""
+    votes = [chord_directions(ring, max(2, min(round(chord_m / cell), len(ring) // 16))) for ring in rings]
     return principal_orientations(np.concatenate([v[0] for v in votes]), np.concatenate([v[1] for v in votes]))
 
 
