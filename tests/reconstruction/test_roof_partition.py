@@ -45,6 +45,20 @@ def test_intersections_are_exact_whatever_the_points(name: str) -> None:
     assert volume(solid) == pytest.approx(case.volume(1.0), rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["hip", "pyramid", "ell", "tee", "courtyard", "gables crosswise"])
+@pytest.mark.parametrize("seed", range(6))
+def test_planes_a_little_off_keep_the_partition(name: str, seed: int) -> None:
+    """Lines that should meet in one point pass each other by millimetres or centimetres: no polygon is lost by it."""
+    case = CASES[name]
+    exact = case.segments(seed)
+    off = np.random.default_rng(seed).normal(0, (0.002, 0.002, 0.01), exact.coefficients.shape)
+    segments = PlaneSegments(ORIGIN, exact.points, exact.labels, exact.coefficients + off, exact.rmse, exact.noise)
+    partition, solid = _solid(case, segments)
+    assert check_polyhedron(solid) == []
+    assert len(partition.cells) == len(case.regions)
+    assert volume(solid) == pytest.approx(case.volume(1.0), rel=0.02)
+
+
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_cells_cover_the_outline_without_overlap(name: str) -> None:
     case = CASES[name]

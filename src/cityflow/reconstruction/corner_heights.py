@@ -1,6 +1,6 @@
 """Heights of cells at the vertices of a partition, made fit for a closed solid.
 
-Three things are put right before walls are built: heights at a vertex that differ by a few millimetres become one;
+Three things are put right before walls are built: heights at a vertex that differ by millimetres become one;
 edges along which two roofs cross get a vertex at the crossing; and a vertex around which roofs are high, low, high, low
 loses the corner of one low cell, since four walls must not meet in one vertical edge (ISO 19107: a solid's shell is a
 2-manifold).
@@ -16,11 +16,11 @@ from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.ring_tracing import Edge, ring_edges
 from cityflow.reconstruction.subdivision import MIN_EDGE, Subdivision
 
-SAME_HEIGHT = 8e-3
-"""Heights at a vertex that differ by no more than this (m) are one, so that faces stay planar within 1 cm; ..."""
+SAME_HEIGHT = 12e-3
+"""Heights at a vertex that differ by no more than this (m) become their mean: faces stay planar within 6 mm."""
 
 SAME_SLOPE = 0.1
-"""... and by no more than this part of the shortest edge there, so that small faces are not tilted."""
+"""Nor may they differ by more than this part of the shortest edge there, so that small faces are not tilted."""
 
 NO_WALL = 1e-3
 """Heights nearer than this (m) are one whatever the edges: vertices would fall together in a reader's eyes."""

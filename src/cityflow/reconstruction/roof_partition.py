@@ -28,7 +28,7 @@ from cityflow.reconstruction.partition_values import RoofPartition, single_cell
 from cityflow.reconstruction.planes import PlaneSegments
 from cityflow.reconstruction.ring_tracing import ring_edges
 from cityflow.reconstruction.step_lines import step_lines
-from cityflow.reconstruction.subdivision import ON_LINE, CutLine, Subdivision
+from cityflow.reconstruction.subdivision import MIN_EDGE, CutLine, Subdivision
 
 MAX_ROUNDS = 3
 """So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
@@ -42,7 +42,7 @@ class PartitionParameters(Parameters):
     min_length: float = Field(1.0, gt=0, le=10, description="shortest line (m) along which the outline is cut")
     min_width: float = Field(0.6, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
-    edge_cost: float = Field(0.2, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
+    edge_cost: float = Field(0.15, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
     step_cost: float = Field(
         0.2, ge=0, le=10, description="the same for a metre of edge per metre of height step along it"
     )
@@ -97,7 +97,7 @@ def line_use(division: Subdivision, labels: dict[int, int], lines: list[CutLine]
     ends = np.array(division.xy)[np.array(parting)]
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     off = [np.abs(ends @ (line.nx, line.ny) - line.offset).max(axis=1) for line in lines]
-    return [float(length[away <= 5 * ON_LINE].sum()) for away in off]
+    return [float(length[away <= 2 * MIN_EDGE].sum()) for away in off]
 
 
 def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> list[CutLine]:
