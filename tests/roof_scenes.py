@@ -33,7 +33,7 @@ def gable(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def hip(x: FloatArray, y: FloatArray) -> FloatArray:
-    return np.minimum(gable(x, y), 9 - np.tan(np.radians(40)) * (4 - np.minimum(x, 12 - x)))
+    return np.asarray(np.minimum(gable(x, y), 9 - np.tan(np.radians(40)) * (4 - np.minimum(x, 12 - x))))
 
 
 def gable_with_dormer(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -9,8 +9,9 @@ from cityflow.core.points import PointCloud
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters, find_planes, reconstruct
-from roof_scenes import OUTLINE, SCENES, Height, gable, scan
+from roof_scenes import ORIGIN, OUTLINE, SCENES, Height, gable, scan
 
+FAR = np.array(ORIGIN)
 DEFAULT = OrientationHistogramParameters()
 
 
@@ -20,7 +21,7 @@ def nearest_miss(evidence: Evidence, height: Height) -> FloatArray:
     x, y = segments.points[:, :2].T
     on = segments.labels >= 0
     own = segments.heights(x, y)[segments.labels, np.arange(len(x))]
-    shift = np.asarray(segments.origin) - (84_900.0, 447_500.0, 2.0)
+    shift = np.asarray(segments.origin) - FAR
     return np.asarray(np.abs(own + shift[2] - height(x + shift[0], y + shift[1]))[on])
 
 
@@ -75,7 +76,7 @@ def test_walls_and_foliage_are_no_roof() -> None:
     rng = np.random.default_rng(4)
     wall = np.column_stack([rng.uniform(0, 12, 200), rng.normal(0.02, 0.02, 200), rng.uniform(0, 5, 200)])
     crown = rng.uniform([0, 5, 6], [3, 8, 12], (150, 3))
-    more = np.concatenate([evidence.points.xyz, wall + (84_900, 447_500, 2), crown + (84_900, 447_500, 2)])
+    more = np.concatenate([evidence.points.xyz, wall + FAR, crown + FAR])
     segments = find_planes(Evidence("u", evidence.outline, PointCloud.of(more, 6), 2.0), DEFAULT)
     assert len(segments) == 2
 
@@ -87,7 +88,7 @@ def test_solid_is_valid_and_meets_the_truth(name: str) -> None:
     assert candidate.solid is not None
     assert check_polyhedron(candidate.solid) == []
     x, y = (a.ravel() for a in np.meshgrid(np.arange(0.4, 12, 0.37), np.arange(0.4, 8, 0.37)))
-    truth = np.stack([x, y, height(x, y)], 1) + (84_900.0, 447_500.0, 2.0)
+    truth = np.stack([x, y, height(x, y)], 1) + FAR
     distance = distances_to_roof(candidate.solid, truth)
     assert np.mean(np.abs(distance) < 0.1) > 0.95
 
