@@ -56,7 +56,7 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     tile = Tile(round(x_min / size), round(y_min / size), size)
     city = Grid.covering(tuple(task.arguments["city"]), cell)
     grid, layers = read_layers(workspace.store.zarr_store(ZARR), city, tile.buffered(parameters.halo_m))
-    region = RegionSurface(grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds)
+    region = RegionSurface(grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"])
     mine = owned(find_outlines(region, parameters), size, task.arguments["tiles"]).get(tile.name, [])
     text = lines(mine)
     workspace.write("outlines.jsonl", text)

@@ -108,7 +108,8 @@ def _explain_one(entry: Mapping[str, Any]) -> str:
     location = [str(part) for part in entry["loc"] if part != "city"]
     key = ".".join(location)
     if entry["type"] != "extra_forbidden":
-        return f"{key} = {entry['input']!r}: {entry['msg']}"
+        message = str(entry["msg"]).removeprefix("Value error, ")
+        return f"{key} = {entry['input']!r}: {message}" if key else message
     model = _model_at(CityParameters, location[:-1])
     known = [*model.model_fields] + (["name", "catalog"] if len(location) == 1 else [])
     near = difflib.get_close_matches(location[-1], known, n=1, cutoff=0.0)
