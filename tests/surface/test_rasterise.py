@@ -29,7 +29,7 @@ def test_top_bottom_and_counts_by_hand() -> None:
     np.testing.assert_array_equal(lowest(cloud(), GRID), [[4, nan], [nan, 2]])
     np.testing.assert_array_equal(count_points(cloud(), GRID), [[3, 0], [0, 1]])
     np.testing.assert_array_equal(first_last_difference(cloud(), GRID), [[5, nan], [nan, 0]])
-    np.testing.assert_allclose(several_return_share(cloud(), GRID), [[1 / 3, 0], [0, 0]])
+    np.testing.assert_allclose(several_return_share(cloud(), GRID), np.array([[1 / 3, 0.0], [0.0, 0.0]]))
 
 
 def test_holes_take_the_lower_median_and_stay_open_far_from_points() -> None:

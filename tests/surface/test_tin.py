@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.surface.constrained import triangulate
 from cityflow.surface.sample import sample
@@ -23,12 +24,12 @@ HOUSES = [
 ]
 
 
-def heights(grid: Grid) -> np.ndarray:  # type: ignore[type-arg]
+def heights(grid: Grid) -> FloatArray:
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
     return np.asarray(3 * np.sin(x / 17) + 2 * np.cos(y / 23) + np.clip((x - 50) / 3, 0, 2))
 
 
-def area(tin: Tin) -> np.ndarray:  # type: ignore[type-arg]
+def area(tin: Tin) -> FloatArray:
     a, b, c = (tin.vertices[tin.triangles[:, i], :2] for i in range(3))
     return np.asarray(((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2)
 
