@@ -81,6 +81,14 @@ def test_common_part_is_a_face_of_both(name: str) -> None:
         assert vertex_sets(cut["a"], "b") == vertex_sets(cut["b"], "a")
 
 
+def test_strip_below_a_higher_floor_is_free() -> None:
+    units = {"a": house(0, 6, "x", 0.0, 5.0), "b": house(6, 12, "x", 0.008, 5.0)}
+    cut = cut_party_walls(units)
+    assert vertex_sets(cut["a"], "b") == vertex_sets(cut["b"], "a")
+    assert all(check_polyhedron(s) == [] for s in cut.values())
+    assert len(cut["a"].faces) == len(units["a"].faces) + 1
+
+
 def test_faces_of_both_look_at_each_other() -> None:
     cut = cut_party_walls({"a": A, "b": house(6, 12, "y", 0.0, 6.0)})
     for unit, other, x in (("a", "b", 1.0), ("b", "a", -1.0)):

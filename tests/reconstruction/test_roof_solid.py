@@ -8,9 +8,10 @@ from cityflow.core.building import Polyhedron
 from cityflow.geometry.faults import Fault
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import roof_solid
+from cityflow.reconstruction.planes import PlaneSegments
 from cityflow.reconstruction.roof_partition import PartitionParameters
 from cityflow.reconstruction.roof_solid import build_roof, coarser
-from roof_cases import ORIGIN, roof_cases
+from roof_cases import ORIGIN, edges_are_matched, roof_cases
 
 CASES = roof_cases()
 
@@ -21,6 +22,26 @@ def test_first_attempt_is_valid(name: str) -> None:
     built = build_roof(outline, CASES[name].segments(0), 1.0, PartitionParameters())
     assert (built.simplified, built.faults) == (0, ())
     assert check_polyhedron(built.solid) == []
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_planes_without_sense_give_a_valid_solid(seed: int) -> None:
+    """Random planes and half-random labels over a courtyard block: whatever is cut, the solid is closed."""
+    case = CASES["courtyard"]
+    rng = np.random.default_rng(seed)
+    points = case.segments(seed, density=6.0, noise=0.1).points
+    centres = points[rng.integers(0, len(points), int(rng.integers(2, 25)))]
+    labels = np.argmin(np.hypot(*(points[:, None, :2] - centres[None, :, :2]).transpose(2, 0, 1)), axis=1)
+    labels = np.where(rng.random(len(points)) < 0.15, rng.integers(-1, len(centres), len(points)), labels)
+    slopes = rng.normal(0, 0.5, (len(centres), 2))
+    heights = centres[:, 2] + rng.normal(0, 1, len(centres)) - (slopes * centres[:, :2]).sum(axis=1)
+    planes = np.column_stack([slopes, heights])
+    segments = PlaneSegments(ORIGIN, points, labels, planes, np.full(len(planes), 0.1), 0.1)
+    built = build_roof(translate(case.outline, *ORIGIN[:2]), segments, -2.0, PartitionParameters())
+    assert built.faults == ()
+    assert edges_are_matched(built.solid)
+    area = sum(built.partition.polygon(cell).area for cell in built.partition.cells)
+    assert area == pytest.approx(case.outline.area, rel=1e-6)
 
 
 def test_faults_lead_to_a_coarser_partition(monkeypatch: pytest.MonkeyPatch) -> None:
