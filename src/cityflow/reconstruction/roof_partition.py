@@ -39,7 +39,7 @@ class PartitionParameters(Parameters):
 
     reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
     gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
-    min_length: float = Field(1.0, gt=0, le=10, description="shortest line (m) along which the outline is cut")
+    min_length: float = Field(0.7, gt=0, le=10, description="shortest line (m) along which the outline is cut")
     min_width: float = Field(0.6, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
     edge_cost: float = Field(0.15, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")

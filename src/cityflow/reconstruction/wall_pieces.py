@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from cityflow.core.building import VERTEX_DECIMALS
 from cityflow.reconstruction.wall_profiles import TIED, Node, Profile, Spot, compare
 
-SAME_FLOOR = 5e-3
-"""Floors that differ by less than this (m) are one; strips along them are level, and sound however low."""
-
 SAME_SPOT = 2e-3
 """A cut that comes nearer than this (m) to an existing vertex of the wall goes through it."""
 
@@ -64,7 +61,7 @@ class _Cutter:
         """Bottom of the common part, and the free strip below where the other floor is higher."""
         last = len(self.nodes) - 1
         own = [self.nodes[0].own[0], self.nodes[last].own[-1]]
-        if other_floor - floor <= SAME_FLOOR:
+        if other_floor - floor <= TIED:
             return own, []
         foot = [self.spot(0, other_floor), self.spot(last, other_floor)]
         return foot, [[*own, foot[1], foot[0]]]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from cityflow.core.building import VERTEX_DECIMALS
 
-TIED = 0.01
+TIED = 0.003
 """Heights and positions that differ by less than this (m) make no piece of wall of their own."""
 
 
