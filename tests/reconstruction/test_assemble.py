@@ -124,6 +124,23 @@ def test_vertices_are_multiples_of_a_tenth_of_a_millimetre() -> None:
     assert np.array_equal(solid.vertices, np.round(solid.vertices, 4))
 
 
+TOUCHING = {
+    "hole in a corner": Polygon([(0, 0), (10, 0), (10, 8), (0, 8)], [[(0, 0), (1, 3), (3, 1)]]),
+    "hole on a side": Polygon([(0, 0), (5, 0), (10, 0), (10, 8), (0, 8)], [[(5, 0), (4, 3), (6, 3)]]),
+    "two holes": Polygon(
+        box(0, 0, 10, 8).exterior.coords, [box(2, 2, 4, 4).exterior.coords, box(4, 4, 6, 6).exterior.coords]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", sorted(TOUCHING))
+def test_rings_that_touch_are_pulled_apart(name: str) -> None:
+    outline = TOUCHING[name]
+    solid = assemble(single_cell(outline), np.array([[0.1, 0, 7.0]]), 0.0, ORIGIN)
+    assert check_polyhedron(solid) == []
+    assert volume(solid) == pytest.approx(outline.area * (7 + 0.1 * outline.centroid.x), rel=1e-3)
+
+
 def test_another_outline_is_refused() -> None:
     with pytest.raises(ValueError, match="not the one"):
         assemble(single_cell(RECTANGLE), np.array([[0, 0, 7.0]]), 0.0, ORIGIN, RECTANGLE)

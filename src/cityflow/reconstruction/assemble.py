@@ -18,6 +18,7 @@ from cityflow.reconstruction.corner_heights import OUTSIDE, CornerHeights
 from cityflow.reconstruction.partition_values import RoofPartition
 from cityflow.reconstruction.ring_tracing import Edge, group_rings, trace_rings
 from cityflow.reconstruction.subdivision import Subdivision
+from cityflow.reconstruction.touching_rings import pulled_apart
 from cityflow.reconstruction.wall_merging import Wall, merge_walls
 
 MIN_HEIGHT = 0.5
@@ -46,11 +47,14 @@ def assemble(
     floor : world height of the ground face, metres
     origin : world coordinates of the local origin
     outline : the outline in world coordinates, the same rings in the same order as was partitioned; its vertices are
-        taken over bit for bit. Without it they are those of the partition, rounded like all others.
+        taken over bit for bit (rings that touch are pulled apart by 3 mm there). Without it they are those of the partition, rounded like all others.
     """
     division, labels = partition.subdivision()
     world = _world_xy(partition, origin, outline)
     division.xy = [(float(x - origin[0]), float(y - origin[1])) for x, y in world]
+    for vertex, (x, y) in pulled_apart(division).items():
+        world[vertex] = np.round((x + origin[0], y + origin[1]), VERTEX_DECIMALS)
+        division.xy[vertex] = (float(world[vertex, 0] - origin[0]), float(world[vertex, 1] - origin[1]))
     local_floor = floor - origin[2]
     planes = {cell: _above_floor(division, cell, coefficients[p], local_floor) for cell, p in labels.items()}
     numbers = {
