@@ -1,0 +1,159 @@
+"""The city as a source of tasks: every task once, none before what it reads, nothing left waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from cityflow.core.building import Status
+from cityflow.core.grid import tile_at
+from cityflow.core.reference import Reference
+from cityflow.flow.task import Record, Task
+from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset
+from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.city import CitySource
+from cityflow.stages.parameters import CityParameters
+
+TILE = 250.0
+ROWS_OF_HOUSES = 3
+
+
+def houses() -> dict[str, dict[str, Any]]:
+    """Rows of houses 40 m apart, each sharing walls with the next, across tile borders."""
+    found = {}
+    for row in range(ROWS_OF_HOUSES):
+        for i in range(20):
+            x, y = 20.0 + 40 * i, 60.0 + 240 * row
+            near = [f"h{row}_{j}" for j in (i - 1, i + 1) if 0 <= j < 20]
+            found[f"h{row}_{i}"] = {"bounds": [x, y, x + 40, y + 15], "point": [x + 20, y + 7.5], "neighbours": near}
+    return found
+
+
+HOUSES = houses()
+
+
+def owner(house: str) -> str:
+    return tile_at(*HOUSES[house]["point"], TILE).name
+
+
+def catalog(given: bool) -> Catalog:
+    bounds = [(0.0, 0.0, 400.0, 760.0), (400.0, 0.0, 840.0, 400.0), (400.0, 400.0, 840.0, 760.0)]
+    files = tuple(LidarAsset(f"f{i}", f"f{i}.laz", f"{i}" * 64, 1, b, (0.0, 9.0), 9) for i, b in enumerate(bounds))
+    outlines = OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, (0.0, 0.0, 840.0, 760.0), len(HOUSES))
+    reference = Reference("EPSG:28992", 28992, None, "")
+    return Catalog("", "town", reference, "", "", files, outlines if given else None)
+
+
+def record_of(task: Task) -> Record:
+    """What the task would have left."""
+    outputs, result = (
+        {f"work/{task.stage}/{task.unit}/out": "d" * 64},
+        dict[str, Any](digest=f"{task.stage} {task.unit}"),
+    )
+    if task.stage == "ingest" and task.unit != "outlines":
+        outputs = {f"work/ingest/{task.unit}/{c}_{r}.laz": "p" * 64 for c in range(17) for r in range(16)}
+    if task.stage == "outline":
+        entry = {"path": f"work/outline/{task.unit}/out", "start": 0, "length": 1}
+        result["units"] = [
+            {**entry, "id": h, "digest": h, **v, "neighbour_tiles": sorted({owner(n) for n in v["neighbours"]})}
+            for h, v in HOUSES.items()
+            if owner(h) == task.unit
+        ]
+    return Record(
+        task.stage,
+        task.unit,
+        1,
+        task.digest,
+        task.version,
+        Status.DONE,
+        "",
+        outputs,
+        result,
+        task.parameters,
+        task.inputs,
+    )
+
+
+def run_through(source: CitySource, order: np.random.Generator) -> list[Task]:
+    """Tasks in the order in which they end, chosen at random among those that are ready."""
+    ready, ended = list(source.initial()), list[Task]()
+    while ready:
+        task = ready.pop(int(order.integers(len(ready))))
+        ended.append(task)
+        ready.extend(source.after(task, record_of(task)))
+    return ended
+
+
+@pytest.mark.parametrize("given", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_every_task_once_and_after_what_it_reads(given: bool, seed: int) -> None:
+    ended = run_through(CitySource(catalog(given), CityParameters()), np.random.default_rng(seed))
+    names = [(t.stage, t.unit) for t in ended]
+    assert len(names) == len(set(names))
+    place = {name: i for i, name in enumerate(names)}
+    tiles = {u for s, u in names if s == "surface"}
+    assert len(tiles) == 16
+    assert {u for s, u in names if s == "reconstruct"} == set(HOUSES)
+    assert {u for s, u in names if s == "export"} == tiles | {"city"}
+    assert place["export", "city"] == len(names) - 1
+    for house, about in HOUSES.items():
+        x_min, y_min, x_max, y_max = about["bounds"]
+        under = {tile_at(x, y, TILE).name for x in (x_min - 1, x_max + 1) for y in (y_min - 1, y_max + 1)} & tiles
+        assert all(place["surface", t] < place["reconstruct", house] for t in under)
+        assert place["outline", owner(house)] < place["reconstruct", house]
+        assert all(place["reconstruct", n] < place["export", owner(house)] for n in [house, *about["neighbours"]])
+    assert all(place["ingest", "f0"] < place["surface", t] for t in tiles if t.startswith("0_"))
+
+
+def test_the_order_of_events_changes_no_task() -> None:
+    runs = [run_through(CitySource(catalog(True), CityParameters()), np.random.default_rng(s)) for s in range(5)]
+    digests = [{(t.stage, t.unit): t.digest for t in run} for run in runs]
+    assert all(d == digests[0] for d in digests[1:])
+
+
+def test_an_area_takes_its_units_with_their_neighbours_and_asks_for_no_more_surface() -> None:
+    area = Area(shapely.box(0, 0, 130, 100))
+    ended = run_through(CitySource(catalog(True), CityParameters(), area), np.random.default_rng(1))
+    units = {t.unit for t in ended if t.stage == "reconstruct"}
+    assert units == {"h0_0", "h0_1", "h0_2", "h0_3"}
+    exported = {u for t in ended if t.stage == "export" and t.unit != "city" for u in t.arguments["own"]}
+    assert exported == {"h0_0", "h0_1", "h0_2"}
+    whole = {
+        t.name: t.digest for t in run_through(CitySource(catalog(True), CityParameters()), np.random.default_rng(2))
+    }
+    assert all(whole[t.name] == t.digest for t in ended if t.stage in ("ingest", "surface", "outline", "reconstruct"))
+    assert len([t for t in ended if t.stage == "surface"]) < 16
+
+
+def test_an_override_touches_its_unit_and_the_exports_that_read_it() -> None:
+    plain = {
+        t.name: t.digest for t in run_through(CitySource(catalog(True), CityParameters()), np.random.default_rng(0))
+    }
+    over = {("reconstruct", "h1_5"): {"min_points": 9}}
+    source = CitySource(catalog(True), CityParameters(), EVERYWHERE, over)
+    touched = {t.name for t in run_through(source, np.random.default_rng(0)) if plain[t.name] != t.digest}
+    assert touched == {"reconstruct-h1_5"}
+
+
+def test_another_result_of_a_unit_changes_the_exports_of_its_neighbours_too() -> None:
+    def changed(source: CitySource) -> Iterator[Task]:
+        ready = list(source.initial())
+        while ready:
+            task = ready.pop()
+            record = record_of(task)
+            if task.name == "reconstruct-h0_5":
+                record = replace(record, outputs={"work/reconstruct/h0_5/out": "x" * 64})
+            yield task
+            ready.extend(source.after(task, record))
+
+    plain = {
+        t.name: t.digest for t in run_through(CitySource(catalog(True), CityParameters()), np.random.default_rng(0))
+    }
+    touched = {t.name for t in changed(CitySource(catalog(True), CityParameters())) if plain[t.name] != t.digest}
+    readers = {owner("h0_4"), owner("h0_5"), owner("h0_6")}
+    assert touched == {f"export-{tile}" for tile in readers}

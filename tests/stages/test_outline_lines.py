@@ -1,0 +1,52 @@
+"""Outlines as lines of text: bit for bit the same when read again, each by its byte range."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cityflow.core.building import Outline
+from cityflow.stages.outline_lines import Standing, decode, decode_all, encode, entries, lines
+
+coordinate = st.floats(-1e7, 1e7, allow_nan=False).map(lambda v: round(v, 4))
+text = st.text(max_size=20)
+scalar = (
+    st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats(allow_nan=False, allow_infinity=False) | text
+)
+
+
+@st.composite
+def standings(draw: st.DrawFn) -> Standing:
+    x, y = draw(coordinate), draw(coordinate)
+    polygon = shapely.box(x, y, x + 20, y + 10).difference(shapely.box(x + 5, y + 3, x + 8, y + 6))
+    attributes = draw(st.dictionaries(text, scalar, max_size=4))
+    neighbours = tuple(draw(st.lists(text, max_size=3)))
+    return Standing(
+        Outline(draw(text), polygon, attributes, draw(text)), neighbours, tuple(draw(st.lists(text, max_size=2)))
+    )
+
+
+@given(standings())
+def test_a_line_read_again_is_the_same_outline(standing: Standing) -> None:
+    again = decode(encode(standing))
+    assert np.array_equal(
+        shapely.get_coordinates(again.outline.polygon), shapely.get_coordinates(standing.outline.polygon)
+    )
+    assert again.outline.attributes == standing.outline.attributes
+    assert (again.outline.id, again.outline.remark) == (standing.outline.id, standing.outline.remark)
+    assert (again.neighbours, again.neighbour_tiles) == (standing.neighbours, standing.neighbour_tiles)
+
+
+@given(st.lists(standings(), max_size=5))
+def test_entries_point_at_their_lines(given_ones: list[Standing]) -> None:
+    written = lines(given_ones)
+    found = entries(written, "some/path")
+    assert [e["id"] for e in found] == sorted(s.outline.id for s in given_ones)
+    for entry, standing in zip(found, decode_all(written), strict=True):
+        line = written[entry["start"] : entry["start"] + entry["length"]]
+        assert decode(line).outline.id == standing.outline.id == entry["id"]
+        assert hashlib.sha256(line).hexdigest() == entry["digest"]
