@@ -38,7 +38,8 @@ HOUSES = houses()
 
 
 def owner(house: str) -> str:
-    return tile_at(*HOUSES[house]["point"], TILE).name
+    x, y = HOUSES[house]["point"]
+    return tile_at(x, y, TILE).name
 
 
 def catalog(given: bool) -> Catalog:
