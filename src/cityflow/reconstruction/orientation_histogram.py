@@ -17,15 +17,14 @@ from pydantic import Field
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Candidate, Evidence, Status
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.assemble import assemble
-from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.levels import LevelParameters, block_levels
 from cityflow.reconstruction.local_orientation import LocalOrientation, local_orientation
 from cityflow.reconstruction.orientation_regions import connected_regions, orientation_buckets, seed_order
 from cityflow.reconstruction.plane_labels import LabelEnergy, relabel
 from cityflow.reconstruction.planes import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.roof_cloud import RoofCloud, local_origin, roof_cloud
-from cityflow.reconstruction.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.roof_partition import PartitionParameters
+from cityflow.reconstruction.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
 
@@ -61,19 +60,27 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
     segments = find_planes(evidence, parameters)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof plane in {len(evidence.points)} points")
-    x0, y0, _ = segments.origin
-    partition = partition_roof(moved(evidence.outline, -x0, -y0), segments, parameters.partition)
-    shape = (segments.coefficients, evidence.ground_height, segments.origin, evidence.outline)
-    solid = assemble(partition, *shape)
-    blocks = block_levels(partition, *shape, parameters.levels)
+    roof = build_roof(evidence.outline, segments, evidence.ground_height, parameters.partition)
+    blocks = block_levels(
+        roof.partition,
+        segments.coefficients,
+        evidence.ground_height,
+        segments.origin,
+        evidence.outline,
+        parameters.levels,
+    )
     notes = {
         "planes_found": len(segments),
-        "cells": len(partition.cells),
+        "cells": len(roof.partition.cells),
+        "times_simplified": roof.simplified,
         "noise": round(segments.noise, 4),
         "points_used": len(segments.points),
         "share_on_planes": round(float(np.mean(segments.labels >= 0)), 4),
     }
-    return Candidate(METHOD, solid, segments.roof_planes(), blocks, notes=notes)
+    status, reason = Status.DONE, ""
+    if roof.simplified:
+        status, reason = Status.DEGRADED, f"edges made dearer {roof.simplified} times until the solid was valid"
+    return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, status, reason, notes)
 
 
 def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) -> PlaneSegments:

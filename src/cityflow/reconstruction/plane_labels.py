@@ -73,8 +73,10 @@ def _merged(
     points: FloatArray, labels: IntArray, planes: FloatArray, energy: LabelEnergy
 ) -> tuple[IntArray, FloatArray]:
     """Join the pair of planes that lowers the energy most, again and again."""
+    members = {k: np.flatnonzero(labels == k) for k in range(len(planes))}
+    alone = {k: _cost_alone(points, member, energy) for k, member in members.items()}
     gains = {
-        (i, j): _merge_gain(points, labels, i, j, energy)
+        (i, j): _merge_gain(points, (members[i], members[j]), alone[i] + alone[j], energy)
         for i in range(len(planes))
         for j in range(i + 1, len(planes))
         if _alike(planes[i], planes[j])
@@ -89,11 +91,13 @@ def _merged(
         a, b, c, _ = solve_plane(points, np.flatnonzero(labels == i))
         planes[i], _ = fit_iterated(points, np.flatnonzero(labels == i), np.array([a, b, c]), 1.5 * energy.sigma, 8)
         alive.remove(j)
+        members[i] = np.flatnonzero(labels == i)
+        alone[i] = _cost_alone(points, members[i], energy)
         gains = {pair: g for pair, g in gains.items() if i not in pair and j not in pair}
         for k in alive:
             if k != i and _alike(planes[i], planes[k]):
-                pair = (min(i, k), max(i, k))
-                gains[pair] = _merge_gain(points, labels, *pair, energy)
+                gain = _merge_gain(points, (members[i], members[k]), alone[i] + alone[k], energy)
+                gains[min(i, k), max(i, k)] = gain
     return _compressed(labels, planes, alive)
 
 
@@ -103,20 +107,17 @@ def _alike(p: FloatArray, q: FloatArray) -> bool:
     return bool(dot > 0.94)
 
 
-def _merge_gain(points: FloatArray, labels: IntArray, i: int, j: int, energy: LabelEnergy) -> float:
-    one, other = np.flatnonzero(labels == i), np.flatnonzero(labels == j)
-    both = np.concatenate([one, other])
-    if len(one) == 0 or len(other) == 0:
+def _merge_gain(points: FloatArray, members: tuple[IntArray, IntArray], apart: float, energy: LabelEnergy) -> float:
+    """What one plane for both sets of points saves, given the cost of two planes without that of having them."""
+    if min(len(member) for member in members) == 0:
         return energy.plane_cost
-    a, b, c, sound = solve_plane(points, both)
-    if not sound:
-        return -1.0
-    plane, _ = fit_iterated(points, both, np.array([a, b, c]), 1.5 * energy.sigma, 8)
-    before = _own_cost(points, one, energy) + _own_cost(points, other, energy)
-    return float(energy.plane_cost + before - _cost_on(points, both, plane, energy.sigma))
+    both = np.concatenate(members)
+    _, _, _, sound = solve_plane(points, both)
+    return energy.plane_cost + apart - _cost_alone(points, both, energy) if sound else -1.0
 
 
-def _own_cost(points: FloatArray, chosen: IntArray, energy: LabelEnergy) -> float:
+def _cost_alone(points: FloatArray, chosen: IntArray, energy: LabelEnergy) -> float:
+    """Cost of points on a plane of their own; zero where they have none."""
     a, b, c, sound = solve_plane(points, chosen)
     if not sound:
         return 0.0
