@@ -6,13 +6,13 @@ ladder of simpler roofs before it gives up. Whatever happens is in the scores.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 from shapely.errors import GEOSException
 
 from cityflow.core.building import Candidate, Evidence, Semantic, Status
@@ -23,7 +23,7 @@ from cityflow.reconstruction import extruded, orientation_histogram
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 
-Method = Literal["orientation_histogram", "extruded"]
+METHODS = ("orientation_histogram", "extruded")
 NUMERICAL_TROUBLE = (ArithmeticError, ValueError, np.linalg.LinAlgError, GEOSException)
 """What the data of a single unit can provoke in a method; it becomes that candidate's reason."""
 
@@ -41,14 +41,24 @@ class ScoreParameters(Parameters):
 class ReconstructParameters(Parameters):
     """Which methods are tried for a unit, their parameters, and how the best is chosen."""
 
-    methods: tuple[Method, ...] = Field(
-        ("orientation_histogram", "extruded"), min_length=1, description="tried in this order; the earlier wins ties"
+    methods: tuple[str, ...] = Field(
+        METHODS,
+        min_length=1,
+        description="tried in this order, the earlier wins ties; module:function is a method of your own",
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
     min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")
     min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
+
+    @field_validator("methods")
+    @classmethod
+    def _known(cls, methods: tuple[str, ...]) -> tuple[str, ...]:
+        unknown = [m for m in methods if m not in METHODS and ":" not in m]
+        if unknown:
+            raise ValueError(f"no method '{unknown[0]}'; known: {', '.join(METHODS)}, or module:function")
+        return methods
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +124,10 @@ def _climb_down(
 
 
 def _ladder(method: str, parameters: ReconstructParameters) -> list[Callable[[Evidence], Candidate]]:
-    """The method as asked for, then with fewer planes and dearer edges."""
+    """The method as asked for, then with fewer planes and dearer edges; a foreign method has one rung."""
+    if ":" in method:
+        module, _, name = method.partition(":")
+        return [partial(getattr(importlib.import_module(module), name), parameters=parameters)]
     if method == "extruded":
         return [partial(extruded.reconstruct, parameters=parameters.extruded)]
     full = parameters.orientation_histogram
