@@ -51,16 +51,31 @@ class CitySource:
 
     def initial(self) -> Iterator[Task]:
         """What can start at once; everything else follows from `after`."""
-        tiles = [name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds)]
-        if not tiles:
-            remedy = "see `cityflow catalog check` for the extent"
-            raise CatalogError("no ground tile meets the area of interest", where="--aoi", remedy=remedy)
+        tiles = self.tiles_of_area()
         self._exports = {("export", name): None for name in tiles}
         self._gates.wait(CITY, self._exports)
         if self.survey.outlines_given:
             yield from self._want([(ingest.STAGE, ingest.OUTLINES)])
         yield from self._want([("surface", name) for name in tiles])
         yield from self._want([("gather", name) for name in tiles])
+
+    def tiles_of_area(self) -> list[str]:
+        """Names of the ground tiles to export.
+
+        Raises
+        ------
+        CatalogError
+            There is none.
+        """
+        survey = self.survey
+        if not survey.files:
+            remedy = "make it again with --lidar: every workflow begins with points"
+            raise CatalogError("the catalog names no LiDAR file", where=survey.catalog.href, remedy=remedy)
+        tiles = [name for name, tile in survey.tiles.items() if self.area.meets(tile.bounds)]
+        if not tiles:
+            remedy = "see `cityflow catalog check` for the extent"
+            raise CatalogError("no ground tile meets the area of interest", where="--aoi", remedy=remedy)
+        return tiles
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""
@@ -136,7 +151,8 @@ class CitySource:
         elif stage == reconstruct.STAGE:
             yield reconstruct.task(survey, self._known[name])
         elif node == CITY:
-            yield export_city.task(survey, [tile for _, tile in self._exports])
+            refused = survey.refused_outlines() if self.area.is_everywhere else {}
+            yield export_city.task(survey, [tile for _, tile in self._exports], refused)
         else:
             yield export.task(survey, name, self._chosen[name], self._units_of_export(name))
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import shapely
+from scipy.ndimage import distance_transform_edt
 
 from cityflow.core.building import Building, Lod, RoofPlane, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.cityjson import read_feature
@@ -52,6 +53,13 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[str]) ->
     )  # fmt: skip
 
 
+def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
+    """Whether an earlier export has the version and parameters that it would have now, and stands on that surface."""
+    parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.export)
+    stood_on = record.inputs.get(f"surface {record.unit}")
+    return (record.version, dict(record.parameters), stood_on) == (VERSION, parameters, surface.result.get("digest"))
+
+
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile in every format that is asked for; the measures of its units are the result."""
     parameters = ExportParameters.model_validate(task.parameters)
@@ -64,6 +72,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     }
     finished = with_party_walls({u: b for u, b in buildings.items() if b is not None})
     own = tuple(finished[u] for u in task.arguments["own"] if u in finished)
+    bare = {u: _fate(task.arguments["hulls"][u]) for u in task.arguments["own"] if u not in finished}
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(task, standings.values(), grid, dtm, parameters),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"],
@@ -72,8 +81,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         for path, data in WRITERS[form](tile):
             workspace.publish(path, data)
     return workspace.outcome(
-        result={"units": {b.id: _measures(b) for b in own}, "terrain_triangles": len(tile.terrain.triangles)}
-    )
+        result={
+            "units": {b.id: _measures(b) for b in own}, "bare": bare, "terrain_triangles": len(tile.terrain.triangles)
+        }
+    )  # fmt: skip
+
+
+def _fate(hull: Mapping[str, Any]) -> dict[str, str]:
+    """What the status map says of a unit that leaves no building, not even a block."""
+    return {"status": str(hull["status"]), "reason": str(hull["reason"])}
 
 
 def _heights(workspace: Workspace, task: Task) -> tuple[Grid, np.ndarray, np.ndarray]:
@@ -124,7 +140,7 @@ def with_party_walls(buildings: Mapping[str, Building]) -> dict[str, Building]:
         areas = wall_areas(cut[unit])
         solids = {**building.solids, Lod.LOD22: cut[unit]}
         finished[unit] = replace(building, solids=solids).with_attributes(
-            {"area_outer_walls_m2": round(areas.outer, 2), "area_shared_walls_m2": round(areas.shared, 2)}
+            {"outer_wall_area_m2": round(areas.outer, 2), "shared_wall_area_m2": round(areas.shared, 2)}
         )
     return finished
 
@@ -136,7 +152,23 @@ def _terrain(
     frame = shapely.box(*bounds)
     outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
     inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
-    return terrain_tin(grid, dtm, inside, parameters.terrain, bounds)
+    return _known_terrain(grid, dtm, lambda whole: terrain_tin(grid, whole, inside, parameters.terrain, bounds))
+
+
+def _known_terrain(grid: Grid, dtm: np.ndarray, triangulated: Callable[[np.ndarray], Tin]) -> Tin:
+    """The terrain where it is known: holes are filled to triangulate, and left out again."""
+    unknown = ~np.isfinite(dtm)
+    if unknown.all():
+        return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
+    if not unknown.any():
+        return triangulated(dtm)
+    nearest = distance_transform_edt(unknown, return_distances=False, return_indices=True)
+    tin = triangulated(dtm[tuple(nearest)])
+    x, y = tin.vertices[tin.triangles].mean(axis=1)[:, :2].T
+    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(x, y), grid.shape, strict=True))
+    triangles = tin.triangles[~unknown[row, col]]
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    return Tin(tin.vertices[used], renumbered.reshape(-1, 3))
 
 
 def _measures(building: Building) -> dict[str, Any]:

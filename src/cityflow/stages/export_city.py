@@ -32,20 +32,21 @@ TITLES = {
 }  # fmt: skip
 
 
-def task(survey: Survey, tiles: Sequence[str]) -> Task:
-    """Join what the tiles have left."""
+def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Task:
+    """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     records = {t: survey.records[STAGE, t] for t in tiles}
     products = {p: d for r in records.values() for p, d in r.outputs.items()}
     rasters = {p: d for t in tiles for p, d in survey.products_of("surface", t).items()}
-    refused = survey.refused_outlines()
+    bare = {u: fate for r in records.values() for u, fate in r.result.get("bare", {}).items()}
+    bare |= {u: {"status": str(Status.REFUSED), "reason": reason} for u, reason in refused.items()}
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
-        inputs={**outlines, **products, **rasters, **{f"refused {u}": reason for u, reason in refused.items()}},
+        inputs={**outlines, **products, **rasters, **{f"bare {u}": f"{f['status']}: {f['reason']}" for u, f in bare.items()}},
         arguments={
             "outlines": list(outlines), "units": {u: m for r in records.values() for u, m in r.result.get("units", {}).items()},
-            "cityjson": [p for p in products if p.startswith(CITYJSON_FOLDER)], "rasters": list(rasters), "refused": refused,
+            "cityjson": [p for p in products if p.startswith(CITYJSON_FOLDER)], "rasters": list(rasters), "bare": bare,
             "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles},
             "crs": survey.catalog.reference.code, "title": survey.catalog.title, "date": survey.date,
@@ -134,8 +135,11 @@ def _map(outlines: Iterable[Outline], task: Task) -> bytes:
                  Status(units[o.id]["status"]), units[o.id]["reason"])
         for o in ordered if o.id in units
     ]  # fmt: skip
-    rows = [(b.id, shapely.Point(b.footprint.representative_point()), b.status, b.reason) for b in finished]
-    rows += [(u, None, Status.REFUSED, reason) for u, reason in sorted(task.arguments["refused"].items())]
+    places = {o.id: shapely.Point(o.polygon.representative_point()) for o in ordered}
+    rows = [(b.id, places[b.id], b.status, b.reason) for b in finished]
+    rows += [
+        (u, places.get(u), Status(fate["status"]), fate["reason"]) for u, fate in sorted(task.arguments["bare"].items())
+    ]
     return write_geopackage(
         [
             outline_layer(ordered),

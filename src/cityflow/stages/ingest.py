@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from cityflow.errors import CatalogError
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.point_index import split_file
 from cityflow.io.reference import resolve
+from cityflow.io.stac import sha256_of
 from cityflow.io.vector import read_outlines
 from cityflow.outlines.given import Refusal, clean_outlines
 from cityflow.outlines.noding import node_outlines, vanished
@@ -26,7 +30,7 @@ def points_task(survey: Survey, name: str) -> Task:
         STAGE, name, "cityflow.stages.ingest:run_points", VERSION,
         parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
         inputs={"file": asset.checksum},
-        arguments={"href": asset.href},
+        arguments={"href": asset.href, "size": asset.size},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -37,6 +41,7 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
         index = split_file(
             path, task.parameters["index_cell_m"], lambda cell, data: workspace.write(f"{cell}.laz", data)
         )
+        _refuse_other_file(path, task)
     return workspace.outcome(
         result={
             "points": index.points,
@@ -44,6 +49,17 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
             "classes": {str(k): v for k, v in index.classes.items()},
         }
     )
+
+
+def _refuse_other_file(path: Path, task: Task) -> None:
+    """Digests promise what is in the files: one that has changed since the catalog was made would break all of them."""
+    checksum, size = sha256_of(path)
+    if checksum != task.inputs["file"]:
+        raise CatalogError(
+            f"the file is another than when the catalog was made ({size:,} bytes, then {task.arguments['size']:,})",
+            where=task.arguments["href"],
+            remedy="fetch it again, or make the catalog again if the new file is meant",
+        )
 
 
 def outlines_task(survey: Survey) -> Task:
@@ -59,7 +75,7 @@ def outlines_task(survey: Survey) -> Task:
             "crs": survey.catalog.reference.code,
         },
         inputs={"file": asset.checksum, "tiles": digest_of(list(survey.tiles))},
-        arguments={"href": asset.href, "tiles": list(survey.tiles)},
+        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles)},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -68,6 +84,7 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
     """One file of outline lines per tile, and those refused with their reasons."""
     p = task.parameters
     with local_file(task.arguments["href"]) as path:
+        _refuse_other_file(path, task)
         raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
     clean, refused = clean_outlines(raw)
     noded = node_outlines(clean, p["noding_tolerance_m"])

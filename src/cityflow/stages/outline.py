@@ -37,10 +37,10 @@ def run_given(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _found_task(survey: Survey, name: str) -> Task:
-    model = survey.parameters.outline.found
+    parameters = survey.parameters_for(STAGE, name, survey.parameters.outline)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
-        parameters=survey.parameters_for(STAGE, name, model),
+        parameters=parameters["found"],
         inputs={t: survey.digest_of_result("surface", t) for t in survey.ring(name)},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
                    "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m, "tiles": survey.ring(name)},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import isfinite
 from typing import NoReturn
 
@@ -22,7 +22,7 @@ from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_points, read_surface, read_text
-from cityflow.stages.survey import WALL_MARGIN_M, Survey, UnitEntry
+from cityflow.stages.survey import UNREAD, WALL_MARGIN_M, Survey, UnitEntry
 from cityflow.surface.sample import sample
 
 STAGE = "reconstruct"
@@ -34,14 +34,14 @@ LOWEST_ROOF_M = 1.5
 
 def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
-    pieces = survey.pieces(_grown(unit.bounds))
+    pieces, unread = survey.pieces(_grown(unit.bounds)), survey.unread(_grown(unit.bounds))
     surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in survey.tiles_under(unit)}
     return Task(
         STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),
-        inputs={"outline": unit.digest, **surfaces, **pieces},
+        inputs={"outline": unit.digest, **surfaces, **pieces, **{f"unread {f}": "missing" for f in unread}},
         arguments={
-            "outline": [unit.path, unit.start, unit.length], "pieces": list(pieces),
+            "outline": [unit.path, unit.start, unit.length], "pieces": list(pieces), "unread": list(unread),
             "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
             "source": survey.source_attributes(_grown(unit.bounds)),
         },
@@ -68,13 +68,23 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     path, start, length = task.arguments["outline"]
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     evidence = gather(workspace, task, outline)
-    choice = choose(evidence, parameters)
+    choice = _admitting(choose(evidence, parameters), task.arguments["unread"])
     measures = measure(choice, evidence)
     result = {**measures, "scores": scores_of(choice)}
     if choice.candidate.solid is None or choice.status is Status.FAILED:
         return workspace.outcome(choice.status, choice.reason, result)
     workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))
     return workspace.outcome(choice.status, choice.reason, result)
+
+
+def _admitting(choice: Choice, unread: list[str]) -> Choice:
+    """A choice made without the points of a broken file says so."""
+    if not unread:
+        return choice
+    status = Status.DEGRADED if choice.status is Status.DONE else choice.status
+    return replace(
+        choice, status=status, reason="; ".join(filter(None, [choice.reason, UNREAD.format(", ".join(unread))]))
+    )
 
 
 def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]) -> Building:
@@ -105,7 +115,9 @@ def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
-        raise RefusedUnit(f"no terrain height along the outline ({len(inside)} points inside)")
+        unread = task.arguments["unread"]
+        why = f"; {UNREAD.format(', '.join(unread))}" if unread else ""
+        raise RefusedUnit(f"no terrain height along the outline ({len(inside)} points inside){why}")
     return Evidence(outline.id, outline.polygon, _roof_points(inside, grid, layers), _floor(ground))
 
 

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Status
 from cityflow.core.grid import Grid
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window, write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import chunk_paths, write_tile
 from cityflow.stages.pieces import read_points
-from cityflow.stages.survey import Survey
+from cityflow.stages.survey import UNREAD, Survey
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 
 STAGE = "surface"
@@ -30,20 +31,27 @@ def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from the index pieces that meet it and its halo."""
     tile = survey.tiles[name]
     model = survey.parameters.surface
-    pieces = survey.pieces(tile.buffered(model.halo_m))
+    pieces, unread = survey.pieces(tile.buffered(model.halo_m)), survey.unread(tile.buffered(model.halo_m))
     dtm = survey.catalog.rasters.get("dtm")
     return Task(
         STAGE, name, "cityflow.stages.surface:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, model),
         # The grid of the city decides on which chunk is the tile's.
-        inputs={**pieces, "grid": digest_of(list(survey.grid.bounds)), **({"dtm": dtm.checksum} if dtm else {})},
+        inputs={**pieces, **{f"unread {f}": "missing" for f in unread}, "grid": digest_of(list(survey.grid.bounds)), **({"dtm": dtm.checksum} if dtm else {})},
         arguments={
-            "bounds": list(tile.bounds), "pieces": list(pieces), "dtm": dtm.href if dtm else None,
+            "bounds": list(tile.bounds), "pieces": list(pieces), "unread": list(unread), "dtm": dtm.href if dtm else None,
             "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(STAGE),
         in_place=True,
     )  # fmt: skip
+
+
+def is_made_alike(survey: Survey, record: Record) -> bool:
+    """Whether an earlier surface has the version, parameters and grid that it would have now."""
+    parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.surface)
+    grid = digest_of(list(survey.grid.bounds))
+    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, grid)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -80,7 +88,9 @@ def _store(workspace: Workspace, task: Task, surface: TileSurface) -> Outcome:
         "dtm_method": surface.method,
         "points_without_height": surface.nan_points,
     }
-    return workspace.outcome(result={"digest": digest, **figures})
+    unread = task.arguments["unread"]
+    status, reason = (Status.DEGRADED, UNREAD.format(", ".join(unread))) if unread else (Status.DONE, "")
+    return workspace.outcome(status, reason, {"digest": digest, **figures})
 
 
 def layers_of(surface: TileSurface) -> dict[str, NDArray[Any]]:

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, tiles_over
 from cityflow.core.parameters import Parameters, merged
 from cityflow.flow.task import Json, Limits, Record
 from cityflow.io.stac import Catalog, LidarAsset
 from cityflow.stages.parameters import CityParameters
 
+UNREAD = "without the points of {}, which could not be read"
 WALL_MARGIN_M = 1.0
 """A unit waits for the surfaces this far beyond its outline."""
 
@@ -110,6 +112,15 @@ class Survey:
             record = self.records.get(("ingest", name))
             if record is not None and bounds_meet(asset.bounds, bounds):
                 found.update({p: d for p, d in sorted(record.outputs.items()) if _stem(p) in cells})
+        return found
+
+    def unread(self, bounds: Bounds) -> dict[str, str]:
+        """Name → why: the files that should hold points within `bounds` but could not be read."""
+        found = {}
+        for name, asset in sorted(self.files.items()):
+            record = self.records.get(("ingest", name))
+            if record is not None and record.status is Status.FAILED and bounds_meet(asset.bounds, bounds):
+                found[name] = record.reason
         return found
 
     def parameters_for(self, stage: str, unit: str, model: Parameters) -> dict[str, Json]:

@@ -18,6 +18,9 @@ from cityflow.workflow.settings import explain_invalid, parse_setting
 FOLDER = "overrides"
 Node = tuple[str, str]
 
+CITY_WIDE: Mapping[str, tuple[str, ...]] = {"surface": ("cell_m",), "outline": ("source", "noding_tolerance_m")}
+"""Keys that single units cannot have for themselves: tiles share one grid, outlines are noded together."""
+
 
 def read_overrides(store: Store) -> dict[Node, dict[str, Any]]:
     """(stage, unit) → tree of parameter values."""
@@ -28,15 +31,16 @@ def read_overrides(store: Store) -> dict[Node, dict[str, Any]]:
     return found
 
 
-def add_overrides(store: Store, nodes: Iterable[Node], settings: Sequence[str], city: CityParameters) -> None:
-    """Lay ``stage.key=value`` settings over the parameters of those of the `nodes` that are of that stage.
+def overrides_for(
+    nodes: Iterable[Node], settings: Sequence[str], old: Mapping[Node, Mapping[str, Any]], city: CityParameters
+) -> dict[Node, dict[str, Any]]:
+    """``stage.key=value`` settings for those of the `nodes` that are of that stage, laid over the values that they have.
 
     Raises
     ------
     WorkflowError
-        A setting names a stage none of whose units is chosen, an unknown key or a bad value. Nothing is written then.
+        A setting names a stage none of whose units is chosen, a key that only the whole run has, an unknown key or a bad value.
     """
-    old = read_overrides(store)
     chosen = sorted(set(nodes))
     new: dict[Node, dict[str, Any]] = {}
     for setting in settings:
@@ -47,11 +51,21 @@ def add_overrides(store: Store, nodes: Iterable[Node], settings: Sequence[str], 
                 f"'{setting}' concerns none of the chosen units (of the stages {', '.join(sorted({s for s, _ in chosen})) or 'none'})",
                 where="--set", remedy="begin the key with the stage of the units, e.g. reconstruct.methods=[extruded]",
             )  # fmt: skip
+        wide = [f"{stage}.{key}" for key in CITY_WIDE.get(stage, ()) if key in tree]
+        if wide:
+            raise WorkflowError(
+                f"{wide[0]} is one value for the whole run", where="--set", remedy="set it with `cityflow run … --set`"
+            )
         for node in concerned:
             new[node] = merged(new.get(node, old.get(node, {})), tree)
     for (stage, _), tree in new.items():
         _check(city, stage, tree)
-    for (stage, unit), tree in new.items():
+    return new
+
+
+def write_overrides(store: Store, values: Mapping[Node, Mapping[str, Any]]) -> None:
+    """Keep the values of these units in the RUN."""
+    for (stage, unit), tree in values.items():
         text = json.dumps(tree, sort_keys=True, ensure_ascii=False) + "\n"
         store.write_bytes(f"{FOLDER}/{quoted(stage)}/{quoted(unit)}.json", text.encode())
 

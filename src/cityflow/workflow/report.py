@@ -18,6 +18,7 @@ from cityflow.stages import export, outline, reconstruct
 from cityflow.stages.outline_lines import decode_all
 from cityflow.viewer.report import write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
@@ -35,9 +36,9 @@ PRODUCTS = {
 }
 
 
-def write_run_report(run: Prepared, ledger: Ledger) -> str:
+def write_run_report(run: Prepared, records: CurrentRecords) -> str:
     """Write report.json and report.html; returns where the page stands."""
-    page_json, page_html = write_report(report_data(run, ledger))
+    page_json, page_html = write_report(report_data(run, records))
     run.store.write_bytes("report.json", page_json)
     run.store.write_bytes("report.html", page_html)
     return run.store.url("report.html")
@@ -47,10 +48,11 @@ def print_report(url: str, console: Console) -> None:
     """Write the report of an existing RUN anew and say where it is."""
     run = open_run(url)
     with Ledger.open(run.store) as ledger:
-        console.print(write_run_report(run, ledger), markup=False, highlight=False, soft_wrap=True)
+        records = current_records(run, ledger)
+    console.print(write_run_report(run, records), markup=False, highlight=False, soft_wrap=True)
 
 
-def report_data(run: Prepared, ledger: Ledger) -> ReportData:
+def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.STAGE,)
@@ -59,12 +61,12 @@ def report_data(run: Prepared, ledger: Ledger) -> ReportData:
         workflow=run.workflow.name,
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
-        units=tuple(_units(run, ledger)),
-        stages=tuple(_stage(stage, list(ledger.records(stage))) for stage in ledger.stages()),
+        units=tuple(_units(run, records)),
+        stages=tuple(_stage(stage, records.of(stage)) for stage in records.stages()),
         problems=tuple(
             ProblemRow(r.stage, r.unit, r.status, r.reason)
-            for stage in ledger.stages() if stage not in unit_stages
-            for r in ledger.records(stage) if r.status is not Status.DONE
+            for stage in records.stages() if stage not in unit_stages
+            for r in records.of(stage) if r.status is not Status.DONE
         ),
         products=tuple(_products(run)),
         sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
@@ -74,10 +76,10 @@ def report_data(run: Prepared, ledger: Ledger) -> ReportData:
     )  # fmt: skip
 
 
-def _units(run: Prepared, ledger: Ledger) -> Iterator[UnitRow]:
-    rings, tiles = _outlines(run, ledger)
-    exported = {u: m for r in ledger.records(export.STAGE) for u, m in r.result.get("units", {}).items()}
-    for record in ledger.records(reconstruct.STAGE):
+def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:
+    rings, tiles = _outlines(run, records)
+    exported = {u: m for r in records.of(export.STAGE) for u, m in r.result.get("units", {}).items()}
+    for record in records.of(reconstruct.STAGE):
         yield _unit(record, tiles.get(record.unit, ""), rings.get(record.unit, ()), exported.get(record.unit, {}))
 
 
@@ -86,16 +88,16 @@ def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Ma
     more = {k: v for k, v in {**found, **exported}.items() if k not in ("scores", "reason", "status")}
     return UnitRow(
         record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
-        int(found.get("planes", 0)), found.get("nmad_m"), found.get("rmse_m"), found.get("bias_m"), found.get("le95_m"),
-        found.get("points_explained"), record.seconds, record.peak_mb, rings, more,
+        int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
+        found.get("share_explained"), record.seconds, record.peak_mb, rings, more,
     )  # fmt: skip
 
 
-def _outlines(run: Prepared, ledger: Ledger) -> tuple[dict[str, tuple[FloatArray, ...]], dict[str, str]]:
+def _outlines(run: Prepared, records: CurrentRecords) -> tuple[dict[str, tuple[FloatArray, ...]], dict[str, str]]:
     """Rings and owning tile of every unit whose outline is known."""
     rings: dict[str, tuple[FloatArray, ...]] = {}
     tiles: dict[str, str] = {}
-    for record in ledger.records(outline.STAGE):
+    for record in records.of(outline.STAGE):
         for path in sorted({entry["path"] for entry in record.result.get("units", [])}):
             for standing in decode_all(run.store.read_bytes(path)):
                 polygon = standing.outline.polygon

@@ -10,7 +10,9 @@ from rich.console import Console
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
-from cityflow.workflow.overrides import add_overrides, clear_overrides
+from cityflow.flow.task import Record
+from cityflow.workflow.current import CurrentRecords, current_records
+from cityflow.workflow.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
 from cityflow.workflow.run import execute
 from cityflow.workflow.run_folder import open_run
 
@@ -43,28 +45,32 @@ def rerun_units(
     """
     wanted = open_run(url)
     with Ledger.open(wanted.store) as ledger:
-        chosen = select(ledger, selection)
+        chosen = select(current_records(wanted, ledger), selection)
     if not chosen:
         console.print("Nothing to run again: no unit is of that kind.")
         return
-    if clear:
-        clear_overrides(wanted.store, chosen)
-    if settings:
-        add_overrides(wanted.store, chosen, settings, wanted.workflow.city)
+    kept = {} if clear else read_overrides(wanted.store)
+    values = overrides_for(chosen, settings, kept, wanted.workflow.city)
+
+    def begin() -> None:
+        if clear:
+            clear_overrides(wanted.store, chosen)
+        write_overrides(wanted.store, values)
+
     console.print(f"Running {len(chosen)} units again, then what depends on them", markup=False)
-    execute(wanted, scheduler, workers, console, redo=lambda task, _: (task.stage, task.unit) in chosen)
+    execute(wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in chosen)
 
 
-def select(ledger: Ledger, selection: Selection) -> set[Node]:
+def select(records: CurrentRecords, selection: Selection) -> set[Node]:
     """(stage, unit) of the units that the selection names."""
     if selection.is_empty:
         raise RunError("nothing chosen", where="rerun", remedy="give --failed, --degraded, --stage S or --unit ID")
-    stages = ledger.stages()
+    stages = records.stages()
     if selection.stage and selection.stage not in stages:
         raise RunError(
             f"no stage '{selection.stage}' in this run", where="--stage", remedy=f"known: {', '.join(stages)}"
         )
-    chosen = {(s, u) for s in stages if selection.stage in ("", s) for u in _units(ledger, s, selection)}
+    chosen = {(s, u) for s in stages if selection.stage in ("", s) for u in _units(records.of(s), selection)}
     missing = set(selection.units) - {u for _, u in chosen}
     if missing and not selection.failed:
         raise RunError(
@@ -75,10 +81,10 @@ def select(ledger: Ledger, selection: Selection) -> set[Node]:
     return chosen
 
 
-def _units(ledger: Ledger, stage: str, selection: Selection) -> set[str]:
+def _units(records: Sequence[Record], selection: Selection) -> set[str]:
     if selection.failed:
         statuses = (Status.FAILED, Status.DEGRADED) if selection.degraded else (Status.FAILED,)
-        found = {u for s in statuses for u in ledger.units(stage, s)}
+        found = {r.unit for r in records if r.status in statuses}
     else:
-        found = set(ledger.units(stage))
+        found = {r.unit for r in records}
     return found & set(selection.units) if selection.units else found

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
 
+from cityflow.core.building import Status
+from cityflow.errors import RunError
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import create
+from cityflow.stages import reconstruct
+from cityflow.stages.city import CitySource
 from cityflow.stages.surface import ZARR
 from cityflow.stages.survey import Survey
+from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared, prepared
 from cityflow.workflow.report import write_run_report
-from cityflow.workflow.run_folder import begin
+from cityflow.workflow.retired import remove_stale_products
+from cityflow.workflow.run_folder import check_run, describe_run
 from cityflow.workflow.status import print_summary
+
+NAMED = 3
 
 
 def run_workflow(
@@ -38,11 +47,12 @@ def run_workflow(
     Raises
     ------
     WorkflowError, CatalogError, RunError
-        Before anything is written, as far as one can know it then.
+        Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
     """
     wanted = prepared(workflow, catalog, out, settings, aoi)
-    begin(wanted)
-    execute(wanted, scheduler, workers, console)
+    wanted.source().tiles_of_area()
+    check_run(wanted)
+    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted))
 
 
 def execute(
@@ -50,20 +60,58 @@ def execute(
     scheduler: str,
     workers: int,
     console: Console,
+    begin: Callable[[], object],
     redo: Callable[[Task, Record], bool] = never,
 ) -> None:
-    """Run the tasks of a RUN on a cluster; `redo` names finished ones that shall run again."""
-    source = wanted.source()
-    _prepare_surface(wanted, source.survey)
-    with Ledger.open(wanted.store) as ledger:
-        with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
+    """Run the tasks of a RUN on a cluster.
+
+    Parameters
+    ----------
+    begin : called before the first task, when there are workers and no other run is at work in the folder
+    redo : names finished tasks that shall run again
+    """
+    source = _Begun(wanted, begin)
+    with connect(scheduler or None, workers or os.cpu_count() or 1) as client, Ledger.open(wanted.store) as ledger:
+        with closing(watcher()) as progress:
             progress.message(f"Dashboard: {client.dashboard_link}")
             limit = wanted.workflow.city.execution.max_in_flight
             summary = run_tasks(source, client, wanted.store, ledger, redo=redo, progress=progress, max_in_flight=limit)
         if summary.interrupted:
             raise KeyboardInterrupt
-        report = write_run_report(wanted, ledger)
-        print_summary(ledger, wanted, report, console)
+        remove_stale_products(wanted.store, ledger, source.city.survey)
+    records = CurrentRecords(source.city.survey.records)
+    print_summary(records, wanted, write_run_report(wanted, records), console)
+    _refuse_success(wanted, records.by_node.values())
+
+
+@dataclass
+class _Begun:
+    """The city as a source of tasks that first makes the RUN ready: a run that cannot start changes nothing."""
+
+    wanted: Prepared
+    begin: Callable[[], object]
+    city: CitySource = field(init=False)
+
+    def initial(self) -> Iterator[Task]:
+        self.begin()
+        self.city = self.wanted.source()
+        _prepare_surface(self.wanted, self.city.survey)
+        yield from self.city.initial()
+
+    def after(self, task: Task, record: Record) -> Iterator[Task]:
+        return self.city.after(task, record)
+
+
+def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:
+    """A building may fail; a file, a tile or an export that failed leaves the city incomplete."""
+    failed = [r for r in records if r.status is Status.FAILED and r.stage != reconstruct.STAGE]
+    if failed:
+        names = ", ".join(f"{r.stage}-{r.unit}" for r in failed[:NAMED]) + (", …" if len(failed) > NAMED else "")
+        raise RunError(
+            f"the city is incomplete; failed: {names}. The first: {failed[0].reason}",
+            where=wanted.store.root,
+            remedy=f"mend this, then: cityflow rerun {wanted.store.root} --failed",
+        )
 
 
 def _prepare_surface(wanted: Prepared, survey: Survey) -> None:

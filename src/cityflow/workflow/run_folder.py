@@ -21,8 +21,8 @@ DESCRIPTION = "run.json"
 PACKAGES = ("dask", "distributed", "numpy", "scipy", "shapely", "zarr", "numba", "pyproj", "rasterio", "laspy")
 
 
-def begin(wanted: Prepared) -> None:
-    """Make the RUN, or make sure that an existing one belongs to the same workflow and catalog; note what is asked for.
+def check_run(wanted: Prepared) -> None:
+    """Make sure that the RUN can be written, and that an existing one belongs to the same workflow and catalog.
 
     Raises
     ------
@@ -37,6 +37,11 @@ def begin(wanted: Prepared) -> None:
         raise RunError(
             "the folder is not empty and holds no run", where=store.root, remedy="choose another one with --out"
         )
+
+
+def describe_run(wanted: Prepared) -> None:
+    """Make the RUN where there is none, and note what is asked for."""
+    store = wanted.store
     text = json.dumps(_describe(wanted), indent=2, ensure_ascii=False, sort_keys=True) + "\n"
     if not store.exists(DESCRIPTION) or store.read_bytes(DESCRIPTION) != text.encode():
         store.write_bytes(DESCRIPTION, text.encode())

@@ -1,0 +1,44 @@
+"""Products of earlier wishes: formats no longer asked for, tiles cut otherwise. They go when a run has ended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record
+from cityflow.stages import export, surface
+from cityflow.stages.survey import Survey
+
+PRODUCTS = "products"
+
+
+def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
+    """Remove what lies among the products and is none of this run's; returns how many files that were.
+
+    Tiles beyond the area of interest keep theirs as long as they were made as they would be now.
+    """
+    kept = {path for record in survey.records.values() for path in record.outputs}
+    kept |= {path for record in _beyond_the_area(ledger, survey) for path in record.outputs}
+    stale = [path for path in store.find(PRODUCTS) if path not in kept]
+    folders = {_folder(path) for path in kept}
+    for path in sorted({path if _folder(path) in folders else _folder(path) for path in stale}):
+        store.remove(path)
+    return len(stale)
+
+
+def _folder(path: str) -> str:
+    """``products/obj``: a folder of which nothing is kept goes as a whole."""
+    return "/".join(path.split("/")[:2])
+
+
+def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
+    for name in survey.tiles:
+        if (surface.STAGE, name) in survey.records and (export.STAGE, name) in survey.records:
+            continue
+        heights, city = ledger.latest(surface.STAGE, name), ledger.latest(export.STAGE, name)
+        if heights is None or not surface.is_made_alike(survey, heights):
+            continue
+        yield heights
+        if city is not None and export.is_made_alike(survey, city, heights):
+            yield city
