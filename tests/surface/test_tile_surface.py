@@ -46,6 +46,32 @@ def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
     assert (whole.klass[rows, cols] == part.klass).mean() > 0.99
 
 
+@pytest.mark.parametrize("classes", ["none", "errors"])
+def test_a_wider_halo_does_not_change_the_core(classes: str) -> None:
+    s = small_scene(12, classes)
+    p = SurfaceParameters()
+    x_0, y_0, _, _ = s.bounds
+    core = (x_0, y_0, x_0 + 40.0, y_0 + 40.0)
+    near, far = (surface_of_tile(s.points, core, p.halo_m + more, p) for more in (0.0, 45.0))
+    assert (np.abs(near.dtm - far.dtm) < 0.01).mean() > 0.999
+    np.testing.assert_array_equal(near.dsm, far.dsm)
+    np.testing.assert_array_equal(np.isnan(near.ndsm), np.isnan(far.ndsm))
+    assert (near.klass == far.klass).mean() > 0.995
+
+
+def test_outside_the_survey_there_are_no_heights() -> None:
+    rng = np.random.default_rng(1)
+    xyz = np.column_stack([rng.uniform(0, (50, 80), (40000, 2)), rng.normal(2, 0.01, 40000)])
+    xyz = xyz[np.abs(xyz[:, 1] - 40) > 12]
+    surface = surface_of_tile(PointCloud.of(xyz), (0.0, 0.0, 80.0, 80.0), 0.0)
+    outside = np.broadcast_to(surface.grid.x_centres() > 51, surface.dtm.shape)
+    for layer in (surface.dtm, surface.dsm_filled, surface.ndsm):
+        assert np.isnan(layer[outside]).all()
+        assert np.isfinite(layer[:, 40:70]).all()
+    assert (surface.klass[outside] == cover.UNKNOWN).all()
+    assert (surface.klass[80, 20:80] == cover.WATER).all()
+
+
 def test_given_terrain_normalises_and_nan_points_are_counted() -> None:
     rng = np.random.default_rng(0)
     xyz = np.column_stack([rng.uniform(0, 40, (8000, 2)), rng.normal(5, 0.01, 8000)])
@@ -55,7 +81,7 @@ def test_given_terrain_normalises_and_nan_points_are_counted() -> None:
     surface = surface_of_tile(PointCloud.of(xyz), bounds, 0.0, external_dtm=given)
     assert surface.method == "external"
     assert surface.nan_points == 3
-    assert float(np.median(surface.ndsm)) == pytest.approx(1.0, abs=0.05)
+    assert float(np.nanmedian(surface.ndsm)) == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_tile_without_points_is_unknown() -> None:

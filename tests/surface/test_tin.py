@@ -86,3 +86,37 @@ def test_any_segments_that_do_not_cross_become_edges(seed: int) -> None:
     signed = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
     assert signed.min() > 0
     assert signed.sum() == pytest.approx(hull, rel=1e-6)
+
+
+def with_holes(grid: Grid) -> FloatArray:
+    """Terrain that is unknown in a slanted corner, over a lake across the border x = 100, and in single cells."""
+    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    unknown = (x + 0.7 * y < 25) | (np.hypot(x - 96, y - 50) < 14) | (np.hypot(x - 33, y - 28) < 4)
+    unknown[100, 100] = unknown[101, 101] = True
+    return np.where(unknown, np.nan, heights(grid))
+
+
+def test_unknown_terrain_has_no_triangles_and_every_vertex_a_height() -> None:
+    z = with_holes(GRID)
+    tin = terrain_tin(GRID, z, HOUSES, TinParameters(tolerance_m=0.1), BOUNDS)
+    assert np.isfinite(tin.vertices).all()
+    assert area(tin).min() > 0
+    x, y = np.meshgrid(GRID.x_centres(), GRID.y_centres())
+    inside = (x > 0) & (x < 100) & (y > 0) & (y < 100)
+    assert area(tin).sum() == pytest.approx((np.isfinite(z) & inside).sum() * 0.25)
+    assert np.unique(tin.triangles).tolist() == list(range(len(tin.vertices)))
+
+
+def test_neighbours_have_the_same_border_beside_unknown_terrain() -> None:
+    z = with_holes(GRID)
+    west = terrain_tin(GRID, z, [], bounds=BOUNDS)
+    east = terrain_tin(GRID, z, HOUSES, bounds=(100.0, 0.0, 200.0, 100.0))
+    left = west.vertices[west.vertices[:, 0] == 100.0]
+    right = east.vertices[east.vertices[:, 0] == 100.0]
+    assert len(left) > 3
+    np.testing.assert_array_equal(left, right)
+
+
+def test_no_terrain_gives_an_empty_tin() -> None:
+    tin = terrain_tin(GRID, np.full(GRID.shape, np.nan), HOUSES, bounds=BOUNDS)
+    assert len(tin.vertices) == len(tin.triangles) == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
+from scipy.ndimage import binary_dilation, binary_opening, label, uniform_filter
 
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -26,7 +26,7 @@ class CoverParameters(Parameters):
     water_share: float = Field(0.25, ge=0, le=1, description="water sends less than this share of the usual returns")
     water_window_m: float = Field(4.0, ge=1, le=50, description="window in which returns are counted, metres")
     water_area_m2: float = Field(80.0, ge=0, le=1e6, description="smaller areas with few returns are shadows, m²")
-    unknown_m: float = Field(30.0, ge=1, le=500, description="further from any point nothing is known, metres")
+    usual_window_m: float = Field(100.0, ge=10, le=500, description="window of the usual count of returns, metres")
     ramp_height_m: float = Field(0.6, gt=0, le=5, description="a deck is followed down to this above ground, metres")
     level_step_m: float = Field(0.35, gt=0, le=5, description="a deck meets the road without a step above this, metres")
     level_share: float = Field(0.06, ge=0, le=1, description="share of a bridge's border that meets the road")
@@ -34,7 +34,7 @@ class CoverParameters(Parameters):
     @property
     def halo_m(self) -> float:
         """Regions of water and bridges are judged within this distance, metres."""
-        return max(self.unknown_m, 40.0)
+        return max(self.usual_window_m / 2 + self.water_window_m, 40.0)
 
 
 def classify(
@@ -55,10 +55,9 @@ def classify(
     solid, fringe = _without_fringes(high & ~vegetation, vegetation, max(round(p.fringe_m / 2 / grid.cell), 1))
     klass[solid] = BUILDING
     klass[fringe] = VEGETATION
-    klass[_water(points, count, high, grid, p)] = WATER
+    klass[_water(points, (count, ~np.isnan(dtm)), high, grid, p)] = WATER
     klass[_bridges(points, heights, klass, grid, p)] = BRIDGE
-    far = distance_transform_edt(count == 0) * grid.cell > p.unknown_m if count.any() else np.ones(grid.shape, bool)
-    klass[far | np.isnan(dtm)] = UNKNOWN
+    klass[np.isnan(dtm)] = UNKNOWN
     return klass
 
 
@@ -80,14 +79,22 @@ def _majority(points: PointCloud, count: IntArray, grid: Grid, classes: list[int
     return np.asarray((share >= 0.5) & (uniform_filter(named, 3, mode="constant") > 1e-9))
 
 
-def _water(points: PointCloud, count: IntArray, high: BoolArray, grid: Grid, p: CoverParameters) -> BoolArray:
-    """Cells named water, and compact low areas that send few returns."""
+def _water(
+    points: PointCloud, counted: tuple[IntArray, BoolArray], high: BoolArray, grid: Grid, p: CoverParameters
+) -> BoolArray:
+    """Cells named water, and compact low areas that send few returns; `counted` are points per cell, and where."""
+    count, inside = counted
     size = 2 * round(p.water_window_m / grid.cell / 2) + 1
-    density = uniform_filter(count.astype(float), size, mode="nearest")
-    usual = float(np.median(density[density > 0])) if count.any() else 0.0
-    sparse = (density < p.water_share * usual) & ~high
+    area = uniform_filter(inside.astype(float), size, mode="nearest")
+    density = uniform_filter(count.astype(float), size, mode="nearest") / np.maximum(area, 1e-9)
+    # What a return has around it on average: a wide canal does not lower that, and no far part of the tile counts.
+    wide = 2 * round(p.usual_window_m / grid.cell / 2) + 1
+    usual = uniform_filter(density**2, wide, mode="constant") / np.maximum(
+        uniform_filter(density, wide, mode="constant"), 1e-9
+    )
+    sparse = (density < p.water_share * usual) & ~high & inside
     sparse = binary_dilation(
-        binary_opening(sparse, iterations=max(size // 4, 1)), iterations=max(size // 4, 1), mask=~high
+        binary_opening(sparse, iterations=max(size // 4, 1)), iterations=max(size // 4, 1), mask=~high & inside
     )
     labels, regions = label(sparse)
     area = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2

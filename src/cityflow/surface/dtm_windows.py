@@ -91,8 +91,10 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
     labels = smooth_regions(low, windows, p.step_m)
     count = int(labels.max(initial=0))
     known = np.where(measured, low, np.nan)
+    of_window = np.zeros(count + 1, np.int64)
+    of_window[labels] = windows
     for _ in range(p.rounds):
-        border, to_ground, steps = _borders(known, labels, count, p.step_m)
+        border, to_ground, steps = _borders(known, labels, of_window, p.step_m)
         flows = (to_ground - steps) > (1 - p.step_share) * to_ground
         flows &= (to_ground - steps) >= p.least_contact * border
         flows[0] = False
@@ -131,14 +133,21 @@ def smooth_regions(heights: FloatArray, kind: IntArray, step: float) -> IntArray
     return labels
 
 
-def _borders(low: FloatArray, labels: IntArray, count: int, step_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Per region: pairs of cells across its border, those onto the ground, and those of them that are a step."""
+def _borders(
+    low: FloatArray, labels: IntArray, of_window: IntArray, step_m: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Per region: measured pairs of cells across its border, those onto the ground, those of them that are a step.
+
+    What a smaller window found stands on the region (a tree on a hill, at few returns a speck) and is no border.
+    """
+    count = len(of_window) - 1
     border, to_ground, steps = (np.zeros(count + 1) for _ in range(3))
     for axis in (0, 1):
         for sign in (1, -1):
             a, b, z_a, z_b = _pairs(labels, low, axis, sign)
-            across = (a > 0) & (b != a)
-            ground = (a > 0) & (b == 0) & np.isfinite(z_a) & np.isfinite(z_b)
+            across = (a > 0) & (b != a) & np.isfinite(z_a) & np.isfinite(z_b)
+            ground = across & (b == 0)
+            across &= ground | (of_window[b] >= of_window[a])
             border += np.bincount(a[across], minlength=count + 1)
             to_ground += np.bincount(a[ground], minlength=count + 1)
             steps += np.bincount(a[ground & (np.abs(z_a - z_b) > step_m)], minlength=count + 1)

@@ -17,6 +17,7 @@ from cityflow.surface.cover import CoverParameters, classify
 from cityflow.surface.dtm import DtmParameters
 from cityflow.surface.noise import NoiseParameters, clean
 from cityflow.surface.rasterise import count_points, fill_holes, highest
+from cityflow.surface.surveyed import SurveyedParameters, surveyed
 from cityflow.surface.vegetation import VegetationParameters, vegetation_mask
 
 
@@ -29,11 +30,13 @@ class SurfaceParameters(Parameters):
     dtm: DtmParameters = DtmParameters()
     vegetation: VegetationParameters = VegetationParameters()
     cover: CoverParameters = CoverParameters()
+    surveyed: SurveyedParameters = SurveyedParameters()
 
     @property
     def halo_m(self) -> float:
         """Points are needed this far around a tile for its result not to depend on the tiling, metres."""
-        return max(self.dtm.halo_m, self.vegetation.halo_m, self.cover.halo_m) + self.fill_m
+        parts = (self.dtm, self.vegetation, self.cover, self.surveyed)
+        return max(part.halo_m for part in parts) + self.fill_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +46,7 @@ class TileSurface:
     Attributes
     ----------
     dsm : highest first return;  dsm_filled : the same with holes filled (far from points: with the terrain)
-    dtm : terrain;  ndsm : dsm_filled - dtm
+    dtm : terrain;  ndsm : dsm_filled - dtm; these three are NaN outside the survey (`surveyed.py`)
     klass : `cover.UNKNOWN` 0, GROUND 2, VEGETATION 5, BUILDING 6 (candidate), WATER 9, BRIDGE 17
     count : points per cell;  holes : cells without points
     method : how the terrain was found (`external` where it was given)
@@ -91,7 +94,9 @@ def surface_of_tile(
         terrain, name = terrain.copy(), "external"
         terrain[part] = np.where(np.isnan(external_dtm), terrain[part], external_dtm)
     filled = fill_holes(dsm, round(p.fill_m / grid.cell))
-    filled = np.where(np.isnan(filled), terrain, filled)
+    inside = surveyed(count, grid, p.surveyed)
+    terrain = np.where(inside, terrain, np.nan)
+    filled = np.where(np.isnan(filled) | ~inside, terrain, filled)
     green = vegetation_mask(cloud, filled, terrain, grid, p.vegetation)
     klass = classify(cloud, (filled, terrain), green, count, grid, p.cover)
     return TileSurface(

@@ -2,7 +2,8 @@
 
 Vertices are inserted where the triangulation is furthest from the raster until no cell is off by more than the bound.
 Border vertices are chosen along the border line alone, so two tiles that sample the same heights there choose the
-same ones. Outlines are edges of the constrained triangulation.
+same ones. Outlines are edges of the constrained triangulation. Where the terrain is unknown there is no triangle; the
+rim of the known area is made of edges as outlines are.
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import VERTEX_DECIMALS
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.surface.constrained import triangulate
+from cityflow.surface.known_area import is_known_at, rim, stretches
 from cityflow.surface.sample import sample
 
 
@@ -57,34 +59,44 @@ def terrain_tin(
 
     Parameters
     ----------
-    dtm : (rows, cols) terrain of `grid`, metres, without NaN; best with a margin of a cell or more around `bounds`,
-        so that the heights on a border are the same from both sides
+    dtm : (rows, cols) terrain of `grid`, metres, NaN where unknown; best with a margin of a cell or more around
+        `bounds`, so that the heights on a border are the same from both sides
     outlines : noded, without overlap; every vertex becomes a vertex at DTM height, every side an edge. Parts outside
-        `bounds` are cut off.
+        `bounds` or without terrain are cut off.
     bounds : of the tile; the grid's where not given
     cut_out : True leaves the outlines' insides without triangles
     """
     p, area = parameters or TinParameters(), bounds or grid.bounds
-    rings = _rings_inside(outlines, area)
-    fixed = np.concatenate([border_vertices(grid, dtm, area, p), *rings])
-    fixed = np.unique(fixed.round(VERTEX_DECIMALS), axis=0)
+    known = ~np.isnan(dtm)
+    rings = _lines_inside(outlines, grid, known, area)
+    fixed = np.concatenate([border_vertices(grid, dtm, area, p), *rings]).round(VERTEX_DECIMALS)
+    fixed = np.unique(fixed, axis=0)
+    if len(fixed) < 3:
+        return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
     xy = _insert(grid, dtm, area, (fixed, rings), p)
     xy, triangles = triangulate(xy, [r.round(VERTEX_DECIMALS) for r in rings])
+    middle = xy[triangles].mean(axis=1)
+    wanted = is_known_at(grid, known, middle)
     if cut_out and outlines:
-        middle = xy[triangles].mean(axis=1)
-        covered = np.zeros(len(triangles), bool)
         tree = shapely.STRtree(list(outlines))
-        covered[tree.query(shapely.points(middle), predicate="within")[0]] = True
-        triangles = triangles[~covered]
+        wanted[tree.query(shapely.points(middle), predicate="within")[0]] = False
+    used, triangles = np.unique(triangles[wanted], return_inverse=True)
+    xy = xy[used]
     z = sample(grid, dtm, xy[:, 0], xy[:, 1]).round(VERTEX_DECIMALS)
-    return Tin(np.column_stack([xy, z]), triangles)
+    return Tin(np.column_stack([xy, z]), triangles.reshape(-1, 3).astype(np.int64))
 
 
 def border_vertices(grid: Grid, dtm: FloatArray, bounds: Bounds, parameters: TinParameters) -> FloatArray:
     """(n, 2) vertices along the four borders of a tile; a rule of the heights on each border line alone."""
     x_0, y_0, x_1, y_1 = bounds
     lines = [((x_0, y_0), (x_1, y_0)), ((x_0, y_1), (x_1, y_1)), ((x_0, y_0), (x_0, y_1)), ((x_1, y_0), (x_1, y_1))]
-    return np.concatenate([_along(grid, dtm, np.array(a), np.array(b), parameters) for a, b in lines])
+    found = [np.empty((0, 2))]
+    for a, b in lines:
+        start, end = np.array(a), np.array(b)
+        direction = (end - start) / np.hypot(*(end - start))
+        for s_0, s_1 in stretches(grid, ~np.isnan(dtm), start, end):
+            found.append(_along(grid, dtm, start + direction * s_0, start + direction * s_1, parameters))
+    return np.concatenate(found)
 
 
 def _along(grid: Grid, dtm: FloatArray, start: FloatArray, end: FloatArray, p: TinParameters) -> FloatArray:
@@ -101,14 +113,18 @@ def _along(grid: Grid, dtm: FloatArray, start: FloatArray, end: FloatArray, p: T
     return np.asarray(start + (end - start) * (kept[keep] / length)[:, None])
 
 
-def _rings_inside(outlines: Sequence[Polygon], bounds: Bounds) -> list[FloatArray]:
-    """(n, 2) closed rings, or open lines where a border cuts them, of all outlines within the tile."""
-    if not outlines:
+def _lines_inside(outlines: Sequence[Polygon], grid: Grid, known: BoolArray, bounds: Bounds) -> list[FloatArray]:
+    """(n, 2) closed rings, or open lines where a border or the known area's rim cuts them, noded with that rim."""
+    edges = rim(grid, known, bounds)
+    if not outlines and not edges:
         return []
-    lines = shapely.union_all([shapely.boundary(o) for o in outlines])
+    lines = shapely.union_all([*(shapely.boundary(o) for o in outlines), *edges])
     inside = shapely.clip_by_rect(lines, *bounds) if not shapely.box(*bounds).contains(lines) else lines
-    parts = shapely.get_parts(inside)
-    return [shapely.get_coordinates(part) for part in parts if part.geom_type == "LineString"]
+    parts = np.array([part for part in shapely.get_parts(inside) if part.geom_type == "LineString"], object)
+    if edges and len(parts):
+        middle = shapely.get_coordinates(shapely.line_interpolate_point(parts, 0.5, normalized=True))
+        parts = parts[is_known_at(grid, known, middle)]
+    return [shapely.get_coordinates(part) for part in parts]
 
 
 def _insert(

@@ -1,0 +1,52 @@
+"""Where the survey has been: within reach of points on all sides.
+
+The morphological closing of the cells with points: holes narrower than twice the reach (canals, shadows, dark roofs)
+belong to the survey, what lies outside its outline does not. A cell's answer depends on points within twice the reach,
+so it is the same in every tiling.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import Field
+from scipy.ndimage import distance_transform_edt
+
+from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+
+
+class SurveyedParameters(Parameters):
+    """How wide a hole in the survey may be."""
+
+    reach_m: float = Field(20.0, ge=1, le=200, description="holes narrower than twice this are surveyed, metres")
+    work_cell_m: float = Field(1.0, ge=0.25, le=10, description="cells in which distances are measured, metres")
+
+    @property
+    def halo_m(self) -> float:
+        """A closing looks as far as its dilation and its erosion together."""
+        return 2 * self.reach_m + 2 * self.work_cell_m
+
+
+def surveyed(count: IntArray, grid: Grid, parameters: SurveyedParameters) -> BoolArray:
+    """(rows, cols) True inside the survey; `count` (rows, cols) points per cell of `grid`."""
+    p = parameters
+    if not count.any():
+        return np.zeros(grid.shape, bool)
+    work = Grid.covering(grid.bounds, p.work_cell_m)
+    row = np.floor((work.y_max - grid.y_centres()) / work.cell).astype(np.int64)
+    col = np.floor((grid.x_centres() - work.x_min) / work.cell).astype(np.int64)
+    counted = np.zeros(work.shape, bool)
+    filled_row, filled_col = np.nonzero(count)
+    counted[row[filled_row], col[filled_col]] = True
+    return np.asarray(closed(counted, p.reach_m / work.cell)[np.ix_(row, col)])
+
+
+def closed(mask: BoolArray, radius: float) -> BoolArray:
+    """(rows, cols) closing by a disc of `radius` cells; beyond the array nothing is set."""
+    border = int(np.ceil(radius)) + 1
+    near = distance_transform_edt(~np.pad(mask, border)) <= radius
+    # One more cell of nothing: else a dilation that fills the padded array would find no outside to erode from.
+    kept = distance_transform_edt(np.pad(near, 1))[1:-1, 1:-1] > radius
+    inner = slice(border, -border)
+    return np.asarray(kept[inner, inner] | mask)
