@@ -15,7 +15,6 @@ import numpy as np
 import rasterio
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LightSource, hsv_to_rgb
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Polyhedron, Semantic
@@ -61,27 +60,42 @@ def plan(buildings: list[Building], path: Path) -> None:
 
 
 def oblique(buildings: list[Building], path: Path, azimuth: float, elevation: float = 35) -> None:
-    """Faces of all buildings seen from a direction (degrees)."""
-    triangles, shades = [], []
+    """Faces of all buildings seen from a direction (degrees), by parallel projection, the nearest drawn last."""
+    polygons, shades, depths = [], [], []
+    view = view_from(azimuth, elevation)
     for building in buildings:
         solid = building.solids[Lod.LOD22]
-        mesh, rgb = triangulate(solid), colours(solid)
-        triangles.append(mesh.vertices[mesh.triangles])
-        shades.append(rgb[mesh.faces])
-    corners = np.concatenate(triangles)
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    figure = plt.figure(figsize=(16, 11))
-    axes = figure.add_subplot(projection="3d", computed_zorder=True)
-    axes.add_collection3d(
-        Poly3DCollection(corners - low, facecolors=np.concatenate(shades), edgecolors="none", zsort="average")
+        mesh, rgb, normals = triangulate(solid), colours(solid), face_normals(solid)
+        for number, face in enumerate(solid.faces):
+            if normals[number] @ view[2] <= 0:
+                continue
+            rings = (
+                [solid.ring(face.rings[0])]
+                if len(face.rings) == 1
+                else list(mesh.vertices[mesh.triangles[mesh.faces == number]])
+            )
+            polygons += [ring @ view[:2].T for ring in rings]
+            depths += [float((ring @ view[2]).max()) for ring in rings]
+            shades += [rgb[number]] * len(rings)
+    order = np.argsort(depths, kind="stable")
+    figure, axes = plt.subplots(figsize=(16, 9))
+    drawn = PolyCollection(
+        [polygons[i] for i in order], facecolors=[shades[i] for i in order], edgecolors="#333333", linewidths=0.3
     )
-    for axis, size in zip("xyz", high - low, strict=True):
-        getattr(axes, f"set_{axis}lim")(0, size)
-    axes.set_box_aspect(tuple(high - low))
-    axes.view_init(elev=elevation, azim=azimuth)
+    axes.add_collection(drawn)
+    axes.set_aspect("equal")
+    axes.autoscale()
     axes.set_axis_off()
-    figure.savefig(path, dpi=90, bbox_inches="tight")
+    figure.savefig(path, dpi=80, bbox_inches="tight", pad_inches=0.05)
     plt.close(figure)
+
+
+def view_from(azimuth: float, elevation: float) -> FloatArray:
+    """(3, 3) rows: right, up, towards the viewer, who stands in direction `azimuth` (degrees from x) at `elevation`."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    towards = np.array([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
 
 
 def shaded(run: Path, name: str, path: Path) -> None:
