@@ -1,143 +1,158 @@
-"""A wall cut along the outline of the wall on its other side: the common part, and what stands free above and below."""
+"""Two walls on one plan edge, cut along each other: what both share, and what stands free of each.
+
+The common part is found once and goes into both solids, vertex by vertex.
+"""
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cityflow.core.building import VERTEX_DECIMALS
-from cityflow.reconstruction.wall_profiles import TIED, Node, Profile, Spot, compare
+from cityflow.reconstruction.tied_heights import TIED
+from cityflow.reconstruction.wall_profiles import Plan, Point, Profile
+from cityflow.reconstruction.wall_stations import Settlements, Station, stations_of
 
-SAME_SPOT = 2e-3
-"""A cut that comes nearer than this (m) to an existing vertex of the wall goes through it."""
+Ring = list[Point]
+Edge = tuple[Point, Point]
 
 
 @dataclass(frozen=True, slots=True)
-class WallPieces:
-    """Rings of spots, from the start of the edge along the bottom, back along the top.
+class WallSide:
+    """What one of the two units has to change.
 
     Attributes
     ----------
-    common : what both walls share
-    free : the rest
+    free : rings of its wall beside the common part
+    moved : new places of its vertices, where they change
+    inserted : vertices to put into the upper edges of its wall, by the edge as it is after the moves
     """
 
-    common: list[Spot]
-    free: list[list[Spot]]
+    free: list[Ring]
+    moved: dict[Point, Point]
+    inserted: dict[Edge, list[Point]]
 
 
-def cut_wall(own: Profile, other: Profile) -> WallPieces | None:
-    """Pieces of a wall; None where the two walls do not touch, or only within `TIED` somewhere along the edge."""
-    nodes = compare(own, other)
-    bottom = max(own.floor, other.floor)
-    lows = [min(n.after, n.other_after) for n in nodes[:-1]] + [min(n.before, n.other_before) for n in nodes[1:]]
-    if min(lows) - bottom <= TIED:
+@dataclass(frozen=True, slots=True)
+class SharedWall:
+    """Rings from the start of the edge along the bottom, back along the top.
+
+    Attributes
+    ----------
+    common : ring of what both walls share
+    sides : of the first and of the second wall
+    upright : heights, rising, that vertical edges over each station must be split at
+    """
+
+    common: Ring
+    sides: tuple[WallSide, WallSide]
+    upright: dict[Plan, tuple[float, ...]]
+
+
+def share_wall(first: Profile, second: Profile, corners: Settlements) -> SharedWall | None:
+    """Both walls cut; None where they do not touch, or only within `TIED` somewhere along the edge.
+
+    Parameters
+    ----------
+    first, second : the walls, both from the same end of the edge
+    corners : for both ends, what becomes of the heights there
+    """
+    stations = stations_of(first, second, corners)
+    feet = [max(station.sides[k].heights[-last] for k in (0, 1)) for last, station in _ends(stations)]
+    lows = [min(_low(n, True), _low(n, False)) for n in stations[1:-1]]
+    lows += [_low(stations[0], True), _low(stations[-1], False)]
+    if min(lows) - max(feet) <= TIED:
         return None
-    cutter = _Cutter(nodes)
-    foot, free = cutter.foot(own.floor, other.floor)
-    top = [spot for k in range(len(nodes) - 1) for spot in (cutter.low(k, True), cutter.low(k + 1, False))]
-    free += [cutter.above(first, last) for first, last in cutter.runs()]
-    rings = cutter.with_all_spots([[*foot, *reversed(top)], *free])
-    return WallPieces(rings[0], [ring for ring in rings[1:] if len(ring) > 2])
+    foot = [(*station.plan, z) for (_, station), z in zip(_ends(stations), feet, strict=True)]
+    common = [*foot, *reversed(_low_line(stations, 0, len(stations) - 1))]
+    sides = [
+        WallSide(_free(stations, side, foot), _moved(stations, side), _inserted(stations, side)) for side in (0, 1)
+    ]
+    upright = {n.plan: tuple(sorted({z for side in n.sides for z in side.heights})) for n in stations[1:-1]}
+    return SharedWall(common, (sides[0], sides[1]), upright)
 
 
-class _Cutter:
-    """Spots at the nodes, each place only once."""
-
-    def __init__(self, nodes: list[Node]) -> None:
-        self.nodes = nodes
-        self.spots: list[list[Spot]] = [list(node.own) for node in nodes]
-
-    def spot(self, k: int, z: float) -> Spot:
-        """The wall's own vertex at this height, or a new one."""
-        for known in self.spots[k]:
-            if abs(known.z - z) <= SAME_SPOT:
-                return known
-        node = self.nodes[k]
-        new = Spot(k, node.x, node.y, round(z, VERTEX_DECIMALS))
-        self.spots[k].append(new)
-        return new
-
-    def foot(self, floor: float, other_floor: float) -> tuple[list[Spot], list[list[Spot]]]:
-        """Bottom of the common part, and the free strip below where the other floor is higher."""
-        last = len(self.nodes) - 1
-        own = [self.nodes[0].own[0], self.nodes[last].own[-1]]
-        if other_floor - floor <= TIED:
-            return own, []
-        foot = [self.spot(0, other_floor), self.spot(last, other_floor)]
-        return foot, [[*own, foot[1], foot[0]]]
-
-    def difference(self, k: int, after: bool) -> float:
-        """Own height over the other one's, on one side of a node."""
-        node = self.nodes[k]
-        return node.after - node.other_after if after else node.before - node.other_before
-
-    def own(self, k: int, after: bool) -> Spot:
-        node = self.nodes[k]
-        if node.own:
-            return node.own[-1 if after else 0]
-        return self.spot(k, node.after if after else node.before)
-
-    def low(self, k: int, after: bool) -> Spot:
-        """Top of the common part on one side of a node: the other profile where the own wall is above it there."""
-        node = self.nodes[k]
-        if self.difference(k, after) <= TIED or not self.is_above(k if after else k - 1):
-            return self.own(k, after)
-        return self.spot(k, node.other_after if after else node.other_before)
-
-    def is_above(self, k: int) -> bool:
-        """True where the own wall is the higher one between nodes k and k + 1."""
-        start, end = self.difference(k, True), self.difference(k + 1, False)
-        return (start if abs(start) > abs(end) else end) > TIED
-
-    def runs(self) -> list[tuple[int, int]]:
-        """First and last nodes of the free parts above the other wall."""
-        runs: list[tuple[int, int]] = []
-        for k in range(len(self.nodes) - 1):
-            if not self.is_above(k):
-                continue
-            if runs and runs[-1][1] == k and self._open(k):
-                runs[-1] = (runs[-1][0], k + 1)
-            else:
-                runs.append((k, k + 1))
-        return runs
-
-    def _open(self, k: int) -> bool:
-        top = min(self.own(k, False).z, self.own(k, True).z)
-        return top - max(self.low(k, False).z, self.low(k, True).z) > TIED
-
-    def above(self, first: int, last: int) -> list[Spot]:
-        """Ring of a free part between two nodes."""
-        bottom = [spot for k in range(first, last) for spot in (self.low(k, True), self.low(k + 1, False))]
-        top = [spot for k in range(first, last) for spot in (self.own(k, True), self.own(k + 1, False))]
-        return [*bottom, *reversed(top)]
-
-    def with_all_spots(self, rings: list[list[Spot]]) -> list[list[Spot]]:
-        """Rings with every spot that lies on their vertical edges, none twice in a row."""
-        return [_without_repeats(self._filled(ring)) for ring in rings]
-
-    def _filled(self, ring: list[Spot]) -> list[Spot]:
-        filled: list[Spot] = []
-        for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-            filled.append(a)
-            if a.node == b.node and a != b:
-                low, high = min(a.z, b.z), max(a.z, b.z)
-                between = sorted((s for s in self.spots[a.node] if low < s.z < high), key=lambda s: s.z)
-                filled.extend(between if a.z < b.z else reversed(between))
-        return filled
+def _ends(stations: Sequence[Station]) -> tuple[tuple[int, Station], tuple[int, Station]]:
+    """First and last station; with where in the heights the floor is, counted from the end."""
+    return (0, stations[0]), (1, stations[-1])
 
 
-def _without_repeats(ring: list[Spot]) -> list[Spot]:
-    """A ring without spots that follow themselves, and without spikes (there and back again)."""
-    kept: list[Spot] = []
-    for spot in ring:
-        if kept and kept[-1] == spot:
+def _at(station: Station, side: int, after: bool) -> float:
+    return station.sides[side].after if after else station.sides[side].before
+
+
+def _low(station: Station, after: bool) -> float:
+    return min(_at(station, 0, after), _at(station, 1, after))
+
+
+def _low_line(stations: Sequence[Station], first: int, last: int) -> list[Point]:
+    """Top of the common part between two stations."""
+    line: list[Point] = []
+    for k in range(first, last + 1):
+        station = stations[k]
+        for after in (False, True):
+            z = _low(station, after)
+            carried = any(_at(station, side, after) == z and station.sides[side].heights for side in (0, 1))
+            if carried and not (k == first and not after) and not (k == last and after):
+                line.append((*station.plan, z))
+    return line
+
+
+def _top_line(stations: Sequence[Station], side: int, first: int, last: int) -> list[Point]:
+    """Top of one wall between two stations."""
+    line: list[Point] = []
+    for k in range(first, last + 1):
+        for after in (False, True):
+            if stations[k].sides[side].heights and not (k == first and not after) and not (k == last and after):
+                line.append((*stations[k].plan, _at(stations[k], side, after)))
+    return line
+
+
+def _free(stations: Sequence[Station], side: int, foot: list[Point]) -> list[Ring]:
+    floors = [(*n.plan, n.sides[side].heights[-last]) for last, n in _ends(stations)]
+    rings = [[*floors, foot[1], foot[0]]] if floors != foot else []
+    for first, last in _runs(stations, side):
+        rings.append([*_low_line(stations, first, last), *reversed(_top_line(stations, side, first, last))])
+    return rings
+
+
+def _runs(stations: Sequence[Station], side: int) -> list[tuple[int, int]]:
+    """First and last stations of the parts where one wall is the higher one."""
+    runs: list[tuple[int, int]] = []
+    for k, (a, b) in enumerate(itertools.pairwise(stations)):
+        if not (_at(a, side, True) > _at(a, 1 - side, True) or _at(b, side, False) > _at(b, 1 - side, False)):
             continue
-        if len(kept) > 1 and kept[-2] == spot:
-            kept.pop()
+        if runs and runs[-1][1] == k and _is_open(a, side):
+            runs[-1] = (runs[-1][0], k + 1)
+        else:
+            runs.append((k, k + 1))
+    return runs
+
+
+def _is_open(station: Station, side: int) -> bool:
+    top = min(_at(station, side, False), _at(station, side, True))
+    return top > max(_low(station, False), _low(station, True))
+
+
+def _moved(stations: Sequence[Station], side: int) -> dict[Point, Point]:
+    """New places of the vertices over the edge without its ends, which belong to other walls too."""
+    moves: dict[Point, Point] = {}
+    for station in stations[1:-1]:
+        here = station.sides[side]
+        if here.stack is None:
             continue
-        kept.append(spot)
-    while len(kept) > 1 and kept[0] == kept[-1]:
-        kept.pop()
-    while len(kept) > 2 and kept[1] == kept[-1]:
-        kept = kept[2:]
-    return kept
+        for z, new in zip(here.stack.heights, here.targets, strict=True):
+            if (*here.stack.plan, z) != (*station.plan, new):
+                moves[*here.stack.plan, z] = (*station.plan, new)
+    return moves
+
+
+def _inserted(stations: Sequence[Station], side: int) -> dict[Edge, list[Point]]:
+    own = [k for k, station in enumerate(stations) if station.sides[side].stack is not None]
+    inserted = {}
+    for first, last in itertools.pairwise(own):
+        line = _top_line(stations, side, first, last)
+        between = [p for k, p in enumerate(line[1:-1]) if p != line[k]]
+        if between:
+            inserted[line[0], line[-1]] = between
+    return inserted
