@@ -35,8 +35,10 @@ spelling: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python benchmarks/delft.py
 
-$(VENV)/.runtime: pyproject.toml constraints.txt deploy/setup.sh
+$(VENV)/.runtime: pyproject.toml constraints.txt deploy/setup.sh deploy/compile.py
 	sh deploy/setup.sh $(VENV)
+	@echo "Compiling once (a minute)"
+	$(BIN)/python deploy/compile.py
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.runtime

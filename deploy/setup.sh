@@ -6,39 +6,49 @@ venv=${1:?usage: setup.sh VENV [dev]}
 kind=${2:-runtime}
 here=$(cd "$(dirname "$0")/.." && pwd)
 
-fetch_debian() {
-    if command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]; then
-        echo "Installing Debian packages: $*"
-        apt-get install -y -qq "$@" >/dev/null 2>&1 || { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "$@" >/dev/null; }
-    else
-        echo "Missing system packages. Install them and run this again:" >&2
-        echo "    sudo apt-get install $*" >&2
-        exit 1
-    fi
+install_debian() {
+    apt-get install -y -qq "$@" >/dev/null 2>&1 || { apt-get update -qq && apt-get install -y -qq "$@" >/dev/null; }
 }
 
+is_debian_root() {
+    command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ]
+}
+
+export DEBIAN_FRONTEND=noninteractive
 python=${PYTHON:-python3}
-"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
-    echo "cityflow needs Python 3.11 or newer; $("$python" --version) found. Name another one with PYTHON=/path/to/python3." >&2
+command -v "$python" >/dev/null 2>&1 || {
+    echo "There is no $python here. Install Python 3.11 or newer, or name it: make demo PYTHON=/path/to/python3" >&2
     exit 1
 }
-"$python" -c 'import ensurepip, venv' 2>/dev/null || fetch_debian python3-venv
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
+    echo "cityflow needs Python 3.11 or newer; $python is $("$python" --version). Name another: make demo PYTHON=/path/to/python3" >&2
+    exit 1
+}
 
-# open3d loads these at import, although no window is ever opened
 missing=""
+"$python" -c 'import ensurepip, venv' 2>/dev/null || missing="python3-venv"
+# open3d loads these at import, although no window is ever opened
 for pair in libEGL.so.1:libegl1 libGL.so.1:libgl1 libX11.so.6:libx11-6 libusb-1.0.so.0:libusb-1.0-0 libgomp.so.1:libgomp1; do
-    library=${pair%%:*}
-    /sbin/ldconfig -p | grep -q "$library" || missing="$missing ${pair##*:}"
+    [ -x /sbin/ldconfig ] || break
+    /sbin/ldconfig -p | grep -q "${pair%%:*}" || missing="$missing ${pair##*:}"
 done
-# shellcheck disable=SC2086
-[ -z "$missing" ] || fetch_debian $missing
+if [ -n "$missing" ] && is_debian_root; then
+    echo "Installing Debian packages: $missing"
+    # shellcheck disable=SC2086
+    install_debian $missing
+elif [ -n "$missing" ]; then
+    echo "Missing system packages, named as in Debian. Let an administrator install them, then run this again:" >&2
+    echo "    apt-get install" $missing >&2
+    exit 1
+fi
 
+[ "$kind" = dev ] || echo "Installing Python packages into $venv (about 2 GB; some minutes)"
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -c "$here/constraints.txt" uv
 if [ "$kind" = dev ]; then
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here[s3]" --group "$here/pyproject.toml:dev"
     # A reader of CityGML by others; its tests are skipped where it is not there.
-    command -v citygmltest >/dev/null 2>&1 || [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null 2>&1 || fetch_debian libcitygml-bin
+    command -v citygmltest >/dev/null 2>&1 || ! is_debian_root || install_debian libcitygml-bin
 else
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here"
 fi
