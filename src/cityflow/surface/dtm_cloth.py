@@ -1,7 +1,8 @@
 """Terrain by a cloth that is pressed against the surface from below, from coarse to fine.
 
 The cloth rises by small steps, is evened out after each, and cannot pass the lowest heights: it bridges buildings and
-follows hills. After Zhang et al. 2016 (cloth simulation), on a pyramid of minima as Lallement et al. 2022 (bulldozer).
+follows hills. It is too stiff for crests and banks: what stands above it but flows into the ground beside it is given
+back, as `dtm_windows` does. After Zhang et al. 2016 (cloth simulation), on a pyramid of minima as Lallement et al. 2022 (bulldozer).
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
+from cityflow.surface.dtm_windows import WindowsParameters, without_terrain
+from cityflow.surface.gridding import bridge_gaps
 from cityflow.surface.ground_points import lowest_surface, refine, work_grid
+from cityflow.surface.rasterise import count_points
 
 
 class ClothParameters(Parameters):
@@ -24,10 +28,11 @@ class ClothParameters(Parameters):
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="the coarsest cells: half of a large building, metres"
     )
-    curvature_per_m: float = Field(0.02, gt=0, le=1, description="the cloth bends no more than this, 1/metres")
+    curvature_per_m: float = Field(0.06, gt=0, le=1, description="the cloth bends no more than this, 1/metres")
     steps: int = Field(14, ge=1, le=500, description="steps on each level")
-    near_m: float = Field(0.25, gt=0, le=5, description="a point this near to the cloth is ground, metres")
-    near_slope: float = Field(0.8, ge=0, le=5, description="and that much further per unit of slope, metres")
+    clear_m: float = Field(0.3, gt=0, le=5, description="what stands above the cloth by more is an object, metres")
+    near_m: float = Field(0.15, gt=0, le=5, description="a point this near to the cloth is ground, metres")
+    near_slope: float = Field(0.6, ge=0, le=5, description="and that much further per unit of slope, metres")
 
     @property
     def halo_m(self) -> float:
@@ -38,9 +43,14 @@ class ClothParameters(Parameters):
 def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: ClothParameters) -> FloatArray:
     """(rows, cols) terrain at the cell centres of `grid`, metres; `dsm` is not needed by this method."""
     del dsm
-    work = work_grid(grid, parameters.work_cell_m)
-    cloth = drape(lowest_surface(points, work), work, parameters)
-    return refine(points, cloth, work, grid, (parameters.near_m, parameters.near_slope))
+    p = parameters
+    work = work_grid(grid, p.work_cell_m)
+    low = lowest_surface(points, work)
+    measured = count_points(points, work) > 0
+    raised = low - drape(low, work, p) > p.clear_m
+    objects = without_terrain(low, raised.astype(np.int64), measured, WindowsParameters(work_cell_m=p.work_cell_m))
+    rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
+    return refine(points, rough, work, grid, (p.near_m, p.near_slope))
 
 
 def drape(surface: FloatArray, grid: Grid, p: ClothParameters) -> FloatArray:
