@@ -61,7 +61,11 @@ class RemoteFolder:
 
     def find(self, prefix: str) -> list[str]:
         start = len(self._files._strip_protocol(self.root).rstrip("/")) + 1
-        return sorted(name[start:] for name in self._files.find(self.url(prefix)))
+        try:
+            found = self._files.find(self.url(prefix))
+        except FileNotFoundError:  # the bucket itself is not there
+            return []
+        return sorted(name[start:] for name in found)
 
     def folders(self, prefix: str) -> list[str]:
         try:

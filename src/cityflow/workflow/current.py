@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ import numpy as np
 from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
-from cityflow.stages.city import CitySource, Node
+from cityflow.stages.city import CitySource
 from cityflow.workflow.prepare import Prepared
 
 
@@ -19,18 +19,18 @@ from cityflow.workflow.prepare import Prepared
 class CurrentRecords:
     """The newest record of every task of a run that has one."""
 
-    by_node: Mapping[Node, Record]
+    by_stage: Mapping[str, list[Record]]
 
     def stages(self) -> list[str]:
         """Names of the stages that have records, sorted."""
-        return sorted({stage for stage, _ in self.by_node})
+        return list(self.by_stage)
 
     def of(self, stage: str) -> list[Record]:
         """Records of a stage, sorted by unit."""
-        return [record for (s, _), record in sorted(self.by_node.items()) if s == stage]
+        return self.by_stage.get(stage, [])
 
     def get(self, stage: str, unit: str) -> Record | None:
-        return self.by_node.get((stage, unit))
+        return next((r for r in self.of(stage) if r.unit == unit), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +55,12 @@ def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
 
 
 def walked(source: CitySource, ledger: Ledger) -> CurrentRecords:
+    found: dict[str, list[Record]] = defaultdict(list)
     queue = deque(source.initial())
     while queue:
         task = queue.popleft()
         record = ledger.latest(task.stage, task.unit)
         if record is not None:
+            found[task.stage].append(record)
             queue.extend(source.after(task, record))
-    return CurrentRecords(source.survey.records)
+    return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in sorted(found)})

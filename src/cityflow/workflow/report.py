@@ -78,9 +78,14 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
 
 def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:
     rings, tiles = _outlines(run, records)
-    exported = {u: m for r in records.of(export.STAGE) for u, m in r.result.get("units", {}).items()}
+    exported = export.read_rows(run.store, [p for r in records.of(export.STAGE) for p in r.outputs])
     for record in records.of(reconstruct.STAGE):
-        yield _unit(record, tiles.get(record.unit, ""), rings.get(record.unit, ()), exported.get(record.unit, {}))
+        yield _unit(
+            record,
+            tiles.get(record.unit, ""),
+            rings.get(record.unit, ()),
+            exported.get(record.unit, {}).get("attributes") or {},
+        )
 
 
 def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:

@@ -50,8 +50,8 @@ def run_workflow(
         Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
     """
     wanted = prepared(workflow, catalog, out, settings, aoi)
-    wanted.source().tiles_of_area()
     check_run(wanted)
+    wanted.source().tiles_of_area()
     execute(wanted, scheduler, workers, console, lambda: describe_run(wanted))
 
 

@@ -50,11 +50,20 @@ def describe_run(wanted: Prepared) -> None:
 def open_run(url: str) -> Prepared:
     """An existing RUN, with the workflow, the catalog and the area that it was last run with."""
     store = Store.open(url)
-    if not store.exists(DESCRIPTION):
+    if not _is_run(store):
         raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
     tree = _description(store)
     workflow = checked(tree["workflow"], where=f"{url}/{DESCRIPTION}")
     return Prepared(workflow, read_catalog(tree["catalog"]), Area.of_wkt(tree["area"]), store)
+
+
+def _is_run(store: Store) -> bool:
+    try:
+        return store.exists(DESCRIPTION)
+    except Exception as error:
+        # Every object store has exceptions of its own for an endpoint that is away and for keys that do not fit.
+        problem = f"cannot read here ({type(error).__name__}: {error})".splitlines()[0]
+        raise RunError(problem, where=store.root, remedy="check the address, the endpoint and your keys") from error
 
 
 def workflow_tree(workflow: Workflow) -> dict[str, Any]:

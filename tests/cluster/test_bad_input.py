@@ -1,0 +1,332 @@
+"""What bad input gets, from the catalog to the report: a message with file and remedy, a record for every unit, and healing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import geopandas
+import laspy
+import numpy as np
+import pytest
+import rasterio
+import shapely
+from rasterio.transform import from_origin
+
+from cluster.small_city import (
+    BORDER_X,
+    EAST,
+    WEST,
+    Commands,
+    SmallCity,
+    attempts,
+    contents,
+    laz,
+    make_city,
+    newest,
+    redone,
+    report,
+    scene,
+    split,
+    square,
+    status_layer,
+    with_absurd_heights,
+)
+
+pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small city")]
+
+EMPTY = "b0012"
+"""Loses all its points."""
+CREATE = ("--crs", "EPSG:7415")
+
+
+@pytest.fixture
+def files(tmp_path: Path, small_city: SmallCity) -> Path:
+    """The survey's files without a catalog."""
+    folder = tmp_path / "files"
+    folder.mkdir()
+    for name in (WEST, EAST):
+        (folder / name).write_bytes(small_city.lidar(name).read_bytes())
+    return folder
+
+
+def refused(cityflow: Commands, *arguments: str | Path) -> str:
+    done = cityflow(*arguments)
+    assert done.code == 1, done.text
+    assert done.err.startswith("cityflow: ")
+    assert "→" in done.err
+    return done.err
+
+
+def test_a_missing_lidar_file_makes_no_catalog(cityflow: Commands, files: Path, tmp_path: Path) -> None:
+    (files / EAST).unlink()
+    out = tmp_path / "catalog"
+    text = refused(cityflow, "catalog", "create", out, "--lidar", files / WEST, "--lidar", files / EAST, *CREATE)
+    assert EAST in text
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("keep", [0.0, 0.001, 0.3, 0.9])
+def test_a_truncated_lidar_file_makes_no_catalog_or_fails_its_check(
+    cityflow: Commands, files: Path, tmp_path: Path, keep: float
+) -> None:
+    whole = (files / EAST).read_bytes()
+    (files / EAST).write_bytes(whole[: int(keep * len(whole))])
+    out = tmp_path / "catalog"
+    text = refused(cityflow, "catalog", "create", out, "--lidar", files, *CREATE)
+    assert EAST in text
+    assert not out.exists()
+
+
+def test_a_lidar_file_without_crs_needs_one_assigned(cityflow: Commands, files: Path, tmp_path: Path) -> None:
+    (files / EAST).write_bytes(laz(scene().points, crs=None))
+    out = tmp_path / "catalog"
+    done = cityflow("catalog", "create", out, "--lidar", files / EAST)
+    assert done.code != 0
+    assert "--crs" in done.err
+    assert not out.exists()
+    assert cityflow("catalog", "create", out, "--lidar", files / EAST, *CREATE).code == 0
+
+
+def test_a_header_whose_numbers_are_none_is_refused(cityflow: Commands, files: Path, tmp_path: Path) -> None:
+    """The scale of the heights in a LAS header is a float: with NaN there, every height is NaN."""
+    with laspy.open(files / EAST) as reader:
+        record = reader.header.offsets
+        assert np.isfinite(record).all()
+    data = bytearray((files / EAST).read_bytes())
+    data[147:155] = np.float64("nan").tobytes()  # z scale
+    (files / EAST).write_bytes(data)
+    text = refused(cityflow, "catalog", "create", tmp_path / "catalog", "--lidar", files, *CREATE)
+    assert EAST in text
+
+
+def test_outlines_of_another_crs_give_the_same_units_and_are_named(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    city = make_city(tmp_path / "town", crs="EPSG:32631")
+    again = cityflow("catalog", "create", city.catalog, "--lidar", city.lidar(""), "--outlines", city.outlines, *CREATE,
+                     "--id-column", "name")  # fmt: skip
+    assert "reprojected" in again.text
+    assert "reprojected" in cityflow("catalog", "check", city.catalog).text
+    run = tmp_path / "run"
+    cityflow.run(city, run)
+    assert "reprojected" in newest(run, "ingest")["outlines"]["reason"]
+    mine, theirs = newest(run, "reconstruct"), newest(small_run, "reconstruct")
+    assert mine.keys() == theirs.keys()
+    assert {u: r["status"] for u, r in mine.items()} == {u: r["status"] for u, r in theirs.items()}
+    for unit, record in mine.items():
+        assert record["result"]["footprint_area_m2"] == pytest.approx(
+            theirs[unit]["result"]["footprint_area_m2"], abs=0.05
+        )
+
+
+BAD_OUTLINES: dict[str, tuple[shapely.Geometry | None, str, str]] = {
+    "outside": (square(85500, 447050, 10), "refused", "outside the survey"),
+    "far away": (square(185500, 447050, 10), "refused", "outside the survey"),
+    "line": (shapely.Polygon([(85010, 447110), (85020, 447110), (85015, 447110)]), "refused", "area"),
+    "point": (shapely.Polygon([(85010, 447110)] * 4), "refused", "area"),
+    "empty": (shapely.Polygon(), "refused", "empty"),
+    "none": (None, "refused", "empty"),
+    "tiny": (square(85020, 447020, 0.2), "refused", "area"),
+    "twin": (scene().outlines["b0011"], "refused", "same polygon"),
+    "b/ö ?*'": (square(85030, 447110, 5), "failed", "point"),
+}
+"""Geometry, status, what the reason speaks of."""
+
+BOWTIE = shapely.Polygon([(85120, 447100), (85130, 447110), (85130, 447100), (85120, 447110)])
+
+
+@pytest.fixture(scope="module")
+def bad_city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
+    """Every outline that is wrong, among those that are right; one of these stands where there is no point."""
+    outlines: list[tuple[str, shapely.Geometry | None]] = list(scene().outlines.items())
+    outlines += [(name, geometry) for name, (geometry, _, _) in BAD_OUTLINES.items()]
+    outlines += [("bowtie", BOWTIE), ("b0011", square(85002, 447002, 6))]
+    city = make_city(tmp_path_factory.mktemp("bad"), outlines, described=False)
+    points = scene().points
+    hole = scene().outlines[EMPTY].buffer(0.5)
+    left = points.take(~shapely.contains_xy(hole, points.xyz[:, 0], points.xyz[:, 1]))
+    for name, part in split(left).items():
+        city.lidar(name).write_bytes(laz(part))
+    city.describe()
+    return city
+
+
+@pytest.fixture(scope="module")
+def bad_run(bad_city: SmallCity, tmp_path_factory: pytest.TempPathFactory, cityflow: Commands) -> Path:
+    run = tmp_path_factory.mktemp("bad run") / "run"
+    cityflow.run(bad_city, run)
+    return run
+
+
+def test_bad_outlines_are_refused_or_repaired_one_by_one(bad_run: Path) -> None:
+    units = newest(bad_run, "reconstruct")
+    for name, (_, status, word) in BAD_OUTLINES.items():
+        assert (name, units[name]["status"]) == (name, status)
+        assert word in units[name]["reason"]
+    assert {"bowtie-1", "bowtie-2", "b0011", "b0011-2"} <= units.keys()
+    assert units["b0011"]["status"] == "done"
+
+
+def test_repairs_of_outlines_are_recorded(bad_run: Path) -> None:
+    outlines = geopandas.read_file(bad_run / "products" / "outlines.gpkg", layer="outlines").set_index("id")
+    assert "self-" in outlines.loc["bowtie-1", "remark"]
+    assert "part of 2" in outlines.loc["bowtie-1", "remark"]
+    assert "given twice" in outlines.loc["b0011-2", "remark"]
+
+
+def test_a_unit_without_a_single_point_fails_with_its_reason(bad_run: Path, small_run: Path) -> None:
+    units, whole = newest(bad_run, "reconstruct"), newest(small_run, "reconstruct")
+    assert units[EMPTY]["status"] in ("failed", "refused")
+    assert "point" in units[EMPTY]["reason"]
+    assert whole[EMPTY]["status"] == "done"
+    others = whole.keys() - {EMPTY}
+    assert {units[u]["status"] for u in others} == {"done"}
+
+
+def test_every_outline_is_on_the_map_and_in_the_report(bad_run: Path, tmp_path: Path) -> None:
+    units = {unit: str(record["status"]) for unit, record in newest(bad_run, "reconstruct").items()}
+    expected = {*scene().outlines, *BAD_OUTLINES, "bowtie-1", "bowtie-2", "b0011-2"}
+    assert units.keys() == expected
+    assert status_layer(bad_run, tmp_path) == units
+    assert {u["id"]: u["status"] for u in report(bad_run)["units"]} == units
+
+
+def test_a_run_with_bad_units_is_not_done_again(cityflow: Commands, bad_city: SmallCity, bad_run: Path) -> None:
+    assert redone(bad_run, lambda: cityflow.run(bad_city, bad_run)) == set()
+
+
+@pytest.fixture
+def broken(tmp_path: Path) -> SmallCity:
+    """A survey whose western file is spoiled after the catalog was made; tiles of 50 m, so that some need the eastern file only."""
+    city = make_city(tmp_path / "town")
+    city.change_workflow(tiles={"tile_m": 50, "index_cell_m": 25})
+    return city
+
+
+@pytest.mark.parametrize("how", ["deleted", "truncated", "other"])
+def test_a_file_that_breaks_after_the_catalog_was_made_is_named_and_healed(
+    cityflow: Commands, broken: SmallCity, fifty_run: Path, tmp_path: Path, how: str
+) -> None:
+    file, run = broken.lidar(WEST), tmp_path / "run"
+    whole = file.read_bytes()
+    if how == "deleted":
+        file.unlink()
+    else:
+        file.write_bytes(whole[: len(whole) // 2] if how == "truncated" else broken.lidar(EAST).read_bytes())
+    done = cityflow.run(broken, run, ok=False)
+    assert WEST in done.err
+    assert "→" in done.err
+    assert newest(run, "ingest")["west"]["status"] == "failed"
+    assert {r["status"] for unit, r in newest(run, "surface").items() if unit.startswith("1702_")} == {"done"}
+    units = newest(run, "reconstruct")
+    assert units.keys() == scene().outlines.keys()
+    unhurt = {u for u, o in scene().outlines.items() if o.bounds[0] > BORDER_X + 2}
+    assert {u for u, r in units.items() if r["status"] == "done"} >= unhurt
+    others = [r for u, r in units.items() if u not in unhurt]
+    assert len(others) >= 3
+    assert all("west" in r["reason"] and r["status"] != "done" for r in others)
+    assert status_layer(run, tmp_path) == {u: r["status"] for u, r in units.items()}
+    assert WEST in str(report(run)["problems"])
+    file.write_bytes(whole)
+    healed = cityflow("rerun", run, "--failed")
+    assert healed.code == 0, healed.text
+    assert contents(run) == contents(fifty_run)
+
+
+def test_absurd_heights_are_dropped_and_counted(cityflow: Commands, tmp_path: Path) -> None:
+    city = make_city(tmp_path / "town", described=False)
+    parts = split(scene().points)
+    city.lidar(EAST).write_bytes(laz(with_absurd_heights(parts[EAST], np.random.default_rng(3), 0.05)))
+    city.describe()
+    run = tmp_path / "run"
+    cityflow.run(city, run)
+    assert newest(run, "ingest")["east"]["result"]["dropped"]["absurd"] > 100
+    assert {r["status"] for r in newest(run, "reconstruct").values()} == {"done"}
+
+
+def test_where_a_terrain_raster_is_nan_the_points_tell(cityflow: Commands, tmp_path: Path) -> None:
+    city = make_city(tmp_path / "town", described=False)
+    dtm = tmp_path / "dtm.tif"
+    nowhere = scene().outlines["b0012"].buffer(4.0).bounds
+    write_dtm(dtm, nowhere)
+    city.describe(dtm=dtm)
+    run = tmp_path / "run"
+    cityflow.run(city, run)
+    units = newest(run, "reconstruct")
+    assert units.keys() == scene().outlines.keys()
+    assert {r["status"] for r in units.values()} == {"done"}
+    assert {r["result"]["dtm_method"] for r in newest(run, "surface").values()} == {"external"}
+
+
+def write_dtm(path: Path, nan_bounds: tuple[float, float, float, float]) -> None:
+    x, y = np.meshgrid(np.arange(84900.5, 85300), np.arange(447299.5, 446900, -1.0))
+    z = scene().dtm(x.ravel(), y.ravel()).reshape(x.shape).astype(np.float32)
+    z[shapely.contains_xy(shapely.box(*nan_bounds), x, y)] = np.nan
+    with rasterio.open(
+        path, "w", driver="GTiff", height=z.shape[0], width=z.shape[1], count=1, dtype="float32", crs="EPSG:28992",
+        transform=from_origin(84900, 447300, 1, 1),
+    ) as file:  # fmt: skip
+        file.write(z, 1)
+
+
+def test_ground_that_nobody_flew_over_stops_nothing(cityflow: Commands, small_run: Path, tmp_path: Path) -> None:
+    """Sheets are rectangular, surveys are not: whole tiles may be without a point."""
+    city = make_city(tmp_path / "town", described=False)
+    points = scene().points
+    x, y = points.xyz[:, 0], points.xyz[:, 1]
+    corner = (x > 85139.9) & (y > 447119.9)
+    for name, part in split(points.take((x < 85060) | (y < 447010) | corner)).items():
+        city.lidar(name).write_bytes(laz(part))
+    city.describe()
+    city.change_workflow(tiles={"tile_m": 50, "index_cell_m": 25})
+    run = tmp_path / "run"
+    cityflow.run(city, run)
+    assert 0 in {r["result"]["points"] for r in newest(run, "surface").values()}
+    assert {r["status"] for r in newest(run, "export").values()} == {"done"}
+    units, whole = newest(run, "reconstruct"), newest(small_run, "reconstruct")
+    assert units.keys() == whole.keys()
+    bare = {u for u, o in scene().outlines.items() if o.bounds[0] > 85061 and o.bounds[1] > 447011}
+    assert bare
+    assert all(units[u]["status"] in ("failed", "refused") and units[u]["reason"] for u in bare)
+    assert {units[u]["status"] for u, o in scene().outlines.items() if o.bounds[2] < 85055} == {"done"}
+    assert status_layer(run, tmp_path) == {u: r["status"] for u, r in units.items()}
+
+
+def test_an_area_outside_the_survey_leaves_nothing(cityflow: Commands, small_city: SmallCity, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    text = cityflow.run(small_city, run, "--aoi", "0,0,10,10", ok=False).err
+    assert "--aoi" in text
+    assert not run.exists()
+
+
+def test_an_area_from_a_broken_polygon_in_another_crs(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    bowtie = shapely.Polygon([(85000, 447000), (85070, 447120), (85070, 447000), (85000, 447120)])
+    area = tmp_path / "area.geojson"
+    geopandas.GeoDataFrame(geometry=[bowtie], crs="EPSG:28992").to_crs("EPSG:4326").to_file(area)
+    run = tmp_path / "run"
+    cityflow.run(small_city, run, "--aoi", area)
+    mine, whole = newest(run, "reconstruct"), newest(small_run, "reconstruct")
+    assert 0 < len(mine) < len(whole)
+    assert all(r["outputs"] == whole[u]["outputs"] for u, r in mine.items())
+
+
+def test_tiles_that_are_no_multiple_of_the_cell_are_refused(
+    cityflow: Commands, small_city: SmallCity, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    text = cityflow.run(small_city, run, "--set", "surface.cell_m=0.3", ok=False).err
+    assert "cell_m" in text
+    assert "tile_m" in text
+    assert not run.exists()
+
+
+def test_a_scheduler_that_does_not_answer_spoils_no_earlier_run(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, copied_run: Path
+) -> None:
+    before, done = contents(copied_run), attempts(copied_run)
+    cityflow.run(small_city, copied_run, "--set", "surface.cell_m=1", "--scheduler", "tcp://127.0.0.1:9", ok=False)
+    assert contents(copied_run) == before
+    assert redone(copied_run, lambda: cityflow.run(small_city, copied_run)) == set()
+    assert attempts(copied_run) == done

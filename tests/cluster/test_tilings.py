@@ -1,0 +1,84 @@
+"""What must not depend on how the world is cut, on the number of workers, or on the area asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zarr
+
+from cityflow.flow.store import Store
+from cluster.small_city import SCENE, Commands, SmallCity, contents, newest, status_layer
+
+pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small city")]
+
+Heights = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def hulls(run: Path) -> dict[str, tuple[str, ...]]:
+    """Unit → digests of the contents of its hull."""
+    return {unit: tuple(record["outputs"].values()) for unit, record in newest(run, "reconstruct").items()}
+
+
+def surface(run: Path) -> Heights:
+    """DSM, DTM and classes over the made town, south side down, from any grid that covers it."""
+    group = zarr.open_group(Store.open(run).zarr_store("surface.zarr"), mode="r")
+    x, y = np.asarray(group["x"]), np.asarray(group["y"])
+    inside = np.ix_(
+        (y > SCENE.origin_y) & (y < SCENE.origin_y + SCENE.height_m),
+        (x > SCENE.origin_x) & (x < SCENE.origin_x + SCENE.width_m),
+    )
+    dsm, dtm, classes = (np.asarray(group[name])[inside] for name in ("dsm", "dtm", "class"))
+    return dsm, dtm, classes
+
+
+def assert_same_surface(mine: Heights, other: Heights) -> None:
+    for a, b in zip(mine[:2], other[:2], strict=True):
+        assert a.shape == b.shape
+        alike = (np.abs(a - b) <= 0.001) | (np.isnan(a) & np.isnan(b))
+        assert alike.mean() >= 0.999
+    assert (mine[2] == other[2]).mean() >= 0.999
+
+
+def test_other_tiles_and_index_cells_give_the_same_hulls_and_heights(small_run: Path, fifty_run: Path) -> None:
+    assert hulls(fifty_run) == hulls(small_run)
+    assert_same_surface(surface(fifty_run), surface(small_run))
+
+
+def test_index_cells_alone_change_no_product(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    cityflow.run(small_city, run, "--set", "tiles.index_cell_m=37")
+    assert contents(run) == contents(small_run)
+
+
+def test_one_worker_leaves_the_same_bytes_as_two(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    cityflow.run(small_city, run, "--workers", "1")
+    assert contents(run) == contents(small_run)
+
+
+def test_an_area_gives_the_same_hulls_of_its_units_only(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    cityflow.run(small_city, run, "--aoi", "85000,447000,85030,447120")
+    whole, mine = hulls(small_run), hulls(run)
+    assert 3 < len(mine) < len(whole)
+    assert all(whole[unit] == digests for unit, digests in mine.items())
+    on_the_map = status_layer(run, tmp_path)
+    assert on_the_map.keys() <= mine.keys()
+    assert set(on_the_map.values()) == {"done"}
+
+
+def test_a_run_grows_from_an_area_to_the_whole_city(
+    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    cityflow.run(small_city, run, "--aoi", "85000,447000,85030,447020")
+    cityflow.run(small_city, run)
+    assert contents(run) == contents(small_run)
