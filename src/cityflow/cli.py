@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +15,7 @@ from cityflow.errors import CityflowError
 
 app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False, rich_markup_mode=None,
-    help="From a LiDAR survey or an oriented flight to a valid city model, as a task graph on Dask.",
+    help="From a LiDAR survey to a valid city model, as a task graph on Dask. Lengths are metres, times seconds, memory MB.",
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
 app.add_typer(catalog_app, name="catalog")
@@ -23,14 +24,21 @@ console = Console()
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run")]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter, e.g. surface.cell_m=0.25; repeatable"),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set a parameter, e.g. surface.cell_m=0.25 (keys and units: cityflow parameters); repeatable",
+    ),
 ]
 SchedulerOption = Annotated[
     str, typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786; without it a local cluster starts")
 ]
 WorkersOption = Annotated[int, typer.Option(min=0, help="Workers of the local cluster; 0: one per core")]
 AreaOption = Annotated[
-    str, typer.Option("--aoi", metavar="FILE|BBOX", help="Vector file, or x_min,y_min,x_max,y_max in the run's CRS")
+    str,
+    typer.Option(
+        "--aoi", metavar="FILE|BBOX", help="Vector file, or x_min,y_min,x_max,y_max in the run's CRS (metres)"
+    ),
 ]
 
 
@@ -58,7 +66,9 @@ def rerun(
         bool, typer.Option("--degraded", help="Units that failed or have a simpler model than asked for")
     ] = False,
     stage: Annotated[str, typer.Option(help="All units of a stage")] = "",
-    unit: Annotated[list[str] | None, typer.Option(help="A unit by its id; repeatable")] = None,
+    unit: Annotated[
+        list[str] | None, typer.Option(help="A building by its id, or a tile or file by its name; repeatable")
+    ] = None,
     settings: SetOption = None,
     clear_overrides: Annotated[
         bool, typer.Option("--clear-overrides", help="Forget earlier --set values of these units")
@@ -136,7 +146,7 @@ def catalog_create(
     layer: Annotated[str, typer.Option(help="Layer of the outlines' file, where it has several")] = "",
     id_column: Annotated[str, typer.Option(help="Column of the outlines that names the building")] = "",
     id_format: Annotated[str, typer.Option(help="How ids are written, e.g. {:016d}")] = "",
-    dsm: Annotated[Path | None, typer.Option(help="A DSM raster")] = None,
+    dsm: Annotated[Path | None, typer.Option(help="A DSM raster, heights in metres")] = None,
     dtm: Annotated[
         Path | None, typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
     ] = None,
@@ -157,7 +167,9 @@ def catalog_create(
     )  # fmt: skip
     for note in made.notes:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"Catalog written to {out}. Next: cityflow catalog check {out}", markup=False)
+    console.print(
+        f"Catalog written to {out}. Next: cityflow catalog check {shlex.quote(str(out))}", markup=False, soft_wrap=True
+    )
 
 
 @catalog_app.command("check")
@@ -166,7 +178,7 @@ def catalog_check(catalog: Annotated[str, typer.Argument(help="Catalog folder or
     from cityflow.stages.catalog_check import check_catalog
 
     result = check_catalog(catalog)
-    console.print(result.text(), markup=False, highlight=False)
+    console.print(result.text(), markup=False, highlight=False, soft_wrap=True)
     if result.has_errors:
         raise typer.Exit(1)
 
