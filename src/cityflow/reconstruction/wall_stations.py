@@ -13,6 +13,16 @@ from cityflow.core.building import VERTEX_DECIMALS
 from cityflow.reconstruction.tied_heights import TIED, settled
 from cityflow.reconstruction.wall_profiles import Plan, Profile, Stack, height_between
 
+BEND, MOST_BEND = 0.1, 0.3
+"""A straight edge is bent towards a vertex of the other wall by no more than this share of the way to its next end,
+since the roof beside it turns; by the greater share up to `CLOSE`."""
+
+CLOSE = 0.002
+"""A vertex this near (m) to the other wall's edge is better on it: two vertices within 1 mm count as one."""
+
+NEAR = 0.01
+"""Single vertices at heights that tie, such as two ridges, are one if no farther apart than this (m) along the edge."""
+
 Heights = tuple[float, ...]
 Settlements = Mapping[Plan, Mapping[float, float]]
 
@@ -65,9 +75,9 @@ Place = tuple[float, Plan, tuple[Side | None, Side | None]]
 
 
 def _matched(first: Profile, second: Profile) -> list[tuple[Stack | None, Stack | None]]:
-    """Stacks of both walls in their order; mutually nearest ones within `TIED` are together."""
+    """Stacks of both walls in their order; those that are mutually nearest, and near enough, are together."""
     inner = [first[1:-1], second[1:-1]]
-    nearest = [[_nearest(stack.s, inner[1 - k]) for stack in inner[k]] for k in (0, 1)]
+    nearest = [[_nearest(stack, inner[1 - k]) for stack in inner[k]] for k in (0, 1)]
     together = {i: j for i, j in enumerate(nearest[0]) if j >= 0 and nearest[1][j] == i}
     pairs: list[tuple[Stack | None, Stack | None]] = [
         (a, inner[1][together[i]] if i in together else None) for i, a in enumerate(inner[0])
@@ -77,11 +87,14 @@ def _matched(first: Profile, second: Profile) -> list[tuple[Stack | None, Stack 
     return [(first[0], second[0]), *pairs, (first[-1], second[-1])]
 
 
-def _nearest(s: float, stacks: Sequence[Stack]) -> int:
-    if not stacks:
-        return -1
-    distance, k = min((abs(stack.s - s), k) for k, stack in enumerate(stacks))
-    return k if distance <= TIED else -1
+def _nearest(stack: Stack, others: Sequence[Stack]) -> int:
+    close = [(abs(other.s - stack.s), k) for k, other in enumerate(others) if _may_be_one(stack, other)]
+    return min(close)[1] if close else -1
+
+
+def _may_be_one(a: Stack, b: Stack) -> bool:
+    alike = len(a.heights) == len(b.heights) == 1 and abs(a.heights[0] - b.heights[0]) <= TIED
+    return abs(a.s - b.s) <= (NEAR if alike else TIED)
 
 
 def _place(a: Stack | None, b: Stack | None, corners: Settlements) -> Place:
@@ -109,21 +122,26 @@ def _side(stack: Stack, settlement: Mapping[float, float]) -> Side:
 def _filled(places: list[Place], side: int) -> list[Place]:
     """Places with the given wall's height where it passes straight; with a vertex where the other wall meets it."""
     known = [(s, sides[side]) for s, _, sides in places]
-    filled = []
+    filled: list[Place] = []
     for k, (s, plan, sides) in enumerate(places):
         here = sides[side]
         if here is None:
             before = next((t, p.after) for t, p in reversed(known[:k]) if p is not None)
             following = next((t, p.before) for t, p in known[k + 1 :] if p is not None)
-            here = _passing(height_between(before, following, s), sides[1 - side])
+            tolerance = _bend_within(min(s - before[0], following[0] - s))
+            here = _passing(height_between(before, following, s), sides[1 - side], tolerance)
         filled.append((s, plan, (here, sides[1]) if side == 0 else (sides[0], here)))
     return filled
 
 
-def _passing(z: float, other: Side | None) -> Side:
+def _bend_within(way: float) -> float:
+    return min(TIED, max(BEND * way, min(CLOSE, MOST_BEND * way)))
+
+
+def _passing(z: float, other: Side | None, tolerance: float) -> Side:
     heights = other.heights if other is not None else ()
     distance, nearest = min((abs(h - z), h) for h in heights)
-    if distance <= TIED:
+    if distance <= tolerance:
         return Side(nearest, nearest, (nearest,))
     if min(heights) < z < max(heights):
         z = round(z, VERTEX_DECIMALS)
