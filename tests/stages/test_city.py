@@ -148,7 +148,7 @@ def test_another_result_of_a_unit_changes_the_exports_of_its_neighbours_too() ->
             task = ready.pop()
             record = record_of(task)
             if task.name == "reconstruct-h0_5":
-                record = replace(record, outputs={"work/reconstruct/h0_5/out": "x" * 64})
+                record = replace(record, outputs={"work/reconstruct/h0_5/out.jsonl": "x" * 64})
             yield task
             ready.extend(source.after(task, record))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from cityflow.core.building import Status
 from cityflow.errors import CatalogError
 from cityflow.flow.gates import Gates
 from cityflow.flow.task import Json, Record, Task
@@ -80,8 +81,10 @@ class CitySource:
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         """What a finished task sets free."""
         node = (task.stage, task.unit)
-        self.survey.records[node] = record
+        self.survey.learn(record)
         if node == (ingest.STAGE, ingest.OUTLINES):
+            if record.status is Status.FAILED:
+                return  # without outlines nobody knows what to export: what an earlier run left stays
             yield from self._refuse_broken(record)
         if task.stage == outline.STAGE:
             yield from self._learn_units(task.unit, record)
@@ -154,7 +157,8 @@ class CitySource:
             refused = survey.refused_outlines() if self.area.is_everywhere else {}
             yield export_city.task(survey, [tile for _, tile in self._exports], refused)
         else:
-            yield export.task(survey, name, self._chosen[name], self._units_of_export(name))
+            units = [self._known[u] for u in self._units_of_export(name)]
+            yield export.task(survey, name, self._chosen[name], units)
 
     def _units_of_export(self, tile: str) -> list[str]:
         own = self._chosen[tile]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import shapely
 
 from cityflow.core.building import Building, Outline, Status
 from cityflow.core.grid import Grid
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import Transform
 from cityflow.io.cityjson_sequence import extent_of_headers, header_line, join
@@ -18,7 +17,7 @@ from cityflow.io.outlines_gpkg import outline_layer, status_layer, unit_layer, w
 from cityflow.io.products_catalog import ProductFile, ProductItem, Source, products_catalog
 from cityflow.io.raster import write_vrt
 from cityflow.io.reference import resolve
-from cityflow.stages.export import CITY, STAGE
+from cityflow.stages.export import CITY, STAGE, read_rows
 from cityflow.stages.formats import CITYJSON_FOLDER
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.parameters import ExportParameters
@@ -35,24 +34,19 @@ TITLES = {
 def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Task:
     """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
-    records = {t: survey.records[STAGE, t] for t in tiles}
-    products = {p: d for r in records.values() for p, d in r.outputs.items()}
-    rasters = {p: d for t in tiles for p, d in survey.products_of("surface", t).items()}
-    bare = {u: fate for r in records.values() for u, fate in r.result.get("bare", {}).items()}
-    bare |= {u: {"status": str(Status.REFUSED), "reason": reason} for u, reason in refused.items()}
+    exports = {t: survey.records[STAGE, t].outputs for t in tiles}
+    surfaces = {t: survey.products_of("surface", t) for t in tiles}
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
-        inputs={**outlines, **products, **rasters, **{f"bare {u}": f"{f['status']}: {f['reason']}" for u, f in bare.items()}},
+        inputs={
+            "outlines": digest_of(outlines), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
+            **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
+        },
         arguments={
-            "outlines": list(outlines), "units": {u: m for r in records.values() for u, m in r.result.get("units", {}).items()},
-            "cityjson": [p for p in products if p.startswith(CITYJSON_FOLDER)], "rasters": list(rasters), "bare": bare,
-            "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
-            "tiles": {t: list(survey.tiles[t].bounds) for t in tiles},
-            "crs": survey.catalog.reference.code, "title": survey.catalog.title, "date": survey.date,
-            "products": {t: {**survey.products_of(STAGE, t), **survey.products_of("surface", t)} for t in tiles},
-            "catalog": {"title": survey.catalog.title, "licence": survey.catalog.licence,
-                        "attribution": survey.catalog.attribution, "date": survey.date},
+            "outlines": list(outlines), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
+            "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
+            "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
         },
         limits=survey.limits(STAGE),
         in_place=True,
@@ -65,8 +59,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     for path, data in _rasters(task):
         workspace.publish(path, data)
     outlines = [s.outline for p in task.arguments["outlines"] for s in decode_all(workspace.read(p))]
-    workspace.publish("products/outlines.gpkg", _map(outlines, task))
-    paths = sorted(task.arguments["cityjson"])
+    exported = [p for outputs in task.arguments["exports"].values() for p in outputs]
+    workspace.publish("products/outlines.gpkg", _map(outlines, read_rows(workspace.store, exported), task))
+    paths = sorted(p for p in exported if p.startswith(CITYJSON_FOLDER))
     if paths and len(paths) <= parameters.join_up_to_tiles:
         workspace.publish("products/city.city.jsonl", b"".join(_joined(workspace, task, paths)))
     for path, data in _catalog(workspace, task):
@@ -76,12 +71,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _catalog(workspace: Workspace, task: Task) -> Iterator[tuple[str, bytes]]:
     """The products as a STAC catalog: an item per tile, and one for what stands once."""
-    said = task.arguments["catalog"]
+    said = task.arguments
     source = Source(said["title"], licence=said["licence"], attribution=said["attribution"], date=said["date"])
     whole = {p: d for p, d in workspace.outputs.items() if p.startswith("products/")}
     groups = {CITY: (tuple(task.arguments["city"]), whole)}
     for tile, bounds in sorted(task.arguments["tiles"].items()):
-        groups[tile] = (tuple(bounds), task.arguments["products"].get(tile, {}))
+        made = {**said["exports"][tile], **said["surfaces"][tile]}
+        groups[tile] = (tuple(bounds), {p: d for p, d in made.items() if p.startswith("products/")})
     items = [ProductItem(name, bounds, _files(found)) for name, (bounds, found) in groups.items()]
     for path, data in products_catalog(items, source, resolve(task.arguments["crs"])).items():
         yield f"products/{path}", data
@@ -107,7 +103,7 @@ def _rasters(task: Task) -> Iterator[tuple[str, bytes]]:
         tiles = [
             (f"{name}/{t}.tif", Grid.covering(tuple(bounds), task.arguments["cell_m"]))
             for t, bounds in sorted(task.arguments["tiles"].items())
-            if f"products/{name}/{t}.tif" in task.arguments["rasters"]
+            if f"products/{name}/{t}.tif" in task.arguments["surfaces"][t]
         ]
         if tiles:
             yield f"products/{name}.vrt", write_vrt(tiles, reference)
@@ -127,29 +123,21 @@ def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[
     return join(files, header)
 
 
-def _map(outlines: Iterable[Outline], task: Task) -> bytes:
+def _map(outlines: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task) -> bytes:
+    """Outlines as used, units with their attributes, and the status of everything, also of what left no building."""
     ordered = sorted(outlines, key=lambda o: o.id)
-    units: Mapping[str, Mapping[str, Any]] = task.arguments["units"]
-    finished = [
-        Building(o.id, o.polygon, float("nan"), {}, (), {k: v for k, v in units[o.id].items() if k not in ("status", "reason")},
-                 Status(units[o.id]["status"]), units[o.id]["reason"])
-        for o in ordered if o.id in units
-    ]  # fmt: skip
+    finished = [_unit(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
     places = {o.id: shapely.Point(o.polygon.representative_point()) for o in ordered}
-    rows = [(b.id, places[b.id], b.status, b.reason) for b in finished]
-    rows += [
-        (u, places.get(u), Status(fate["status"]), fate["reason"]) for u, fate in sorted(task.arguments["bare"].items())
-    ]
-    return write_geopackage(
-        [
-            outline_layer(ordered),
-            unit_layer(replace(b, ground_height=_ground(b)) for b in finished),
-            status_layer(rows),
-        ],
-        resolve(task.arguments["crs"]),
-    )
+    fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
+    fates |= {u: (Status.REFUSED, reason) for u, reason in task.arguments["refused"].items()}
+    status = [(u, places.get(u), *fate) for u, fate in sorted(fates.items())]
+    layers = [outline_layer(ordered), unit_layer(finished), status_layer(status)]
+    return write_geopackage(layers, resolve(task.arguments["crs"]))
 
 
-def _ground(building: Building) -> float:
-    height = building.attributes.get("ground_height_m")
-    return float(height) if isinstance(height, int | float) else float("nan")
+def _unit(outline: Outline, row: Mapping[str, Any]) -> Building:
+    """A building without its solids: what a map shows of it."""
+    attributes = row["attributes"]
+    ground = attributes.get("ground_height_m")
+    floor = float(ground) if isinstance(ground, int | float) else float("nan")
+    return Building(outline.id, outline.polygon, floor, {}, (), attributes, Status(row["status"]), str(row["reason"]))

@@ -7,7 +7,6 @@ from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.stages import ingest
 from cityflow.stages.outline_lines import entries, lines, owned
 from cityflow.stages.surface import ZARR
 from cityflow.stages.survey import Survey
@@ -22,8 +21,7 @@ def task(survey: Survey, name: str) -> Task:
 
 
 def _given_task(survey: Survey, name: str) -> Task:
-    record = survey.records[ingest.STAGE, ingest.OUTLINES]
-    mine = {path: digest for path, digest in record.outputs.items() if path.endswith(f"/{name}.jsonl")}
+    mine = survey.given_outlines(name)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_given", VERSION,
         inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(STAGE),

@@ -14,8 +14,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Evidence, Lod, Outline, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import BUILDING, HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCloud
-from cityflow.errors import RefusedUnit
-from cityflow.flow.task import Json, Outcome, Task
+from cityflow.errors import CityflowError, RefusedUnit
+from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
@@ -35,15 +35,22 @@ LOWEST_ROOF_M = 1.5
 def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
     pieces, unread = survey.pieces(_grown(unit.bounds)), survey.unread(_grown(unit.bounds))
-    surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in survey.tiles_under(unit)}
+    under = survey.tiles_under(unit)
+    surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in under}
+    source = survey.source_attributes(_grown(unit.bounds))
+    classified = survey.has_building_class(_grown(unit.bounds))
     return Task(
         STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),
-        inputs={"outline": unit.digest, **surfaces, **pieces, **{f"unread {f}": "missing" for f in unread}},
+        inputs={
+            "outline": unit.digest, **surfaces, **pieces, **{f"unread {f}": "missing" for f in unread},
+            "source": digest_of(source), "building class": str(classified),
+        },
         arguments={
             "outline": [unit.path, unit.start, unit.length], "pieces": list(pieces), "unread": list(unread),
             "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
-            "source": survey.source_attributes(_grown(unit.bounds)),
+            "source": source, "classified": classified,
+            "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -115,10 +122,24 @@ def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
-        unread = task.arguments["unread"]
-        why = f"; {UNREAD.format(', '.join(unread))}" if unread else ""
-        raise RefusedUnit(f"no terrain height along the outline ({len(inside)} points inside){why}")
-    return Evidence(outline.id, outline.polygon, _roof_points(inside, grid, layers), _floor(ground))
+        _complain(task, len(inside))
+    roof = _roof_points(inside, grid, layers, task.arguments["classified"])
+    return Evidence(outline.id, outline.polygon, roof, _floor(ground))
+
+
+def _complain(task: Task, points: int) -> NoReturn:
+    """No terrain: the survey's fault where something before this failed, else the outline's."""
+    problem = f"no terrain height along the outline ({points} points inside)"
+    unread, failed = task.arguments["unread"], task.arguments["failed_surfaces"]
+    if failed:
+        raise CityflowError(
+            f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed mends both"
+        )
+    if unread:
+        raise CityflowError(
+            f"{problem}: {UNREAD.format(', '.join(unread))}", remedy="mend the file, then rerun --failed"
+        )
+    raise RefusedUnit(problem)
 
 
 def _floor(ground: FloatArray) -> float:
@@ -126,10 +147,10 @@ def _floor(ground: FloatArray) -> float:
     return float(np.floor(np.nanmin(ground) * 100)) / 100
 
 
-def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray]) -> PointCloud:
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], classified: bool) -> PointCloud:
     """Points of the building class; where the survey has no such class, high points that are not vegetation."""
     usable = points.take(np.isfinite(points.xyz[:, 2]))
-    if np.any(usable.classification == BUILDING):
+    if classified:
         return usable.of_class(BUILDING)
     x, y, z = usable.xyz.T
     row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(x, y), grid.shape, strict=True))

@@ -36,8 +36,10 @@ def task(survey: Survey, name: str) -> Task:
     return Task(
         STAGE, name, "cityflow.stages.surface:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, model),
-        # The grid of the city decides on which chunk is the tile's.
-        inputs={**pieces, **{f"unread {f}": "missing" for f in unread}, "grid": digest_of(list(survey.grid.bounds)), **({"dtm": dtm.checksum} if dtm else {})},
+        inputs={
+            **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": _place(survey),
+            **({"dtm": dtm.checksum} if dtm else {}),
+        },
         arguments={
             "bounds": list(tile.bounds), "pieces": list(pieces), "unread": list(unread), "dtm": dtm.href if dtm else None,
             "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
@@ -50,8 +52,12 @@ def task(survey: Survey, name: str) -> Task:
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
     parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.surface)
-    grid = digest_of(list(survey.grid.bounds))
-    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, grid)
+    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, _place(survey))
+
+
+def _place(survey: Survey) -> str:
+    """The grid of the city, which decides on the chunk that is a tile's, and its CRS, which is written into every raster."""
+    return digest_of([list(survey.grid.bounds), survey.catalog.reference.code])
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
+
+import shapely
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, tiles_over
 from cityflow.core.parameters import Parameters, merged
+from cityflow.core.points import BUILDING
 from cityflow.flow.task import Json, Limits, Record
 from cityflow.io.stac import Catalog, LidarAsset
 from cityflow.stages.parameters import CityParameters
@@ -61,7 +64,23 @@ class Survey:
         self.parameters = parameters
         self.overrides = overrides
         self.records: dict[tuple[str, str], Record] = {}
-        self.files: dict[str, LidarAsset] = {f.name: f for f in catalog.lidar}
+        self.files: dict[str, LidarAsset] = {f.name: f for f in sorted(catalog.lidar, key=lambda f: f.name)}
+        self._boxes = shapely.STRtree([shapely.box(*f.bounds) for f in self.files.values()])
+        self._pieces: dict[tuple[str, str], tuple[str, str]] = {}
+        self._given: dict[str, dict[str, str]] = {}
+
+    def learn(self, record: Record) -> None:
+        """Keep what later tasks ask of a record, and no more: a city has very many."""
+        if record.stage == "ingest" and record.unit == "outlines":
+            self._given = {_stem(path): {path: digest} for path, digest in record.outputs.items()}
+        elif record.stage == "ingest":
+            for path, digest in record.outputs.items():
+                self._pieces[record.unit, _stem(path)] = path, digest
+        kept = {k: v for k, v in record.result.items() if k in ("digest", "classes", "refused", "rows")}
+        inputs = record.inputs if record.stage == "outline" else {}
+        self.records[record.stage, record.unit] = replace(
+            record, result=kept, parameters={}, inputs=inputs, traceback=""
+        )
 
     @property
     def outlines_given(self) -> bool:
@@ -93,10 +112,15 @@ class Survey:
         around = [f"{tile.col + i}_{tile.row + j}" for j in (-1, 0, 1) for i in (-1, 0, 1)]
         return [n for n in around if n in self.tiles]
 
+    def files_over(self, bounds: Bounds) -> list[LidarAsset]:
+        """Files whose extents meet `bounds`, by name."""
+        assets = list(self.files.values())
+        near = sorted(self._boxes.query(shapely.box(*bounds)).tolist())
+        return [assets[i] for i in near if bounds_meet(assets[i].bounds, bounds)]
+
     def files_near(self, tile: Tile) -> list[LidarAsset]:
         """Files that hold points of the tile or of its halo."""
-        bounds = tile.buffered(self.parameters.surface.halo_m)
-        return [f for f in self.files.values() if bounds_meet(f.bounds, bounds)]
+        return self.files_over(tile.buffered(self.parameters.surface.halo_m))
 
     def tiles_under(self, unit: UnitEntry) -> list[str]:
         x_min, y_min, x_max, y_max = unit.bounds
@@ -105,23 +129,31 @@ class Survey:
         return [t.name for t in over if t.name in self.tiles]
 
     def pieces(self, bounds: Bounds) -> dict[str, str]:
-        """Path → digest of the index pieces that meet `bounds`, from the files ingested so far, in a fixed order."""
-        cells = {t.name for t in tiles_over(bounds, self.parameters.tiles.index_cell_m)}
-        found: dict[str, str] = {}
-        for name, asset in sorted(self.files.items()):
-            record = self.records.get(("ingest", name))
-            if record is not None and bounds_meet(asset.bounds, bounds):
-                found.update({p: d for p, d in sorted(record.outputs.items()) if _stem(p) in cells})
-        return found
+        """Path → digest of the index pieces that meet `bounds`, of the files that do, in a fixed order.
+
+        A file that only shares a cell with `bounds` is left out: nobody has waited for it.
+        """
+        cells = [t.name for t in tiles_over(bounds, self.parameters.tiles.index_cell_m)]
+        keys = [(f.name, cell) for f in self.files_over(bounds) for cell in cells]
+        return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
+
+    def given_outlines(self, tile: str) -> dict[str, str]:
+        """Path → digest of the given outlines that a tile owns; empty where there are none."""
+        return self._given.get(tile, {})
 
     def unread(self, bounds: Bounds) -> dict[str, str]:
         """Name → why: the files that should hold points within `bounds` but could not be read."""
         found = {}
-        for name, asset in sorted(self.files.items()):
-            record = self.records.get(("ingest", name))
-            if record is not None and record.status is Status.FAILED and bounds_meet(asset.bounds, bounds):
-                found[name] = record.reason
+        for asset in self.files_over(bounds):
+            record = self.records.get(("ingest", asset.name))
+            if record is not None and record.status is Status.FAILED:
+                found[asset.name] = record.reason
         return found
+
+    def has_building_class(self, bounds: Bounds) -> bool:
+        """Whether the files over `bounds` tell buildings from the rest: a matter of the survey, not of a single house."""
+        records = [self.records.get(("ingest", f.name)) for f in self.files_over(bounds)]
+        return any(str(BUILDING) in r.result.get("classes", {}) for r in records if r is not None)
 
     def parameters_for(self, stage: str, unit: str, model: Parameters) -> dict[str, Json]:
         """The stage's parameters as JSON with the unit's overrides laid over them."""
@@ -141,13 +173,8 @@ class Survey:
     def outline_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines of a tile; none where the tile has none."""
         record = self.records.get(("outline", tile))
-        entries = record.result.get("units", []) if record else []
-        paths = {e["path"] for e in entries}
-        known: dict[str, str] = {}
-        for node in (("outline", tile), ("ingest", "outlines")):
-            if node in self.records:
-                known.update(self.records[node].outputs)
-        return {p: known[p] for p in sorted(paths)}
+        known = {**record.inputs, **record.outputs} if record else {}
+        return {p: d for p, d in sorted(known.items()) if p.endswith(".jsonl")}
 
     def hull(self, unit: str) -> dict[str, Json]:
         """Where a unit's hull is written, or why there is none."""
@@ -179,10 +206,21 @@ class Survey:
         """Of the newest survey, YYYY-MM-DD; empty where none is known."""
         return max((f.date or "" for f in self.files.values()), default="")
 
+    @property
+    def said(self) -> dict[str, str]:
+        """What products say of the survey as a whole; part of the digest of whatever writes it."""
+        c = self.catalog
+        return {
+            "crs": c.reference.code,
+            "title": c.title,
+            "date": self.date,
+            "licence": c.licence,
+            "attribution": c.attribution,
+        }
+
     def source_attributes(self, bounds: Bounds) -> dict[str, Json]:
         """What is known of the data that a unit was made from."""
-        files = [f for f in self.files.values() if bounds_meet(f.bounds, bounds)]
-        dates = sorted({f.date for f in files if f.date})
+        dates = sorted({f.date for f in self.files_over(bounds) if f.date})
         return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}
 
     def limits(self, stage: str) -> Limits:

@@ -29,9 +29,6 @@ class CurrentRecords:
         """Records of a stage, sorted by unit."""
         return self.by_stage.get(stage, [])
 
-    def get(self, stage: str, unit: str) -> Record | None:
-        return next((r for r in self.of(stage) if r.unit == unit), None)
-
 
 @dataclass(frozen=True, slots=True)
 class StageFigures:

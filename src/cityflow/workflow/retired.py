@@ -16,8 +16,11 @@ PRODUCTS = "products"
 def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
     """Remove what lies among the products and is none of this run's; returns how many files that were.
 
-    Tiles beyond the area of interest keep theirs as long as they were made as they would be now.
+    Tiles beyond the area of interest keep theirs as long as they were made as they would be now. A run that did not come
+    to its last export has replaced nothing, so all stays.
     """
+    if (export.STAGE, export.CITY) not in survey.records:
+        return 0
     kept = {path for record in survey.records.values() for path in record.outputs}
     kept |= {path for record in _beyond_the_area(ledger, survey) for path in record.outputs}
     stale = [path for path in store.find(PRODUCTS) if path not in kept]

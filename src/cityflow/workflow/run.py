@@ -22,7 +22,7 @@ from cityflow.stages import reconstruct
 from cityflow.stages.city import CitySource
 from cityflow.stages.surface import ZARR
 from cityflow.stages.survey import Survey
-from cityflow.workflow.current import CurrentRecords
+from cityflow.workflow.current import current_records
 from cityflow.workflow.prepare import Prepared, prepared
 from cityflow.workflow.report import write_run_report
 from cityflow.workflow.retired import remove_stale_products
@@ -79,9 +79,9 @@ def execute(
         if summary.interrupted:
             raise KeyboardInterrupt
         remove_stale_products(wanted.store, ledger, source.city.survey)
-    records = CurrentRecords(source.city.survey.records)
+        records = current_records(wanted, ledger)
     print_summary(records, wanted, write_run_report(wanted, records), console)
-    _refuse_success(wanted, records.by_node.values())
+    _refuse_success(wanted, [r for stage in records.stages() for r in records.of(stage)])
 
 
 @dataclass
