@@ -1,6 +1,7 @@
 """Vegetation: high, and penetrable or rough, in compact regions (Gross 2005 §2.2).
 
-Pulses split in foliage and at walls alike; regions of foliage are compact, those along walls elongated. Where the
+Pulses split in foliage and at walls alike; regions of foliage are compact, those along walls elongated. Small roofs
+are all edge, but even, which crowns are not. Where the
 cloud says nothing of several returns the residuals of local planes stand for them. Where it has classes they decide.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.ndimage import binary_closing, binary_dilation, distance_transform_edt, label, uniform_filter
+from scipy.ndimage import binary_closing, binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
 from scipy.ndimage import maximum as region_maximum
 
 from cityflow.core.arrays import BoolArray, FloatArray
@@ -27,6 +28,8 @@ class VegetationParameters(Parameters):
     residual_m: float = Field(0.35, gt=0, le=5, description="RMS of heights off the local plane, metres")
     compact_m: float = Field(0.9, ge=0, le=20, description="inner radius above which a region is no wall, metres")
     reach_m: float = Field(1.0, ge=0, le=10, description="foliage goes on this far into doubtful cells, metres")
+    even_m: float = Field(0.15, gt=0, le=1, description="RMS off the local plane up to which a roof is even, metres")
+    even_area_m2: float = Field(3.0, ge=0, le=1000, description="even patches from this area on are roofs, m²")
 
     @property
     def halo_m(self) -> float:
@@ -51,14 +54,39 @@ def vegetation_mask(
     if said is not None:
         return np.asarray(high & (said < 0))
     size = 2 * round(p.window_m / grid.cell / 2) + 1
-    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), size) > p.residual_m
+    top = np.where(np.isnan(dsm), dtm, dsm)
+    rough = local_residual(top, size) > p.residual_m
     if not points.has_returns():
         # A window that straddles a step is rough on both sides of it: walls are wider by half a window each way.
         wider = p.model_copy(update={"compact_m": p.compact_m + p.window_m / 2})
         return high & _compact(high & rough, high & rough, grid, wider)
     share = _penetrated_share(points, dtm, grid, size, p)
     seeds, doubtful = share > p.returns_share, rough & (share > p.returns_share / 2)
-    return high & _compact(high & seeds, high & doubtful, grid, p)
+    green = high & _compact(high & seeds, high & doubtful, grid, p)
+    return without_rims(green & ~even_patches(high, top, count_points(points, grid) > 0, grid, p))
+
+
+def without_rims(mask: BoolArray) -> BoolArray:
+    """The mask without strips of one or two cells: what a patch leaves behind is its rim, not a crown."""
+    square = np.ones((3, 3), bool)
+    return np.asarray(mask & binary_dilation(binary_opening(np.pad(mask, 1, mode="edge"), square)[1:-1, 1:-1], square))
+
+
+def even_patches(
+    high: BoolArray, top: FloatArray, counted: BoolArray, grid: Grid, p: VegetationParameters
+) -> BoolArray:
+    """(rows, cols) high patches that are plane: sheds and narrow extensions, where every pulse is near an edge.
+
+    Windows of 3 x 3 cells, most of them with points, for filled holes are even by themselves; crowns have few windows
+    that are even and no wide patches of them.
+    """
+    square = np.ones((3, 3), bool)
+    with_points = uniform_filter(counted.astype(float), 3, mode="constant") > 0.6
+    even = high & with_points & (local_residual(top, 3) < p.even_m)
+    labels, count = label(even)
+    wide = np.bincount(labels.ravel(), minlength=count + 1) * grid.cell**2 >= p.even_area_m2
+    wide[0] = False
+    return np.asarray(binary_dilation(wide[labels], square, mask=high))
 
 
 def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
