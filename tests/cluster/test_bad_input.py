@@ -233,6 +233,21 @@ def test_a_file_that_breaks_after_the_catalog_was_made_is_named_and_healed(
     assert contents(run) == contents(fifty_run)
 
 
+def test_outlines_that_vanish_are_named_and_what_was_made_of_them_stays(cityflow: Commands, tmp_path: Path) -> None:
+    city, run = make_city(tmp_path / "town"), tmp_path / "run"
+    cityflow.run(city, run)
+    before = contents(run)
+    whole = city.outlines.read_bytes()
+    city.outlines.unlink()
+    done = cityflow("rerun", run, "--unit", "outlines")
+    assert done.code == 1
+    assert "outlines.gpkg" in done.err
+    assert contents(run) == before
+    city.outlines.write_bytes(whole)
+    assert cityflow("rerun", run, "--failed").code == 0
+    assert contents(run) == before
+
+
 def test_absurd_heights_are_dropped_and_counted(cityflow: Commands, tmp_path: Path) -> None:
     city = make_city(tmp_path / "town", described=False)
     parts = split(scene().points)
