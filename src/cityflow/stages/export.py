@@ -20,6 +20,7 @@ from cityflow.io.cityjson import read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.party_walls import cut_party_walls, wall_areas
+from cityflow.stages import reconstruct
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all
 from cityflow.stages.parameters import ExportParameters
@@ -129,7 +130,7 @@ def _block(workspace: Workspace, task: Task, outline: Outline, reason: str) -> B
     x_0, y_0 = (round(v, 4) for v in outline.polygon.bounds[:2])
     solids = dict.fromkeys((Lod.LOD12, Lod.LOD13, Lod.LOD22), solid)
     marks: dict[str, Scalar] = {"lod": "1.2", "method": "block from the DSM", "is_fallback": True}
-    attributes = {**outline.attributes, **marks}
+    attributes = reconstruct.with_source(outline.attributes, marks)
     plane = RoofPlane(0.0, 0.0, top, (x_0, y_0), len(roof))
     return Building(outline.id, outline.polygon, floor, solids, (plane,), attributes, Status.FAILED, reason)
 

@@ -60,7 +60,7 @@ class ExecutionParameters(Parameters):
     ingest: StageLimits = StageLimits(time_s=7200)
     surface: StageLimits = StageLimits()
     outline: StageLimits = StageLimits()
-    reconstruct: StageLimits = StageLimits(time_s=120)
+    reconstruct: StageLimits = StageLimits(time_s=300)
     export: StageLimits = StageLimits()
 
     def limits_of(self, stage: str) -> Limits:

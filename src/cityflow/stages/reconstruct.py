@@ -101,8 +101,17 @@ def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: 
     remark = {"outline_remark": outline.remark} if outline.remark else {}
     return Building(
         outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
-        {**outline.attributes, **attributes, **remark}, choice.status, choice.reason,
+        with_source(outline.attributes, {**attributes, **remark}), choice.status, choice.reason,
     )  # fmt: skip
+
+
+def with_source(source: Mapping[str, Scalar], own: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """All attributes of the source and our own; one of the source's that bears our name becomes ``source_…``.
+
+    >>> with_source({"lod": "3", "street": "Oude Delft"}, {"lod": "2.2"})
+    {'source_lod': '3', 'street': 'Oude Delft', 'lod': '2.2'}
+    """
+    return {**{f"source_{k}" if k in own else k: v for k, v in source.items()}, **own}
 
 
 def scores_of(choice: Choice) -> list[dict[str, Json]]:

@@ -1,0 +1,124 @@
+"""The stages one after the other in this process, without a cluster: what survives of the source, and what depends on the order."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pytest
+
+from cityflow.core.building import Status
+from cityflow.errors import RefusedUnit
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.stac import read_catalog
+from cityflow.io.surface_zarr import create
+from cityflow.stages.city import CitySource
+from cityflow.stages.surface import ZARR
+from cityflow.workflow.settings import load_workflow
+from cluster.small_city import SmallCity, contents, make_city, scene
+
+HOSTILE = {
+    "status": "Pand in gebruik",
+    "reason": "because",
+    "attributes": "none",
+    "lod": "9.9",
+    "planes": -1,
+    "id": "x",
+}
+"""Columns of a source that bear the project's own names."""
+
+
+def outcome_of(store: Store, task: Task) -> Outcome:
+    module, _, name = task.function.partition(":")
+    try:
+        done: Outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
+    except RefusedUnit as error:
+        return Outcome(Status.REFUSED, str(error))
+    return done
+
+
+def run_here(
+    city: SmallCity, store: Store, seed: int, fated: Mapping[str, Outcome] | None = None
+) -> dict[tuple[str, str], Record]:
+    """All tasks in a random order; those in `fated` end as said there without being run."""
+    catalog = read_catalog(city.catalog)
+    source = CitySource(catalog, load_workflow(city.workflow).city)
+    survey = source.survey
+    create(
+        store.zarr_store(ZARR), survey.grid, round(survey.parameters.tiles.tile_m / survey.grid.cell), catalog.reference
+    )
+    rng, ready, records = np.random.default_rng(seed), list(source.initial()), dict[tuple[str, str], Record]()
+    while ready:
+        task = ready.pop(int(rng.integers(len(ready))))
+        outcome = (fated or {}).get(task.name) or outcome_of(store, task)
+        records[task.stage, task.unit] = record = record_with(task, outcome)
+        ready.extend(source.after(task, record))
+    return records
+
+
+def record_with(task: Task, outcome: Outcome) -> Record:
+    return Record(
+        task.stage, task.unit, 1, task.digest, task.version, outcome.status, outcome.reason, outcome.outputs, outcome.result,
+        task.parameters, task.inputs,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
+    """The small town, its outlines with hostile columns."""
+    made = make_city(tmp_path_factory.mktemp("town"), described=False)
+    outlines = list(scene().outlines.items())
+    columns: dict[str, list[Any]] = {
+        "name": [i for i, _ in outlines],
+        **{k: [v] * len(outlines) for k, v in HOSTILE.items()},
+    }
+    frame = geopandas.GeoDataFrame(columns, geometry=[g for _, g in outlines], crs="EPSG:28992")
+    frame.to_file(made.outlines, layer="outlines")
+    made.describe()
+    return made
+
+
+@pytest.fixture(scope="module")
+def plain(city: SmallCity, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = tmp_path_factory.mktemp("plain")
+    run_here(city, Store.open(run), seed=0)
+    return run
+
+
+def test_columns_of_the_source_do_not_pass_for_our_own(plain: Path) -> None:
+    status = geopandas.read_file(plain / "products" / "outlines.gpkg", layer="status")
+    assert set(status["status"]) <= set(map(str, Status))
+    assert set(status["id"]) == set(scene().outlines)
+    lines = (plain / "products" / "city.city.jsonl").read_text().splitlines()[1:]
+    objects = {k: o for line in lines for k, o in json.loads(line)["CityObjects"].items() if o["type"] == "Building"}
+    assert set(objects) == set(scene().outlines)
+    for found in (o["attributes"] for o in objects.values()):
+        assert found["cityflow_status"] in set(map(str, Status))
+        assert found["lod"] in ("1.2", "2.2")
+        assert found["planes"] >= 1
+        assert "Pand in gebruik" in found.values()
+        assert (found["source_lod"], found["source_planes"]) == ("9.9", -1)
+
+
+def test_the_order_of_tasks_changes_no_byte(city: SmallCity, plain: Path, tmp_path: Path) -> None:
+    run_here(city, Store.open(tmp_path / "run"), seed=1)
+    assert contents(tmp_path / "run") == contents(plain)
+
+
+def test_a_unit_that_crashed_is_exported_as_a_block_and_says_so(city: SmallCity, tmp_path: Path) -> None:
+    unit = sorted(scene().outlines)[0]
+    fated = {f"reconstruct-{unit}": Outcome(Status.FAILED, "crashed with signal SIGSEGV")}
+    records = run_here(city, Store.open(tmp_path / "run"), 0, fated)
+    lines = (tmp_path / "run" / "products" / "city.city.jsonl").read_text().splitlines()[1:]
+    objects = {k: o for line in lines for k, o in json.loads(line)["CityObjects"].items()}
+    assert objects[unit]["attributes"]["cityflow_status"] == "failed"
+    assert objects[unit]["attributes"]["cityflow_reason"] == "crashed with signal SIGSEGV"
+    assert {g["lod"] for g in objects[unit]["geometry"]} == {"0", "1.2", "1.3", "2.2"}
+    assert all(r.status is Status.DONE for (stage, _), r in records.items() if stage == "export")
