@@ -30,7 +30,7 @@ def test_vegetation_and_buildings_are_told_apart(classes: str, with_returns: boo
 
 @pytest.mark.parametrize("classes", ["none", "errors"])
 def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
-    s = small_scene(13, classes)
+    s = small_scene(12, classes)
     p = SurfaceParameters()
     x_0, y_0, x_1, y_1 = s.bounds
     whole = surface_of_tile(s.points, s.bounds, 0.0, p)
@@ -57,6 +57,22 @@ def test_a_wider_halo_does_not_change_the_core(classes: str) -> None:
     np.testing.assert_array_equal(near.dsm, far.dsm)
     np.testing.assert_array_equal(np.isnan(near.ndsm), np.isnan(far.ndsm))
     assert (near.klass == far.klass).mean() > 0.995
+
+
+def test_a_shed_whose_pulses_split_at_its_edges_is_no_tree() -> None:
+    rng = np.random.default_rng(6)
+    xy = rng.uniform(0, 40, (24000, 2))
+    shed = (np.abs(xy[:, 0] - 12) < 1.5) & (np.abs(xy[:, 1] - 20) < 3)
+    crown = np.hypot(xy[:, 0] - 28, xy[:, 1] - 20) < 4
+    z = np.where(shed, 2.6, 0.0) + np.where(crown, rng.uniform(2.5, 7.0, len(xy)), 0.0) + rng.normal(0, 0.02, len(xy))
+    several = np.where((shed & (rng.random(len(xy)) < 0.5)) | crown, 2, 1).astype(np.uint8)
+    cloud = PointCloud.of(np.column_stack([xy, z]))
+    cloud = PointCloud(cloud.xyz, cloud.classification, cloud.return_number, several)
+    surface = surface_of_tile(cloud, (0.0, 0.0, 40.0, 40.0), 0.0)
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    on_shed = (np.abs(x - 12) < 1.2) & (np.abs(y - 20) < 2.7)
+    assert (surface.klass[on_shed] == cover.BUILDING).mean() > 0.95
+    assert (surface.klass[np.hypot(x - 28, y - 20) < 3] == cover.VEGETATION).mean() > 0.95
 
 
 def test_outside_the_survey_there_are_no_heights() -> None:
