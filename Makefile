@@ -15,6 +15,7 @@ demo: $(VENV)/.runtime
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist loadgroup -m "not cluster"
+	$(BIN)/pytest -q --doctest-modules src/cityflow
 	$(BIN)/pytest -q -m cluster
 
 check: lint types layers spelling

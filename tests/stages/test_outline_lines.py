@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cityflow.core.building import Outline
-from cityflow.stages.outline_lines import Standing, decode, decode_all, encode, entries, lines
+from cityflow.stages.outline_lines import Standing, decode, decode_all, encode, entries, lines, owned, touching
 
 coordinate = st.floats(-1e7, 1e7, allow_nan=False).map(lambda v: round(v, 4))
 text = st.text(max_size=20)
@@ -50,3 +50,15 @@ def test_entries_point_at_their_lines(given_ones: list[Standing]) -> None:
         line = written[entry["start"] : entry["start"] + entry["length"]]
         assert decode(line).outline.id == standing.outline.id == entry["id"]
         assert hashlib.sha256(line).hexdigest() == entry["digest"]
+
+
+def test_neighbours_share_a_vertex_even_where_they_share_no_edge() -> None:
+    boxes = {"sw": (0, 0), "se": (10, 0), "nw": (0, 10), "ne": (10, 10), "far": (40, 40)}
+    outlines = [Outline(i, shapely.box(x, y, x + 10, y + 10)) for i, (x, y) in boxes.items()]
+    found = touching(outlines)
+    assert found["sw"] == {"se", "nw", "ne"}
+    assert found["far"] == set()
+    dealt = owned(outlines, 15.0, {"0_0", "1_0", "0_1", "1_1"})
+    mine = {s.outline.id: s for s in dealt["0_0"]}
+    assert mine["sw"].neighbours == ("ne", "nw", "se")
+    assert [s.outline.id for s in dealt["3_3"]] == ["far"]

@@ -26,7 +26,7 @@ def triangulate_polygon(rings: list[FloatArray]) -> IntArray:
         holes clockwise. The result counts corners through all rings.
 
     >>> triangulate_polygon([np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])]).tolist()
-    [[0, 1, 2]]
+    [[2, 0, 1]]
     """
     ring_start = np.concatenate([[0], np.cumsum([len(r) for r in rings])]).astype(np.int64)
     triangles, _ = triangulate_faces(np.concatenate(rings), ring_start, np.array([0, len(rings)]))

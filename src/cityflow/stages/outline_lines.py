@@ -13,7 +13,6 @@ import shapely
 from cityflow.core.building import Outline
 from cityflow.core.grid import tile_at
 from cityflow.flow.task import Json
-from cityflow.outlines.noding import neighbours
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,15 +31,31 @@ class Standing:
 
 
 def owned(outlines: Sequence[Outline], tile_m: float, known: Collection[str]) -> dict[str, list[Standing]]:
-    """Outlines by the name of the tile that owns them, each with those neighbours whose tiles are known."""
+    """Outlines by the name of the tile that owns them, each with those neighbours whose tiles are known.
+
+    Neighbours are all that share a vertex: where four houses meet in a corner, each one's walls there depend on the others.
+    """
     point = {o.id: Standing(o).point for o in outlines}
     owner = {i: tile_at(x, y, tile_m).name for i, (x, y) in point.items()}
-    shared = neighbours(outlines)
+    shared = touching(outlines)
     by_tile: dict[str, list[Standing]] = defaultdict(list)
     for outline in outlines:
-        beside = tuple(n for n in sorted(shared.get(outline.id, {})) if owner[n] in known)
+        beside = tuple(n for n in sorted(shared[outline.id]) if owner[n] in known)
         by_tile[owner[outline.id]].append(Standing(outline, beside, tuple(sorted({owner[n] for n in beside}))))
     return by_tile
+
+
+def touching(outlines: Sequence[Outline]) -> dict[str, set[str]]:
+    """For each outline the ids of those that share a vertex with it; noded outlines do so bit for bit."""
+    at: dict[tuple[float, float], list[str]] = defaultdict(list)
+    for outline in outlines:
+        for vertex in set(map(tuple, shapely.get_coordinates(outline.polygon).tolist())):
+            at[vertex].append(outline.id)
+    found: dict[str, set[str]] = {o.id: set() for o in outlines}
+    for ids in at.values():
+        for one in ids if len(ids) > 1 else ():
+            found[one].update(i for i in ids if i != one)
+    return found
 
 
 def encode(standing: Standing) -> bytes:
