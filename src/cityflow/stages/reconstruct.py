@@ -38,7 +38,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     under = survey.tiles_under(unit)
     surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in under}
     source = survey.source_attributes(_grown(unit.bounds))
-    classified = survey.has_building_class(_grown(unit.bounds))
+    classified = survey.has_building_class
     return Task(
         STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),

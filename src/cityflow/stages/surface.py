@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Grid
-from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window, write_cog
@@ -35,7 +35,7 @@ def task(survey: Survey, name: str) -> Task:
     dtm = survey.catalog.rasters.get("dtm")
     return Task(
         STAGE, name, "cityflow.stages.surface:run", VERSION,
-        parameters=survey.parameters_for(STAGE, name, model),
+        parameters=_parameters(survey, name),
         inputs={
             **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": _place(survey),
             **({"dtm": dtm.checksum} if dtm else {}),
@@ -51,8 +51,16 @@ def task(survey: Survey, name: str) -> Task:
 
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
-    parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.surface)
+    parameters = _parameters(survey, record.unit)
     return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, _place(survey))
+
+
+def _parameters(survey: Survey, name: str) -> dict[str, Json]:
+    """Those of the stage; ``auto`` is decided for the whole survey, so that no tile depends on where tiles are cut."""
+    parameters = survey.parameters_for(STAGE, name, survey.parameters.surface)
+    if parameters["dtm"]["method"] == "auto" and survey.has_ground_class:
+        parameters["dtm"]["method"] = "classified"
+    return parameters
 
 
 def _place(survey: Survey) -> str:

@@ -12,7 +12,7 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, tiles_over
 from cityflow.core.parameters import Parameters, merged
-from cityflow.core.points import BUILDING
+from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record
 from cityflow.io.stac import Catalog, LidarAsset
 from cityflow.stages.parameters import CityParameters
@@ -76,7 +76,7 @@ class Survey:
         elif record.stage == "ingest":
             for path, digest in record.outputs.items():
                 self._pieces[record.unit, _stem(path)] = path, digest
-        kept = {k: v for k, v in record.result.items() if k in ("digest", "classes", "refused", "rows")}
+        kept = {k: v for k, v in record.result.items() if k in ("digest", "refused")}
         inputs = record.inputs if record.stage == "outline" else {}
         self.records[record.stage, record.unit] = replace(
             record, result=kept, parameters={}, inputs=inputs, traceback=""
@@ -150,10 +150,15 @@ class Survey:
                 found[asset.name] = record.reason
         return found
 
-    def has_building_class(self, bounds: Bounds) -> bool:
-        """Whether the files over `bounds` tell buildings from the rest: a matter of the survey, not of a single house."""
-        records = [self.records.get(("ingest", f.name)) for f in self.files_over(bounds)]
-        return any(str(BUILDING) in r.result.get("classes", {}) for r in records if r is not None)
+    @property
+    def has_ground_class(self) -> bool:
+        """Whether the survey tells ground from the rest, as its catalog says."""
+        return any(GROUND in f.classes for f in self.files.values())
+
+    @property
+    def has_building_class(self) -> bool:
+        """Whether the survey tells buildings from the rest: a matter of the survey, not of a tile or a single house."""
+        return any(BUILDING in f.classes for f in self.files.values())
 
     def parameters_for(self, stage: str, unit: str, model: Parameters) -> dict[str, Json]:
         """The stage's parameters as JSON with the unit's overrides laid over them."""
