@@ -58,6 +58,21 @@ def test_terraces_with_noise_become_a_coverage(seed: int, noise_m: float) -> Non
         assert (xy == np.round(xy, 4)).all()
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([0.05, 0.1, 0.2]))
+def test_noise_beyond_the_tolerance_still_leaves_a_coverage_and_is_remarked(seed: int, noise_m: float) -> None:
+    clean, _ = clean_outlines(terrace(seed, noise_m))
+    noded = node_outlines(clean)
+    assert shapely.is_valid(array(noded)).all()
+    assert shapely.coverage_is_valid(array(noded))
+    assert abs(overlap_m2(noded)) < 1e-6
+    for before in clean:
+        parts = [o for o in noded if o.id == before.id or o.id.rpartition("-")[0] == before.id]
+        assert parts
+        change = abs(sum(o.polygon.area for o in parts) - before.polygon.area)
+        assert change <= before.polygon.length * 0.05 or any(o.remark for o in parts)
+
+
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000))
 def test_what_is_far_away_changes_nothing(seed: int) -> None:
