@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import open3d as o3d
 import pytest
@@ -18,11 +20,11 @@ def heights_by_rays(solid: Polyhedron, xy: np.ndarray) -> np.ndarray:
     """Height of the first face below, NaN where there is none."""
     mesh = triangulate(solid)
     origin = solid.vertices.min(axis=0)
-    scene = o3d.t.geometry.RaycastingScene(nthreads=1)
+    scene: Any = o3d.t.geometry.RaycastingScene(nthreads=1)
     scene.add_triangles((mesh.vertices - origin).astype(np.float32), mesh.triangles.astype(np.uint32))
     above = np.column_stack([xy - origin[:2], np.full(len(xy), HIGH)])
     rays = np.column_stack([above, np.tile([0.0, 0.0, -1.0], (len(xy), 1))]).astype(np.float32)
-    hit = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
+    hit = scene.cast_rays(o3d.core.Tensor.from_numpy(rays))["t_hit"].numpy()
     return np.where(np.isfinite(hit), HIGH - hit + origin[2], np.nan)
 
 
