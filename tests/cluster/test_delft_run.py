@@ -20,6 +20,8 @@ from pathlib import Path
 
 import pytest
 
+from flow.processes import hear_ctrl_c
+
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
 CATALOG = ROOT / "catalogs" / "delft"
@@ -166,6 +168,7 @@ def test_an_interrupted_run_stops_soon_and_is_continued(reference: Path, tmp_pat
     driver = subprocess.Popen(
         [sys.executable, "-m", "cityflow", *command],
         env=environment(),
+        preexec_fn=hear_ctrl_c,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
     )

@@ -25,6 +25,11 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
 
 
+def hear_ctrl_c() -> None:
+    """Whoever starts the tests in the background has them ignore it, and what they start would inherit that."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @dataclass
 class Cluster:
     """A scheduler and its workers, each started from the command line."""
@@ -73,6 +78,7 @@ class Driver:
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
+            preexec_fn=hear_ctrl_c,
         )
         self.lines: list[str] = []
         self.errors = ""

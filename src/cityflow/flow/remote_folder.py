@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -113,4 +114,8 @@ def file_system(protocol: str) -> Any:
 
 
 def _options(protocol: str) -> dict[str, Any]:
-    return {} if protocol == "memory" else {"use_listings_cache": False}
+    """fsspec keeps one file system per set of options: the endpoint is one, or a change of the environment would pass unnoticed."""
+    if protocol == "memory":
+        return {}
+    endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
+    return {"use_listings_cache": False, **({"endpoint_url": endpoint} if endpoint and protocol == "s3" else {})}
