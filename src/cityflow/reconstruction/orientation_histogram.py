@@ -17,9 +17,10 @@ from pydantic import Field
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Candidate, Evidence, Status
 from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.level_regions import level_regions
 from cityflow.reconstruction.levels import LevelParameters, block_levels
 from cityflow.reconstruction.local_orientation import LocalOrientation, local_orientation
-from cityflow.reconstruction.orientation_regions import connected_regions, orientation_buckets, seed_order
+from cityflow.reconstruction.orientation_regions import Weighting, connected_regions, orientation_buckets, seed_order
 from cityflow.reconstruction.plane_labels import LabelEnergy, relabel
 from cityflow.reconstruction.planes import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.roof_cloud import RoofCloud, local_origin, roof_cloud
@@ -37,6 +38,9 @@ class OrientationHistogramParameters(Parameters):
     )
     neighbourhood_points: float = Field(12.0, ge=6, le=200, description="typical number of points in 3×3 cells")
     bin_deg: float = Field(5.0, ge=1, le=30, description="width of a bin of the histogram (degrees)")
+    histogram: Weighting = Field(
+        "gradient", description="weight of a point in the histogram: gradient, count; off: no histogram at all"
+    )
     level_slope_deg: float = Field(4.0, ge=0, le=20, description="flatter points (degrees) have no direction")
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper surfaces (degrees) are walls")
     angle_deg: float = Field(20.0, gt=0, le=60, description="local planes of one surface agree within this (degrees)")
@@ -110,18 +114,27 @@ def _energy(cloud: RoofCloud, noise: float, parameters: OrientationHistogramPara
 def _surfaces(
     cloud: RoofCloud, surface: LocalOrientation, energy: LabelEnergy, parameters: OrientationHistogramParameters
 ) -> tuple[IntArray, FloatArray]:
-    """Regions of all points, labels, then regions of the points left over, and labels again."""
+    """Regions of all points, labels; regions of the points left over, labels; levels of those left then, and labels."""
     labels, planes = np.full(len(cloud.points), UNASSIGNED), np.empty((0, 3))
-    for _ in range(2):
-        left = labels == UNASSIGNED
-        found, more = _regions(cloud, surface, left, energy, parameters)
+    for search in (_regions, _regions, _levels):
+        found, more = search(cloud, surface, labels == UNASSIGNED, energy, parameters)
         if len(more) == 0:
-            break
+            continue
         labels = np.where(found >= 0, found + len(planes), labels)
         planes = np.concatenate([planes, more])[: parameters.max_planes]
         labels[labels >= len(planes)] = UNASSIGNED
         labels, planes = relabel(cloud, labels, planes, energy, parameters.rounds)
     return labels, planes
+
+
+def _levels(
+    cloud: RoofCloud,
+    _: LocalOrientation,
+    left: IntArray,
+    energy: LabelEnergy,
+    parameters: OrientationHistogramParameters,
+) -> tuple[IntArray, FloatArray]:
+    return level_regions(cloud, left, 2.0 * energy.sigma, energy.min_points, parameters.max_planes)
 
 
 def _regions(
@@ -137,8 +150,9 @@ def _regions(
         return np.full(len(left), UNASSIGNED), np.empty((0, 3))
     part = cloud if len(index) == len(left) else cloud.take(index)
     local = surface if part is cloud else local_orientation(part, energy.max_slope)
-    bucket, weight = orientation_buckets(local, math.tan(math.radians(parameters.level_slope_deg)), parameters.bin_deg)
-    seeds = seed_order(local, bucket, weight, 2.0 * energy.sigma)
+    slopes = (math.tan(math.radians(parameters.level_slope_deg)), energy.max_slope)
+    bucket, _ = orientation_buckets(local, slopes, parameters.bin_deg, parameters.histogram)
+    seeds = seed_order(local, bucket, 2.0 * energy.sigma)
     tolerance = (3.0 * energy.sigma, math.radians(parameters.angle_deg))
     regions, planes = connected_regions(
         part, local, bucket, seeds, tolerance, (energy.min_points, parameters.max_planes)

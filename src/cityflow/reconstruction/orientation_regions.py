@@ -1,6 +1,8 @@
-"""Buckets of the orientation histogram, and connected regions of like orientation (Gross 2005, section 3)."""
+"""Buckets of the orientation histogram, and connected regions of one bucket (Gross 2005, section 3)."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 from numba import njit
@@ -10,34 +12,49 @@ from cityflow.reconstruction.local_orientation import FLAWED, LocalOrientation
 from cityflow.reconstruction.plane_fit import distances, fit_iterated, solve_plane
 from cityflow.reconstruction.roof_cloud import RoofCloud
 
-LEVEL = -1
-"""Bucket of points whose gradient is too small to have a direction."""
+NONE = -1
+"""Bucket of points that have no local plane, or one as steep as a wall: they begin and join no region."""
+
+Weighting = Literal["gradient", "count", "off"]
 
 
-def orientation_buckets(local: LocalOrientation, level_slope: float, bin_deg: float) -> tuple[IntArray, FloatArray]:
+def orientation_buckets(
+    local: LocalOrientation, slopes: tuple[float, float], bin_deg: float, weighting: Weighting = "gradient"
+) -> tuple[IntArray, FloatArray]:
     """Bucket of each point: a hill of the histogram of gradient directions, weighted by gradient magnitude.
+
+    Level points, whose gradient tells no direction, are a bucket of their own. Its weight is what its points would
+    have at the steepest slope that still counts as level, so that it can be compared with the hills.
 
     Parameters
     ----------
     local : local planes of the points
-    level_slope : rise over run below which a point is level
+    slopes : rise over run below which a point is level, and above which it is a wall
     bin_deg : width of a bin, degrees
+    weighting : a point's share in the histogram: magnitude of its gradient, or one; ``off``: one bucket for all
 
     Returns
     -------
-    bucket : (N,) int64, hill of each point, strongest first, `LEVEL` for level points
-    weight : (B,) float64, summed gradient magnitude of each hill
+    bucket : (N,) int64, strongest bucket first, `NONE` for points without a usable plane
+    weight : (B,) float64, weight of each bucket, descending
     """
+    level_slope, max_slope = slopes
+    usable = (local.roughness < FLAWED) & (local.slope <= max_slope)
+    if weighting == "off":
+        return np.where(usable, 0, NONE).astype(np.int64), np.array([float(np.count_nonzero(usable))])
+    share = local.slope if weighting == "gradient" else np.ones(len(local.slope))
+    level = usable & (local.slope <= level_slope)
+    inclined = usable & ~level
     bins = round(360 / bin_deg)
-    slope, sound = local.slope, local.roughness < FLAWED
-    inclined = sound & (slope > level_slope)
     index = (local.aspect_deg / bin_deg).astype(np.int64) % bins
-    histogram = np.bincount(index[inclined], weights=np.minimum(slope[inclined], 3.0), minlength=bins).astype(float)
+    histogram = np.bincount(index[inclined], weights=share[inclined], minlength=bins).astype(float)
     hill = _hills(_smoothed(histogram))
-    weight = np.bincount(hill, weights=histogram).astype(float)
+    of_level = np.count_nonzero(level) * (level_slope if weighting == "gradient" else 1.0)
+    weight = np.append(np.bincount(hill, weights=histogram), of_level).astype(float)
+    bucket = np.where(level, len(weight) - 1, hill[index])
     rank = np.empty(len(weight), np.int64)
     rank[np.argsort(-weight, kind="stable")] = np.arange(len(weight))
-    return np.where(inclined, rank[hill[index]], LEVEL).astype(np.int64), np.sort(weight)[::-1]
+    return np.where(usable, rank[bucket], NONE).astype(np.int64), np.sort(weight)[::-1]
 
 
 def _smoothed(histogram: FloatArray) -> FloatArray:
@@ -57,11 +74,10 @@ def _hills(histogram: FloatArray) -> IntArray:
     return np.unique(target, return_inverse=True)[1].astype(np.int64)
 
 
-def seed_order(local: LocalOrientation, bucket: IntArray, weight: FloatArray, max_roughness: float) -> IntArray:
-    """Smooth points, those of the bucket with most points first, smoothest first within a bucket."""
-    counts = np.bincount(bucket + 1, minlength=len(weight) + 1)
-    seeds = np.flatnonzero(local.roughness < max_roughness)
-    return seeds[np.lexsort((local.roughness[seeds], -counts[bucket[seeds] + 1]))].astype(np.int64)
+def seed_order(local: LocalOrientation, bucket: IntArray, max_roughness: float) -> IntArray:
+    """Smooth points, those of the heaviest bucket first (buckets are numbered by weight), smoothest first within it."""
+    seeds = np.flatnonzero((local.roughness < max_roughness) & (bucket != NONE))
+    return seeds[np.lexsort((local.roughness[seeds], bucket[seeds]))].astype(np.int64)
 
 
 def connected_regions(
@@ -72,13 +88,12 @@ def connected_regions(
     tolerance: tuple[float, float],
     limits: tuple[int, int],
 ) -> tuple[IntArray, FloatArray]:
-    """Grow regions over 3×3 neighbours with like orientation that lie on the region's plane.
+    """Unite connected points (3×3 cells) of one bucket that lie on one plane and look its way.
 
     Parameters
     ----------
     cloud, local, bucket, seeds : points with their local planes, buckets, and where to begin
-    tolerance : metres across the plane, and radians between a point's local plane and the region's; half the angle
-        where the point is of another bucket
+    tolerance : metres across the plane, and radians between a point's local plane and the region's
     limits : fewest points of a region, most regions
 
     Returns
@@ -92,12 +107,10 @@ def connected_regions(
         cloud.cell_of,
         cloud.shape[1],
         local.planes,
-        local.roughness,
         bucket,
         seeds,
         tolerance[0],
         np.cos(tolerance[1]),
-        np.cos(tolerance[1] / 2),
         limits[0],
         limits[1],
     )
@@ -117,12 +130,10 @@ def _grow(
     cell_of: IntArray,
     cols: int,
     planes: FloatArray,
-    roughness: FloatArray,
     bucket: IntArray,
     seeds: IntArray,
     tolerance: float,
-    cos_same: float,
-    cos_other: float,
+    cos_limit: float,
     min_points: int,
     max_regions: int,
 ) -> tuple[IntArray, FloatArray]:
@@ -144,13 +155,12 @@ def _grow(
             for row in range(-1, 2):
                 first = cell_of[i] + row * cols - 1
                 for j in range(starts[first], starts[first + 3]):
-                    if labels[j] != -1 or roughness[j] >= 1e3:
+                    if labels[j] != -1 or bucket[j] != bucket[seed]:
                         continue
                     off = abs(points[j, 2] - plane[0] * points[j, 0] - plane[1] * points[j, 1] - plane[2])
                     if off > tolerance * np.sqrt(1 + plane[0] ** 2 + plane[1] ** 2):
                         continue
-                    limit = cos_same if bucket[j] == bucket[seed] else cos_other
-                    if _cosine(planes[j], plane) < limit:
+                    if _cosine(planes[j], plane) < cos_limit:
                         continue
                     labels[j] = count
                     queue[size] = j

@@ -26,7 +26,7 @@ from cityflow.stages.survey import UNREAD, WALL_MARGIN_M, Survey, UnitEntry
 from cityflow.surface.sample import sample
 
 STAGE = "reconstruct"
-VERSION = 1
+VERSION = 2
 HULL = "hull.city.jsonl"
 GROUND_SAMPLING_M = 0.5
 LOWEST_ROOF_M = 1.5
