@@ -24,8 +24,8 @@ from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 
 METHODS = ("orientation_histogram", "extruded")
-NUMERICAL_TROUBLE = (ArithmeticError, ValueError, np.linalg.LinAlgError, GEOSException)
-"""What the data of a single unit can provoke in a method; it becomes that candidate's reason."""
+NUMERICAL_TROUBLE = (ArithmeticError, np.linalg.LinAlgError, GEOSException)
+"""What the data of a single unit can provoke in a method; it becomes that candidate's reason. Anything else is a bug, and fails the unit."""
 
 
 class ScoreParameters(Parameters):

@@ -39,7 +39,6 @@ def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
         **_fit(solid, evidence),
         **_heights(solid, evidence.points.xyz[:, 2]),
         **_sizes(solid),
-        **{f"found_{k}": v for k, v in candidate.notes.items()},
     }
 
 

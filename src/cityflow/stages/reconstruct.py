@@ -26,7 +26,7 @@ from cityflow.stages.survey import UNREAD, WALL_MARGIN_M, Survey, UnitEntry
 from cityflow.surface.sample import sample
 
 STAGE = "reconstruct"
-VERSION = 2
+VERSION = 3
 HULL = "hull.city.jsonl"
 GROUND_SAMPLING_M = 0.5
 LOWEST_ROOF_M = 1.5
@@ -77,7 +77,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     evidence = gather(workspace, task, outline)
     choice = _admitting(choose(evidence, parameters), task.arguments["unread"])
     measures = measure(choice, evidence)
-    result = {**measures, "scores": scores_of(choice)}
+    result = {**measures, "notes": dict(choice.candidate.notes), "scores": scores_of(choice)}
     if choice.candidate.solid is None or choice.status is Status.FAILED:
         return workspace.outcome(choice.status, choice.reason, result)
     workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))

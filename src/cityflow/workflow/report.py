@@ -90,7 +90,7 @@ def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:
 
 def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
     found = record.result
-    more = {k: v for k, v in {**found, **exported}.items() if k not in ("scores", "reason", "status")}
+    more = {k: v for k, v in {**found, **exported}.items() if k not in ("scores", "notes", "reason", "status")}
     return UnitRow(
         record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
         int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
