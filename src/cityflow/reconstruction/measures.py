@@ -10,12 +10,11 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Evidence, Lod, Polyhedron, RoofPlane, Scalar, Semantic
 from cityflow.geometry.polyhedron import face_areas, volume
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
+from cityflow.geometry.roof_type import roof_type
 from cityflow.reconstruction.choose import Choice
 
 DECIMALS = 3
 """Millimetres, square decimetres: beyond the accuracy of any survey."""
-LEVEL_DEG = 5.0
-OPPOSITE_DEG = 15.0
 
 
 def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
@@ -46,37 +45,6 @@ def used_planes(solid: Polyhedron, planes: tuple[RoofPlane, ...]) -> list[RoofPl
     """Planes that at least one roof face lies on."""
     used = {f.plane for f in solid.of_semantic(Semantic.ROOF) if f.plane >= 0}
     return [planes[k] for k in sorted(used)]
-
-
-def roof_type(solid: Polyhedron, planes: tuple[RoofPlane, ...]) -> str:
-    """A hint from the planes' directions, weighted by their faces' areas; faces below a tenth of the roof are ignored."""
-    areas = np.zeros(len(planes))
-    for face, area in zip(solid.faces, face_areas(solid), strict=True):
-        if face.semantic is Semantic.ROOF and face.plane >= 0:
-            areas[face.plane] += area
-    main = [p for p, area in zip(planes, areas, strict=True) if area > 0.1 * areas.sum()]
-    sloped = [p for p in main if p.slope_deg >= LEVEL_DEG]
-    if not main:
-        return "unknown"
-    if not sloped:
-        return "flat" if _spread(main) < 1.0 else "stepped flat"
-    if len(main) == 1:
-        return "monopitch"
-    if len(sloped) == len(main) == 2 and _opposite(*main):
-        return "gabled"
-    if len(sloped) == len(main) == 4 and sum(_opposite(p, q) for p in main for q in main) == 4:
-        return "hipped"
-    return "complex" if len(sloped) == len(main) else "mixed"
-
-
-def _spread(planes: list[RoofPlane]) -> float:
-    heights = [p.height for p in planes]
-    return max(heights) - min(heights)
-
-
-def _opposite(p: RoofPlane, q: RoofPlane) -> bool:
-    turn = abs((p.aspect_deg - q.aspect_deg + 180) % 360 - 180)
-    return turn >= 180 - OPPOSITE_DEG
 
 
 def _fit(solid: Polyhedron, evidence: Evidence) -> dict[str, Scalar]:
