@@ -7,14 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from pydantic import Field
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Outline
-from cityflow.core.parameters import Parameters
 from cityflow.outlines.adjacency import shared_boundaries
 from cityflow.outlines.coverage import LATTICE_M, partition
 from cityflow.outlines.given import Refusal
@@ -23,14 +21,6 @@ from cityflow.outlines.snapping import snapped
 
 _WORTH_A_REMARK_M2 = 0.01
 _KEPT_PART_M2 = 0.1
-
-
-class NodingParameters(Parameters):
-    """When boundaries of two outlines are the same boundary."""
-
-    tolerance_m: float = Field(
-        0.05, ge=LATTICE_M, le=1.0, description="boundaries nearer than this become one; gaps narrower are closed, m"
-    )
 
 
 def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> list[Outline]:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.reconstruction.ring_tracing import Edge, ring_edges
+from cityflow.reconstruction.ring_tracing import Edge
 from cityflow.reconstruction.subdivision import MIN_EDGE, Subdivision
 
 SAME_HEIGHT = 12e-3
@@ -220,8 +220,3 @@ def _cells_around(division: Subdivision) -> dict[int, list[int]]:
         rays.sort(key=lambda ray: math.atan2(division.xy[ray[0]][1] - y, division.xy[ray[0]][0] - x))
         around[vertex] = [cell for _, cell in rays]
     return around
-
-
-def edges_of_cells(division: Subdivision) -> list[Edge]:
-    """Directed edges of all cells, cell by cell."""
-    return [edge for rings in division.cells.values() for ring in rings for edge in ring_edges(ring)]

@@ -152,7 +152,7 @@ def _compressed(labels: IntArray, planes: FloatArray, alive: list[int]) -> tuple
 @njit(cache=True, nogil=True)
 def _point_cost(points: FloatArray, i: int, plane: FloatArray, sigma: float) -> float:
     off = points[i, 2] - plane[0] * points[i, 0] - plane[1] * points[i, 1] - plane[2]
-    return min(off * off / ((1 + plane[0] ** 2 + plane[1] ** 2) * 2 * sigma * sigma), 4.5)
+    return min(off * off / ((1 + plane[0] ** 2 + plane[1] ** 2) * 2 * sigma * sigma), OUTLIER)
 
 
 @njit(cache=True, nogil=True)
@@ -193,12 +193,12 @@ def _sweep(
                         kinds += 1
                     votes[k] += 1
                     total += 1
-            best, label = 4.5 - 1e-9, -1
+            best, label = OUTLIER - 1e-9, -1
             for s in range(kinds):
                 k = seen[s]
                 fit = _point_cost(points, i, planes[k], sigma)
                 cost = fit + smoothness * (1 - votes[k] / total)
-                if fit < 4.5 and (cost < best or (cost == best and k < label)):
+                if fit < OUTLIER and (cost < best or (cost == best and k < label)):
                     best, label = cost, k
                 votes[k] = 0
             if label != out[i]:
@@ -231,7 +231,7 @@ def _second_best(
     other, loss = np.full(len(own), -1, np.int64), 0.0
     for s in range(len(own)):
         i = own[s]
-        best = 4.5
+        best = OUTLIER
         for k in range(len(planes)):
             if near[k]:
                 cost = _point_cost(points, i, planes[k], sigma)

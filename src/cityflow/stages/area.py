@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.vector import read_outlines
+from cityflow.io.vector import read_polygons
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def parse_area(text: str, reference: Reference) -> Area:
     if not text:
         return EVERYWHERE
     if Path(text).exists():
-        return Area(shapely.union_all([o.polygon for o in read_outlines(text, None, None, reference)[0]]))
+        return Area(shapely.union_all(read_polygons(text, reference)))
     try:
         x_min, y_min, x_max, y_max = (float(part) for part in text.split(","))
     except ValueError:

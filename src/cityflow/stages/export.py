@@ -19,7 +19,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.cityjson import read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.extruded import extrude
-from cityflow.reconstruction.party_walls import cut_party_walls, wall_areas
+from cityflow.reconstruction.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages import reconstruct
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all
@@ -77,9 +77,12 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     for form in parameters.formats:
         for path, data in WRITERS[form](tile):
             workspace.publish(path, data)
+    unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
     workspace.write(ROWS, json.dumps(rows, ensure_ascii=False, sort_keys=True).encode())
-    return workspace.outcome(result={"buildings": len(own), "terrain_triangles": len(tile.terrain.triangles)})
+    return workspace.outcome(
+        result={"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)}
+    )
 
 
 def read_rows(store: Store, outputs: Iterable[str]) -> dict[str, dict[str, Any]]:

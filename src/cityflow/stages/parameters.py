@@ -29,7 +29,7 @@ class OutlineParameters(Parameters):
     )
     found: FindParameters = FindParameters()
     noding_tolerance_m: float = Field(
-        0.05, ge=0, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
+        0.05, ge=1e-4, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
     )
 
 
