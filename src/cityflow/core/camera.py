@@ -1,0 +1,172 @@
+"""A camera's interior orientation, and an image with its exterior orientation.
+
+Camera frame: x right, y down, z forward. Image coordinates: (0, 0) is the corner of the first pixel, so the centre of pixel (row, col) is at
+(col + 0.5, row + 0.5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, FloatArray
+
+PERSPECTIVE, FISHEYE = "perspective", "fisheye"
+UNDISTORT_STEPS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Interior orientation.
+
+    Attributes
+    ----------
+    width, height : pixels
+    fx, fy : focal lengths, pixels;  cx, cy : principal point, pixels from the corner of the first pixel
+    distortion : OpenCV's coefficients in OpenCV's order, of any length it knows: ``perspective`` k1 k2 p1 p2 [k3 [k4 k5 k6]],
+        ``fisheye`` k1 k2 k3 k4; empty where there is none
+    kind : ``perspective`` or ``fisheye``
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()
+    kind: str = PERSPECTIVE
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(3, 3) calibration matrix."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def is_pinhole(self) -> bool:
+        return self.kind == PERSPECTIVE and not any(self.distortion)
+
+    @property
+    def pinhole(self) -> Camera:
+        """The same camera without distortion."""
+        return replace(self, distortion=(), kind=PERSPECTIVE)
+
+    def distort(self, normal: FloatArray) -> FloatArray:
+        """(N, 2) coordinates x/z, y/z in the camera frame → (N, 2) image coordinates, pixels."""
+        x, y = normal[..., 0], normal[..., 1]
+        if self.kind == FISHEYE:
+            x, y = _fisheye(x, y, self.distortion)
+        elif any(self.distortion):
+            x, y = _brown(x, y, self.distortion)
+        return np.stack([self.fx * x + self.cx, self.fy * y + self.cy], axis=-1)
+
+    def undistort(self, uv: FloatArray) -> FloatArray:
+        """(N, 2) image coordinates, pixels → (N, 2) x/z, y/z in the camera frame, to 1e-9 or so inside the image."""
+        target = (np.asarray(uv, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
+        if self.kind == FISHEYE:
+            return _from_fisheye(target, self.distortion)
+        if self.is_pinhole:
+            return target
+        guess = target.copy()
+        for _ in range(UNDISTORT_STEPS):
+            x, y = _brown(guess[..., 0], guess[..., 1], self.distortion)
+            step = target - np.stack([x, y], axis=-1)
+            guess += step
+            if float(np.max(np.abs(step), initial=0.0)) < 1e-11:
+                break
+        return guess
+
+
+@dataclass(frozen=True, slots=True)
+class OrientedImage:
+    """An image's name, camera and exterior orientation.
+
+    Attributes
+    ----------
+    name : unique in the survey
+    rotation : (3, 3) float64, camera_from_world
+    centre : (3,) float64, projection centre, world metres
+    """
+
+    name: str
+    camera: Camera
+    rotation: FloatArray = field(repr=False)
+    centre: FloatArray
+
+    @property
+    def axis(self) -> FloatArray:
+        """(3,) unit vector of the viewing direction in the world."""
+        return self.rotation[2]
+
+    @property
+    def tilt(self) -> float:
+        """Angle between viewing direction and nadir, radians."""
+        return float(np.arccos(np.clip(-self.rotation[2, 2], -1.0, 1.0)))
+
+    def in_camera(self, xyz: FloatArray) -> FloatArray:
+        """(N, 3) world metres → (N, 3) camera frame, metres; the third is the depth."""
+        return (np.asarray(xyz, np.float64) - self.centre) @ self.rotation.T
+
+    def project(self, xyz: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N, 3) world metres → (N, 2) image coordinates in pixels, and (N,) depths in metres (negative: behind the camera)."""
+        local = self.in_camera(xyz)
+        depth = local[..., 2]
+        safe = np.where(np.abs(depth) < 1e-12, 1e-12, depth)
+        return self.camera.distort(local[..., :2] / safe[..., None]), depth
+
+    def holds(self, uv: FloatArray, margin: float = 0.0) -> BoolArray:
+        """Which (N, 2) image coordinates lie inside the image by at least `margin` pixels."""
+        u, v = uv[..., 0], uv[..., 1]
+        w, h = self.camera.width, self.camera.height
+        return np.asarray((u >= margin) & (u <= w - margin) & (v >= margin) & (v <= h - margin))
+
+    def rays(self, uv: FloatArray) -> FloatArray:
+        """(N, 2) image coordinates → (N, 3) world directions whose depth component is 1: centre + depth · ray is the point."""
+        normal = self.camera.undistort(uv)
+        local = np.concatenate([normal, np.ones((*normal.shape[:-1], 1))], axis=-1)
+        return local @ self.rotation
+
+    def rotated(self, frame_from_world: FloatArray, origin: FloatArray) -> OrientedImage:
+        """The same image seen from a frame whose coordinates are frame_from_world · (world - origin)."""
+        return replace(
+            self,
+            rotation=self.rotation @ frame_from_world.T,
+            centre=frame_from_world @ (self.centre - np.asarray(origin, np.float64)),
+        )
+
+
+def _brown(x: FloatArray, y: FloatArray, c: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    k1, k2, p1, p2, k3, k4, k5, k6 = (*c, *(0.0,) * (8 - len(c)))
+    r2 = x * x + y * y
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    return (
+        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+    )
+
+
+def _fisheye(x: FloatArray, y: FloatArray, c: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    r = np.hypot(x, y)
+    scale = np.where(r > 1e-12, _fisheye_radius(np.arctan(r), c) / np.where(r > 1e-12, r, 1.0), 1.0)
+    return x * scale, y * scale
+
+
+def _fisheye_radius(theta: FloatArray, c: tuple[float, ...]) -> FloatArray:
+    k1, k2, k3, k4 = (*c, *(0.0,) * (4 - len(c)))
+    t2 = theta * theta
+    return theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+
+
+def _from_fisheye(target: FloatArray, c: tuple[float, ...]) -> FloatArray:
+    r = np.hypot(target[..., 0], target[..., 1])
+    k1, k2, k3, k4 = (*c, *(0.0,) * (4 - len(c)))
+    theta = np.minimum(r, 1.55)
+    for _ in range(UNDISTORT_STEPS):
+        t2 = theta * theta
+        slope = 1 + t2 * (3 * k1 + t2 * (5 * k2 + t2 * (7 * k3 + t2 * 9 * k4)))
+        theta = np.clip(
+            theta - (_fisheye_radius(theta, c) - r) / np.where(np.abs(slope) < 1e-6, 1e-6, slope), 0.0, 1.57
+        )
+    scale = np.where(r > 1e-12, np.tan(theta) / np.where(r > 1e-12, r, 1.0), 1.0)
+    return target * scale[..., None]

@@ -1,0 +1,35 @@
+"""Local reference frames of clusters of oblique views: tilted worlds that look straight down on what the views see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cityflow.core.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFrame:
+    """A frame whose -z axis is the mean viewing direction of a cluster of images (Dahlke 2017 §1.2).
+
+    Frame coordinates are ``frame_from_world @ (world - origin)``, metres; heights in the frame count towards the cameras.
+
+    Attributes
+    ----------
+    name : ``nadir``, or the compass direction of the view and its tilt, e.g. ``east_45``
+    frame_from_world : (3, 3) rotation
+    origin : (3,) world metres, the same for all frames of a survey
+    images : names of the cluster's images, sorted
+    """
+
+    name: str
+    frame_from_world: FloatArray = field(repr=False)
+    origin: FloatArray = field(repr=False)
+    images: tuple[str, ...] = ()
+
+    def from_world(self, xyz: FloatArray) -> FloatArray:
+        """(N, 3) world metres → (N, 3) frame metres."""
+        return (xyz - self.origin) @ self.frame_from_world.T
+
+    def to_world(self, xyz: FloatArray) -> FloatArray:
+        """(N, 3) frame metres → (N, 3) world metres."""
+        return xyz @ self.frame_from_world + self.origin
