@@ -24,7 +24,7 @@ from cityflow.core.grid import Grid, Tile
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import LAYERS, chunk_paths, create, read_layers, window_of, write_tile
+from cityflow.io.surface_zarr import LAYERS, chunk_paths, create, image_layers, read_layers, window_of, write_tile
 
 CELL, TILE_CELLS = 0.5, 40
 CITY = Grid(85000.0, 447560.0, CELL, 3 * TILE_CELLS, 4 * TILE_CELLS)
@@ -99,7 +99,7 @@ def test_a_local_frame_has_no_crs(tmp_path: Path, local: Reference) -> None:
 def test_a_chunk_is_a_file_even_if_nothing_was_measured(store: str) -> None:
     nothing = {name: np.full((TILE_CELLS, TILE_CELLS), layer.fill, layer.dtype) for name, layer in LAYERS.items()}
     tile = _grid(TILES[5])
-    paths = chunk_paths(CITY, tile, LAYERS)
+    paths = chunk_paths(CITY, tile, nothing)
     assert paths[0] == "dsm/c/1/1"
     assert not any((Path(store) / path).exists() for path in paths)
     write_tile(store, CITY, tile, nothing)
@@ -111,8 +111,19 @@ def test_only_the_tiles_own_chunks_change(store: str) -> None:
     before = _digests(store)
     write_tile(store, CITY, _grid(TILES[6]), _layers(TILES[6]))
     after = _digests(store)
-    assert set(after) - set(before) == set(chunk_paths(CITY, _grid(TILES[6]), LAYERS))
+    assert set(after) - set(before) == set(chunk_paths(CITY, _grid(TILES[6]), _layers(TILES[6])))
     assert {path: after[path] for path in before} == before
+
+
+def test_an_ortho_has_bands_and_one_chunk_a_tile(tmp_path: Path, amersfoort: Reference) -> None:
+    path, tile = str(tmp_path / "s.zarr"), _grid(TILES[5])
+    create(path, CITY, TILE_CELLS, amersfoort, image_layers(3, "uint8"))
+    colour = np.random.default_rng(1).integers(0, 255, (3, TILE_CELLS, TILE_CELLS)).astype(np.uint8)
+    write_tile(path, CITY, tile, {"ortho": colour})
+    assert all((Path(path) / p).is_file() for p in chunk_paths(CITY, tile, {"ortho": colour}))
+    _, found = read_layers(path, CITY, tile.bounds, ["ortho"])
+    np.testing.assert_array_equal(found["ortho"], colour)
+    assert xr.open_zarr(path)["ortho"].dims == ("band", "y", "x")
 
 
 def test_the_same_arrays_give_the_same_bytes(tmp_path: Path, amersfoort: Reference) -> None:

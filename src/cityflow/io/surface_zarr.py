@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import struct
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -32,12 +32,13 @@ _NAN_AS_XARRAY_WRITES_IT = base64.b64encode(struct.pack("<d", float("nan"))).dec
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One raster: dtype, the value of cells never written, and what it says."""
+    """One raster: dtype, the value of cells never written, what it says; `bands` > 0 makes it (bands, rows, cols)."""
 
     dtype: str
     fill: float | int | bool
     meaning: str
     units: str = ""
+    bands: int = 0
 
 
 LAYERS: Mapping[str, Layer] = {
@@ -49,6 +50,20 @@ LAYERS: Mapping[str, Layer] = {
     "count": Layer("uint32", 0, "points in the cell"),
     "holes": Layer("bool", True, "no measurement, not even interpolated"),
 }
+
+SEEN = Layer("bool", False, "some image sees the cell, so that the ortho has a colour")
+SIGMA = Layer("float32", float("nan"), "expected standard deviation of the dsm", "m")
+
+
+def image_layers(bands: int, dtype: str) -> dict[str, Layer]:
+    """Layers of a surface from images on the cell of the images: the usual ones, precision, and the true ortho."""
+    return {**LAYERS, "sigma": SIGMA, "ortho": Layer(dtype, 0, "true ortho", bands=bands), "ortho_seen": SEEN}
+
+
+def frame_layers(bands: int, dtype: str) -> dict[str, Layer]:
+    """Layers of the local reference frame of a cluster of oblique views; heights count towards the cameras."""
+    kept = {name: LAYERS[name] for name in ("dsm", "dsm_filled", "count", "holes")}
+    return {**kept, "sigma": SIGMA, "ortho": Layer(dtype, 0, "true oblique ortho", bands=bands), "ortho_seen": SEEN}
 
 
 def create(
@@ -94,7 +109,7 @@ def create(
 
 
 def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> None:
-    """Write one tile's chunk of each of `layers`, each (rows, cols) of `tile`; `grid` is that of all tiles.
+    """Write one tile's chunk of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles.
 
     Raises
     ------
@@ -105,16 +120,17 @@ def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, ND
     group = _open(store, "r+")
     for name, layer in layers.items():
         array: Any = group[name]
-        height, width = array.chunks
-        if layer.shape != tile.shape or rows.start % height or cols.start % width or tile.shape != (height, width):
+        height, width = array.chunks[-2:]
+        if layer.shape[-2:] != tile.shape or layer.shape[:-2] != array.shape[:-2] or rows.start % height or cols.start % width or tile.shape != (height, width):
             raise ValueError(f"layer {name} of shape {layer.shape} over {tile} is not one chunk of {array.chunks}")
-        array[rows, cols] = layer.astype(array.dtype, copy=False)
+        array[..., rows, cols] = layer.astype(array.dtype, copy=False)
 
 
-def chunk_paths(grid: Grid, tile: Grid, names: Iterable[str]) -> list[str]:
+def chunk_paths(grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> list[str]:
     """Paths inside the store of the chunks that `write_tile` writes."""
     rows, cols = grid.slices(tile)
-    return [f"{name}/c/{rows.start // tile.rows}/{cols.start // tile.cols}" for name in names]
+    place = f"{rows.start // tile.rows}/{cols.start // tile.cols}"
+    return [f"{name}/c/{'0/' * (layer.ndim - 2)}{place}" for name, layer in layers.items()]
 
 
 def read_layers(
@@ -130,7 +146,7 @@ def read_layers(
     window = window_of(grid, bounds)
     rows, cols = grid.slices(window)
     group: Any = _open(store, "r")
-    return window, {name: np.asarray(group[name][rows, cols]) for name in names}
+    return window, {name: np.asarray(group[name][..., rows, cols]) for name in names}
 
 
 def window_of(grid: Grid, bounds: Bounds) -> Grid:
@@ -177,7 +193,10 @@ def _layer(group: zarr.Group, name: str, layer: Layer, grid: Grid, chunk_cells: 
         attributes["units"] = layer.units
     if layer.dtype.startswith("float"):
         attributes["_FillValue"] = _NAN_AS_XARRAY_WRITES_IT
-    return _array(group, name, grid.shape, (chunk_cells, chunk_cells), layer.dtype, layer.fill, attributes, ("y", "x"))
+    bands = (layer.bands,) if layer.bands else ()
+    shape, chunks = (*bands, *grid.shape), (*bands, chunk_cells, chunk_cells)
+    dimensions = ("band", "y", "x") if bands else ("y", "x")
+    return _array(group, name, shape, chunks, layer.dtype, layer.fill, attributes, dimensions)
 
 
 def _coordinate(group: zarr.Group, name: str, values: NDArray[np.float64]) -> bool:
