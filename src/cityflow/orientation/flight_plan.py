@@ -1,0 +1,195 @@
+"""Who is matched with whom, over which ground: masters, their partners, and the flight tiles of a ground tile.
+
+Nothing here depends on how the ground is cut into tiles: masters answer for cells of a lattice of their own, partners belong to a base image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.grid import Bounds
+from cityflow.core.ground_cells import GroundCells
+from cityflow.core.local_frame import LocalFrame
+from cityflow.core.parameters import Parameters
+from cityflow.orientation.look_directions import looking
+from cityflow.orientation.masters import MasterParameters, candidates, choose_masters
+from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
+from cityflow.orientation.views import View
+
+MOST_SAMPLES = 48
+"""Cells of a base at which its partners are judged."""
+
+
+class FlightPlanParameters(Parameters):
+    """Masters, partners, and the directions that have masters."""
+
+    masters: MasterParameters = MasterParameters()
+    partners: PartnerParameters = PartnerParameters()
+    least_images: int = Field(
+        5,
+        ge=1,
+        description="look directions of fewer images have no masters of their own; their images join the nearest",
+    )
+    join_deg: float = Field(
+        30.0, ge=0, le=180, description="how far the look direction may be that such images join, degrees"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class FlightTile:
+    """One base image over one ground tile: a unit of matching.
+
+    Attributes
+    ----------
+    name : ground tile and base image, unique in a survey
+    base : the master;  partners : images it is matched with, best first
+    direction : name of the look direction for which it is master
+    cells : the ground that it answers for
+    """
+
+    name: str
+    base: str
+    partners: tuple[str, ...]
+    direction: str
+    cells: GroundCells
+
+
+@dataclass(frozen=True, slots=True)
+class Masters:
+    """Masters of one direction: (n, 2) cells in order of rows and columns, and the (n,) view of each."""
+
+    cell: IntArray
+    view: IntArray
+
+    def over(self, bounds: Bounds, cell_m: float) -> Masters:
+        """Those whose cells meet `bounds` with more than an edge."""
+        col_0, row_0 = np.floor(np.array(bounds[:2]) / cell_m)
+        col_1, row_1 = np.ceil(np.array(bounds[2:]) / cell_m)
+        start, stop = np.searchsorted(self.cell[:, 1], [row_0, row_1])
+        cols = self.cell[start:stop, 0]
+        inside = np.arange(start, stop)[(cols >= col_0) & (cols < col_1)]
+        return Masters(self.cell[inside], self.view[inside])
+
+
+class FlightPlan:
+    """Masters, partners and flight tiles of a survey; what is asked for is computed once.
+
+    Parameters
+    ----------
+    views : of all images, in any order
+    frames : look directions; each view is in at most one
+    parameters : see `FlightPlanParameters`
+    """
+
+    def __init__(self, views: Iterable[View], frames: Sequence[LocalFrame], parameters: FlightPlanParameters) -> None:
+        self.around = Neighbourhood.of(tuple(views))
+        self.frames = tuple(frames)
+        self.parameters = parameters
+        self._index = {view.name: k for k, view in enumerate(self.around.views)}
+        self._masters: dict[str, Masters] = {}
+        self._pairings: dict[int, Pairing] = {}
+
+    @cached_property
+    def directions(self) -> dict[str, tuple[LocalFrame, tuple[int, ...]]]:
+        """Look directions with masters: the frame and its views, images of small clusters joined to the nearest."""
+        least = min(self.parameters.least_images, max((len(f.images) for f in self.frames), default=1))
+        kept = [frame for frame in self.frames if len(frame.images) >= least]
+        members = {frame.name: [self._index[n] for n in frame.images if n in self._index] for frame in kept}
+        looks = np.array([looking(frame) for frame in kept]).reshape(-1, 3)
+        limit = np.cos(np.radians(self.parameters.join_deg))
+        for frame in self.frames:
+            if frame.name in members:
+                continue
+            for k in (self._index[n] for n in frame.images if n in self._index):
+                closeness = looks @ self.around.axes[k]
+                if closeness.max() >= limit:
+                    members[kept[int(np.argmax(closeness))].name].append(k)
+        return {frame.name: (frame, tuple(sorted(members[frame.name]))) for frame in kept}
+
+    @cached_property
+    def _direction_of(self) -> dict[int, str]:
+        return {k: direction for direction, (_, members) in self.directions.items() for k in members}
+
+    def _names_of_partners(self, k: int) -> tuple[str, ...]:
+        return tuple(self.around.views[i].name for i in self._pairing(k).chosen)
+
+    def masters(self, direction: str) -> Masters:
+        """Masters of a look direction, each with at least one partner."""
+        if direction not in self._masters:
+            self._masters[direction] = self._choose(direction)
+        return self._masters[direction]
+
+    def partners(self, image: str) -> tuple[str, ...]:
+        """Partners of an image, best first; of a master for the ground it answers for, of another for all that it sees."""
+        k = self._index[image]
+        if k in self._direction_of:
+            self.masters(self._direction_of[k])
+        return self._names_of_partners(k)
+
+    def flight_tiles(self, tile_name: str, bounds: Bounds) -> tuple[FlightTile, ...]:
+        """All units of matching over a ground tile, direction by direction, in the order of their base images' names.
+
+        Parameters
+        ----------
+        tile_name : of the ground tile, for the units' names
+        bounds : of the ground tile, world metres
+        """
+        cell_m = self.parameters.masters.cell_m
+        tiles = []
+        for direction in self.directions:
+            over = self.masters(direction).over(bounds, cell_m)
+            for k in np.unique(over.view).tolist():
+                chosen = tuple(sorted((int(c), int(r)) for c, r in over.cell[over.view == k]))
+                base = self.around.views[k].name
+                cells = GroundCells(bounds, cell_m, chosen)
+                tiles.append(FlightTile(f"{tile_name}.{base}", base, self._names_of_partners(k), direction, cells))
+        return tuple(tiles)
+
+    def problems(self) -> list[tuple[str, str]]:
+        """Images that can be matched with no other, and why."""
+        alone, matched = [], set[int]()
+        for k, view in enumerate(self.around.views):
+            if k in matched:
+                continue
+            pairing = self._pairings.get(k) or self._pair(k, None)
+            matched.update(pairing.usable)
+            if not pairing.chosen:
+                alone.append((view.name, pairing.reason))
+        return alone
+
+    def _choose(self, direction: str) -> Masters:
+        frame, members = self.directions[direction]
+        p = self.parameters.masters
+        found = candidates(self.around.views, members, looking(frame), p.cell_m)
+        banned = set[int]()
+        while True:
+            chosen = choose_masters(found, banned, p)
+            masters = Masters(found.cell[chosen], found.view[chosen])
+            fresh = {k: self._pair(k, masters.cell[masters.view == k]) for k in np.unique(masters.view).tolist()}
+            alone = {k for k, pairing in fresh.items() if not pairing.chosen}
+            if not alone:
+                self._pairings.update(fresh)
+                return masters
+            banned |= alone
+
+    def _pairing(self, k: int) -> Pairing:
+        if k not in self._pairings:
+            self._pairings[k] = self._pair(k, None)
+        return self._pairings[k]
+
+    def _pair(self, k: int, cells: IntArray | None) -> Pairing:
+        view = self.around.views[k]
+        xyz = view_samples(view.image, view.heights) if cells is None else self._on_cells(view, cells)
+        return find_partners(self.around, k, xyz, self.parameters.partners)
+
+    def _on_cells(self, view: View, cells: IntArray) -> FloatArray:
+        """(n, 3) centres of some of the cells, on the ground and at the highest object, metres."""
+        chosen = cells[:: -(-len(cells) // MOST_SAMPLES)]
+        xy = (chosen + 0.5) * self.parameters.masters.cell_m
+        return np.concatenate([np.column_stack([xy, np.full(len(xy), h)]) for h in view.heights])

@@ -1,0 +1,112 @@
+"""Which image is the master of which ground, one look direction at a time (Nex et al. 2013 §2.1).
+
+The ground is cut into cells of a lattice that knows neither tiles nor the extent of the survey. A cell's master is the image that sees all of it,
+from the ground to the highest object, along the ray nearest to the direction: the vertical for nadir views, the frame's mean direction else.
+The ray and not the perspective centre decides, because it is the ray that passes over or behind a house. A coarser scale counts as a worse ray.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.parameters import Parameters
+from cityflow.orientation.views import View, footprint, sees
+
+OCTAVE_DEG = 8.0
+"""A view at half the scale is as bad as a ray that much farther from the best direction."""
+UNSEEN_DEG = 30.0
+"""Each eighth of a cell that an image does not see counts as much: only at the rim of a survey such an image is master."""
+GRAZING_DEG = 75.0
+"""Ground is not matched along rays farther from the vertical than this."""
+
+
+class MasterParameters(Parameters):
+    """Which ground an image answers for."""
+
+    cell_m: float = Field(24.0, ge=1, le=1000, description="edge of the cells that are given to masters, metres")
+    masters_per_cell: int = Field(1, ge=1, le=16, description="masters of a cell in each look direction")
+    max_overlap: float = Field(
+        0.2, ge=0, le=1, description="share of what is matched for a master that may lie on the ground of others"
+    )
+    detour_deg: float = Field(
+        6.0, ge=0, le=45, description="how much worse a view may be for the sake of fewer masters, degrees"
+    )
+    halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a master's ground, pixels")
+
+
+@dataclass(frozen=True, slots=True)
+class Candidates:
+    """Cells and the images that see them in one direction: sorted by cell, and in a cell by how good the view is.
+
+    Attributes
+    ----------
+    cell : (P, 2) int64 col, row;  view : (P,) int64;  cost_deg : (P,) float64
+    first : (C + 1,) int64, where each cell's views begin
+    """
+
+    cell: IntArray
+    view: IntArray
+    cost_deg: FloatArray
+    first: IntArray
+
+    def __len__(self) -> int:
+        return len(self.first) - 1
+
+
+def candidates(views: Sequence[View], members: Sequence[int], look: FloatArray, cell_m: float) -> Candidates:
+    """All pairs of a cell and a view of it.
+
+    Parameters
+    ----------
+    views : of the survey
+    members : indices of the direction's views; of two views as good the first is better
+    look : (3,) unit vector, the best direction of a ray
+    """
+    parts = [_cells_of(views[k], look, cell_m) for k in members]
+    counts = [len(cost) for _, cost in parts]
+    if sum(counts) == 0:
+        return Candidates(np.empty((0, 2), np.int64), np.empty(0, np.int64), np.empty(0), np.zeros(1, np.int64))
+    cell = np.concatenate([cells for cells, _ in parts])
+    cost = np.concatenate([costs for _, costs in parts])
+    view = np.repeat(np.asarray(members, np.int64), counts)
+    order = np.lexsort((view, cost, cell[:, 0], cell[:, 1]))
+    cell, view, cost = cell[order], view[order], cost[order]
+    new = np.concatenate([[True], np.any(np.diff(cell, axis=0) != 0, axis=1)])
+    return Candidates(cell, view, cost, np.append(np.flatnonzero(new), len(cell)))
+
+
+def _cells_of(view: View, look: FloatArray, cell_m: float) -> tuple[IntArray, FloatArray]:
+    """(n, 2) cells that a view sees at least half of, and (n,) how good it is for them, degrees; less is better."""
+    ground = footprint(view)
+    if ground.is_empty:
+        return np.empty((0, 2), np.int64), np.empty(0)
+    x_min, y_min, x_max, y_max = np.floor(np.array(ground.bounds) / cell_m).astype(np.int64)
+    cols, rows = np.meshgrid(np.arange(x_min, x_max + 2), np.arange(y_min, y_max + 2))
+    corners = np.stack([cols, rows], axis=-1) * cell_m
+    levels = [np.concatenate([corners, np.full((*cols.shape, 1), h)], axis=-1) for h in view.heights]
+    seen = np.sum([sees(view.image, level) for level in levels], axis=0, dtype=np.int64)
+    share = (seen[:-1, :-1] + seen[1:, :-1] + seen[:-1, 1:] + seen[1:, 1:])  # fmt: skip
+    chosen = share >= 4
+    cells = np.column_stack([cols[:-1, :-1][chosen], rows[:-1, :-1][chosen]])
+    rays = np.column_stack([(cells + 0.5) * cell_m, np.full(len(cells), view.heights[0])]) - view.image.centre
+    far = np.linalg.norm(rays, axis=1)
+    angle = np.degrees(np.arccos(np.clip(rays @ look / far, -1, 1)))
+    octaves = np.log2(far / np.sqrt(view.image.camera.fx * view.image.camera.fy))
+    steep = -rays[:, 2] >= far * np.cos(np.radians(GRAZING_DEG))
+    # rounded, so that views that are as good as each other are told apart by name and not by the last bit
+    cost = np.round(angle + OCTAVE_DEG * octaves + UNSEEN_DEG * (8 - share[chosen]), 6)
+    return cells[steep], cost[steep]
+
+
+def choose_masters(found: Candidates, banned: set[int], parameters: MasterParameters) -> IntArray:
+    """Positions in `found` of the pairs that are master and cell: the best views of each cell that are not banned."""
+    allowed = ~np.isin(found.view, np.fromiter(banned, np.int64, len(banned)))
+    cell_of = np.repeat(np.arange(len(found)), np.diff(found.first))
+    before: IntArray = np.cumsum(allowed) - allowed
+    rank: IntArray = before - before[found.first[cell_of]] if len(found) else before
+    return np.flatnonzero(allowed & (rank < parameters.masters_per_cell))

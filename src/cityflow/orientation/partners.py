@@ -1,0 +1,204 @@
+"""Which images a base image is matched with.
+
+A partner is good where its rays meet the base's at a good angle, at a like scale, and good beside the others where it looks from another side:
+what one partner does not see behind a house, the one from the other side does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from pydantic import Field
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.parameters import Parameters
+from cityflow.orientation.views import View, footprints, inside_directions, sees
+
+ANOTHER_SIDE_DEG = 12.0
+"""Partners whose parallaxes differ by this many degrees hide different ground to a good part."""
+LEAST_GAIN = 0.08
+"""A partner that adds less than this share of a perfect one is not worth its matching."""
+
+
+class PartnerParameters(Parameters):
+    """What makes a good pair."""
+
+    partners: int = Field(5, ge=1, le=32, description="partners of a base image at most")
+    best_angle_deg: tuple[float, float] = Field((9.0, 20.0), description="best angles between rays that meet, degrees")
+    good_angle_deg: tuple[float, float] = Field((5.0, 30.0), description="angles worth half as much, degrees")
+    largest_scale_ratio: float = Field(2.0, gt=1, le=8, description="ratio of scales at which a pair is useless")
+    largest_turn_deg: float = Field(45.0, gt=0, le=90, description="optical axes of a pair differ by no more, degrees")
+    least_overlap: float = Field(0.15, gt=0, le=1, description="share of the base's ground that a partner must see")
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """All views of a survey, ready to be asked who sees what.
+
+    Attributes
+    ----------
+    views : sorted by name
+    centres, axes : (N, 3) float64, world
+    focal_px : (N,) float64
+    tree : of the footprints on the lowest ground; empty ones are never found
+    """
+
+    views: tuple[View, ...]
+    centres: FloatArray
+    axes: FloatArray
+    focal_px: FloatArray
+    footprints: tuple[shapely.Polygon, ...]
+    tree: shapely.STRtree
+
+    @classmethod
+    def of(cls, views: Sequence[View]) -> Neighbourhood:
+        ordered = tuple(sorted(views, key=lambda view: view.name))
+        ground = tuple(footprints(ordered))
+        return cls(
+            ordered,
+            np.array([v.image.centre for v in ordered]).reshape(-1, 3),
+            np.array([v.image.axis for v in ordered]).reshape(-1, 3),
+            np.array([np.sqrt(v.image.camera.fx * v.image.camera.fy) for v in ordered]),
+            ground,
+            shapely.STRtree(ground),
+        )
+
+    def meeting(self, xyz: FloatArray) -> IntArray:
+        """Views whose footprints meet the hull of (n, 3) points, sorted."""
+        hull = shapely.MultiPoint(xyz[:, :2]).convex_hull
+        return np.sort(np.asarray(self.tree.query(hull, predicate="intersects"), np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Partners of a base image, best first, as indices into the neighbourhood; and why there is none."""
+
+    chosen: tuple[int, ...]
+    usable: tuple[int, ...]
+    reason: str = ""
+
+
+def find_partners(around: Neighbourhood, base: int, xyz: FloatArray, parameters: PartnerParameters) -> Pairing:
+    """Partners of view `base` for the (n, 3) world points that it answers for.
+
+    Each next partner is the one that adds most: the sum over the points of its quality there, less what partners from the same side have already.
+    """
+    if len(xyz) == 0:
+        return Pairing((), (), "it sees no ground: it looks at or above the horizon, or its centre is below the ground")
+    others = around.meeting(xyz)
+    others = others[others != base]
+    if len(others) == 0:
+        return Pairing((), (), "no other image sees the ground that it sees")
+    others, reason = _comparable(around, base, others, xyz.mean(axis=0), parameters)
+    if len(others) == 0:
+        return Pairing((), (), reason)
+    parallax, quality = _pairs(around, base, others, xyz, parameters)
+    enough = np.mean(quality > 0, axis=1) >= parameters.least_overlap
+    others, parallax, quality = others[enough], parallax[enough], quality[enough]
+    if len(others) == 0:
+        return Pairing((), (), "no other image sees enough of its ground at a useful angle")
+    chosen = _greedy(parallax, quality, parameters.partners)
+    if not chosen:
+        return Pairing((), (), "its rays meet those of other images at poor angles or scales only")
+    return Pairing(tuple(int(others[k]) for k in chosen), tuple(others.tolist()))
+
+
+def angle_quality(angle_deg: FloatArray, parameters: PartnerParameters) -> FloatArray:
+    """1 at the best angles, 0.5 at the ends of the good ones, 0 well beyond."""
+    (low, high), (least, most) = parameters.best_angle_deg, parameters.good_angle_deg
+    return np.interp(angle_deg, [least / 3, least, low, high, most, 1.6 * most], [0.0, 0.5, 1.0, 1.0, 0.5, 0.0])
+
+
+def _comparable(
+    around: Neighbourhood, base: int, others: IntArray, point: FloatArray, parameters: PartnerParameters
+) -> tuple[IntArray, str]:
+    """Those of `others` that might do, judged at one point with room to spare; and why the rest do not."""
+    turned = np.degrees(np.arccos(np.clip(around.axes[others] @ around.axes[base], -1, 1)))
+    alike = turned <= parameters.largest_turn_deg
+    if not alike.any():
+        return others[
+            :0
+        ], f"the images that see the same ground look elsewhere: axes differ by {turned.min():.0f}° or more"
+    others = others[alike]
+    rays, own = around.centres[others] - point, around.centres[base] - point
+    far, near = np.linalg.norm(rays, axis=1), float(np.linalg.norm(own))
+    angle = np.degrees(np.arccos(np.clip(rays @ own / np.maximum(far * near, 1e-12), -1, 1)))
+    met = (angle <= 2.5 * parameters.good_angle_deg[1]) & (np.linalg.norm(rays - own, axis=1) > 1e-6 * near)
+    if not met.any():
+        return others[
+            :0
+        ], f"its rays meet those of {len(others)} others at {angle.min():.0f}° or more, or from the same place"
+    others, octaves = others[met], _octaves(around, base, others[met], far[met], near)
+    scaled = octaves <= 2 * np.log2(parameters.largest_scale_ratio)
+    if not scaled.any():
+        return others[:0], f"scales differ by {2 ** octaves.min():.1f} or more from those that see the same ground"
+    others = others[scaled]
+    apart = np.array([not _epipole_inside(around, base, int(k)) for k in others])
+    return others[apart], "the images that see the same ground stand along its line of sight"
+
+
+def _octaves(
+    around: Neighbourhood, base: int, others: IntArray, far: FloatArray, near: FloatArray | float
+) -> FloatArray:
+    scale = (far / around.focal_px[others].reshape(-1, *(1,) * (np.ndim(far) - 1))) / (near / around.focal_px[base])
+    return np.asarray(np.abs(np.log2(np.maximum(scale, 1e-9))))
+
+
+def _epipole_inside(around: Neighbourhood, one: int, other: int) -> bool:
+    """Whether one image sees the other's projection centre or its opposite: then no rectification keeps the image whole."""
+    line = around.centres[other] - around.centres[one]
+    return any(inside_directions(around.views[k].image, np.array([line, -line])).any() for k in (one, other))
+
+
+def _pairs(
+    around: Neighbourhood, base: int, others: IntArray, xyz: FloatArray, parameters: PartnerParameters
+) -> tuple[FloatArray, FloatArray]:
+    """(m, n, 2) parallaxes in degrees across the base's rays, and (m, n) qualities, of m others at n points."""
+    own = around.centres[base] - xyz
+    near = np.linalg.norm(own, axis=1)
+    rays = around.centres[others][:, None, :] - xyz
+    far = np.linalg.norm(rays, axis=2)
+    own, rays = own / near[:, None], rays / far[..., None]
+    # right and down of the base image, made perpendicular to each ray, span the plane in which a partner may stand
+    right, down = (np.asarray(v - (own @ v)[:, None] * own) for v in around.views[base].image.rotation[:2])
+    across = np.stack([np.sum(rays * right, axis=2), np.sum(rays * down, axis=2)], axis=2)
+    angle = np.degrees(np.arccos(np.clip(np.sum(rays * own, axis=2), -1, 1)))
+    parallax = across / np.maximum(np.linalg.norm(across, axis=2), 1e-12)[..., None] * angle[..., None]
+    scale = np.interp(
+        _octaves(around, base, others, far, near) / np.log2(parameters.largest_scale_ratio), [0.25, 1], [1, 0]
+    )
+    seen = np.array([sees(around.views[int(k)].image, xyz) for k in others])
+    return parallax, angle_quality(angle, parameters) * scale * seen
+
+
+def _greedy(parallax: FloatArray, quality: FloatArray, most: int) -> list[int]:
+    """Indices of the partners that add most, in the order in which they do; ties go to the first."""
+    chosen: list[int] = []
+    while len(chosen) < min(most, len(quality)):
+        gain = np.mean(quality, axis=1)
+        gain[chosen] = -1.0
+        k = int(np.argmax(np.round(gain, 9)))
+        if gain[k] < LEAST_GAIN:
+            break
+        chosen.append(k)
+        apart = np.sum((parallax - parallax[k]) ** 2, axis=2)
+        quality = quality * (1 - (quality[k] > 0) * np.exp(-apart / (2 * ANOTHER_SIDE_DEG**2)))
+    return chosen
+
+
+def view_samples(image: OrientedImage, heights: tuple[float, float], per_side: int = 6) -> FloatArray:
+    """(n, 3) world points on the lowest ground, and as many at the highest, spread evenly over the image, metres."""
+    u, v = (
+        (np.arange(per_side) + 0.5) / per_side * image.camera.width,
+        (np.arange(per_side) + 0.5) / per_side * image.camera.height,
+    )
+    rays = image.rays(np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2))
+    down = rays[rays[:, 2] < -0.17 * np.hypot(rays[:, 0], rays[:, 1])]
+    return np.concatenate(
+        [image.centre + down * ((h - image.centre[2]) / down[:, 2])[:, None] for h in heights if h < image.centre[2]]
+        or [np.empty((0, 3))]
+    )
