@@ -178,3 +178,14 @@ def test_what_is_no_raster_is_refused(tmp_path: Path, amersfoort: Reference, loc
         read_window(path, GRID, amersfoort)
     with pytest.raises(CatalogError, match="local frame"):
         read_window(write_cog(_slope(GRID), GRID, amersfoort), GRID, local)
+
+
+def test_an_ortho_says_what_its_bands_mean(tmp_path: Path, amersfoort: Reference) -> None:
+    grid = Grid(85000.0, 447600.0, 0.5, 40, 60)
+    bands = np.random.default_rng(4).integers(0, 256, (4, 40, 60)).astype(np.uint8)
+    (tmp_path / "a.tif").write_bytes(write_cog(bands, grid, amersfoort))
+    (tmp_path / "all.vrt").write_bytes(write_vrt([("a.tif", grid)], amersfoort, "uint8", None, bands=4))
+    for name in ("a.tif", "all.vrt"):
+        with rasterio.open(tmp_path / name) as dataset:
+            assert [c.name for c in dataset.colorinterp] == ["red", "green", "blue", "alpha"]
+            np.testing.assert_array_equal(dataset.read(), bands)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,6 +123,13 @@ def tiles_over(bounds: Bounds, size: float) -> Iterator[Tile]:
     for row in range(row_0, row_1):
         for col in range(col_0, col_1):
             yield Tile(col, row, size)
+
+
+def grid_over(tiles: Iterable[Tile], cell_m: float) -> Grid:
+    """The grid over whole tiles."""
+    boxes = [t.bounds for t in tiles]
+    low, high = [min(b[i] for b in boxes) for i in (0, 1)], [max(b[i] for b in boxes) for i in (2, 3)]
+    return Grid.covering((low[0], low[1], high[0], high[1]), cell_m)
 
 
 def bounds_meet(a: Bounds, b: Bounds) -> bool:

@@ -12,7 +12,7 @@ import pyproj
 import rasterio
 from numpy.typing import NDArray
 from rasterio.crs import CRS
-from rasterio.enums import Resampling
+from rasterio.enums import ColorInterp, Resampling
 from rasterio.errors import RasterioError
 from rasterio.io import DatasetReader, MemoryFile
 from rasterio.transform import Affine
@@ -28,6 +28,13 @@ BLOCK_PX = 512
 _LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'
 _TOLERANCE_PX = 0.001
 """How far the transformation may be interpolated along a row; GDAL's default of 0.125 shifts heights on slopes."""
+
+COLOURS = {
+    2: ("gray", "alpha"),
+    4: ("red", "green", "blue", "alpha"),
+    5: ("red", "green", "blue", "undefined", "alpha"),
+}
+"""What the bands of an ortho mean, by their number; the fourth of five is near infrared."""
 
 _GDAL_TYPES = {"float32": "Float32", "float64": "Float64", "uint8": "Byte", "uint16": "UInt16", "uint32": "UInt32"}
 
@@ -52,18 +59,25 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
     with MemoryFile() as memory:
         with memory.open(**profile) as dataset:
             dataset.write(bands)
+            if len(bands) in COLOURS:
+                dataset.colorinterp = [ColorInterp[name] for name in COLOURS[len(bands)]]
             dataset.update_tags(VERTICAL_DATUM=vertical_datum(reference))
         return bytes(memory.getbuffer())
 
 
 def write_vrt(
-    tiles: Iterable[tuple[str, Grid]], reference: Reference, dtype: str = "float32", nodata: float | None = float("nan")
+    tiles: Iterable[tuple[str, Grid]],
+    reference: Reference,
+    dtype: str = "float32",
+    nodata: float | None = float("nan"),
+    bands: int = 1,
 ) -> bytes:
-    """A VRT over rasters of one band and one cell size.
+    """A VRT over rasters of one cell size.
 
     Parameters
     ----------
     tiles : path relative to the VRT, and grid, of each raster
+    bands : of each raster; see `COLOURS` for what they mean
 
     Raises
     ------
@@ -79,9 +93,13 @@ def write_vrt(
     return (
         f'<VRTDataset rasterXSize="{whole.cols}" rasterYSize="{whole.rows}">\n{srs}'
         f"  <GeoTransform>{c[2]!r}, {c[0]!r}, {c[1]!r}, {c[5]!r}, {c[3]!r}, {c[4]!r}</GeoTransform>\n"
-        f'  <VRTRasterBand dataType="{_GDAL_TYPES[dtype]}" band="1">\n{no_data}'
-        + "".join(_source(path, grid, whole, dtype, nodata) for path, grid in parts)
-        + "  </VRTRasterBand>\n</VRTDataset>\n"
+        + "".join(
+            f'  <VRTRasterBand dataType="{_GDAL_TYPES[dtype]}" band="{band}">\n{no_data}{_interpretation(band, bands)}'
+            + "".join(_source(path, grid, whole, (dtype, nodata, band)) for path, grid in parts)
+            + "  </VRTRasterBand>\n"
+            for band in range(1, bands + 1)
+        )
+        + "</VRTDataset>\n"
     ).encode()
 
 
@@ -155,13 +173,18 @@ def _mosaic(grids: list[Grid]) -> Grid:
     return Grid(float(low[0]), float(high[1]), cell, rows, cols)
 
 
-def _source(path: str, grid: Grid, whole: Grid, dtype: str, nodata: float | None) -> str:
+def _interpretation(band: int, bands: int) -> str:
+    return f"    <ColorInterp>{COLOURS[bands][band - 1].capitalize()}</ColorInterp>\n" if bands in COLOURS else ""
+
+
+def _source(path: str, grid: Grid, whole: Grid, kind: tuple[str, float | None, int]) -> str:
+    dtype, nodata, band = kind
     rows, cols = whole.slices(grid)
     size = f'xSize="{grid.cols}" ySize="{grid.rows}"'
     no_data = "" if nodata is None else f"      <NODATA>{nodata}</NODATA>\n"
     return (
         f'    <ComplexSource>\n      <SourceFilename relativeToVRT="1">{escape(path)}</SourceFilename>\n'
-        f"      <SourceBand>1</SourceBand>\n"
+        f"      <SourceBand>{band}</SourceBand>\n"
         f'      <SourceProperties RasterXSize="{grid.cols}" RasterYSize="{grid.rows}" DataType="{_GDAL_TYPES[dtype]}" '
         f'BlockXSize="{BLOCK_PX}" BlockYSize="{BLOCK_PX}"/>\n'
         f'      <SrcRect xOff="0" yOff="0" {size}/>\n      <DstRect xOff="{cols.start}" yOff="{rows.start}" {size}/>\n'
