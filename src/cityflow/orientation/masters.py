@@ -89,7 +89,7 @@ def _cells_of(view: View, look: FloatArray, cell_m: float) -> tuple[IntArray, Fl
     cols, rows = np.meshgrid(np.arange(x_min, x_max + 2), np.arange(y_min, y_max + 2))
     corners = np.stack([cols, rows], axis=-1) * cell_m
     levels = [np.concatenate([corners, np.full((*cols.shape, 1), h)], axis=-1) for h in view.heights]
-    seen = np.sum([sees(view.image, level) for level in levels], axis=0, dtype=np.int64)
+    seen: IntArray = np.asarray([sees(view.image, level) for level in levels]).sum(axis=0, dtype=np.int64)
     share = (seen[:-1, :-1] + seen[1:, :-1] + seen[:-1, 1:] + seen[1:, 1:])  # fmt: skip
     chosen = share >= 4
     cells = np.column_stack([cols[:-1, :-1][chosen], rows[:-1, :-1][chosen]])
