@@ -110,7 +110,7 @@ def test_catalog_behind_a_url(delft: Catalog) -> None:
 def test_items_of_other_kinds_are_left_alone(tmp_path: Path, delft: Catalog) -> None:
     shutil.copytree(DELFT, tmp_path / "c")
     item = json.loads((tmp_path / "c" / "items" / "outlines.json").read_text())
-    item["id"], item["properties"]["cityflow:kind"] = "flight-1", "image"
+    item["id"], item["properties"]["cityflow:kind"] = "flight-1", "mesh"
     (tmp_path / "c" / "items" / "flight-1.json").write_text(json.dumps(item))
     collection = json.loads((tmp_path / "c" / COLLECTION).read_text())
     collection["links"].append({"rel": "item", "href": "./items/flight-1.json", "type": "application/geo+json"})

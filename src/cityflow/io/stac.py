@@ -1,4 +1,4 @@
-"""The catalog: a static STAC collection whose items are LiDAR files, rasters and outlines.
+"""The catalog: a static STAC collection whose items are LiDAR files, oriented images, rasters and outlines.
 
 What STAC has a field for is written there (projection, file and point-cloud extensions, as plain JSON); the rest bears the prefix
 ``cityflow:``. An unknown kind of item is left alone, so that newer catalogs can be read.
@@ -10,8 +10,7 @@ import hashlib
 import json
 import os
 import posixpath
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -20,128 +19,40 @@ import fsspec
 import pystac
 from pystac.stac_io import DefaultStacIO
 
-from cityflow.core.grid import Bounds
-from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.reference import resolve
+from cityflow.io.stac_assets import (
+    IMAGE,
+    LIDAR,
+    OUTLINES,
+    RASTERS,
+    SPARSE,
+    Asset,
+    Catalog,
+    ImageAsset,
+    LidarAsset,
+    OutlineAsset,
+    RasterAsset,
+    SparseAsset,
+    united,
+)
+from cityflow.io.stac_images import image_of_item
+
+__all__ = [
+    "ASSET", "COLLECTION", "CRS_KEY", "IMAGE", "KIND", "LIDAR", "OUTLINES", "RASTERS", "SHA256_MULTIHASH", "SPARSE", "UNKNOWN_DATE",
+    "Asset", "Catalog", "ImageAsset", "LidarAsset", "OutlineAsset", "RasterAsset", "SparseAsset",
+    "is_catalog", "read_catalog", "sha256_of", "united",
+]  # fmt: skip
 
 COLLECTION = "collection.json"
 ASSET = "data"
 KIND, CRS_KEY = "cityflow:kind", "cityflow:crs"
-LIDAR, OUTLINES = "lidar", "outlines"
-RASTERS = ("dsm", "dtm", "ortho")
 SHA256_MULTIHASH = "1220"
 """Multihash prefix: function SHA2-256, 32 bytes."""
 UNKNOWN_DATE = "1970-01-01"
 """STAC wants a date of every item; one with `cityflow:date_unknown` means none."""
-
-
-@dataclass(frozen=True, slots=True)
-class LidarAsset:
-    """One LiDAR file.
-
-    Attributes
-    ----------
-    name : unique in the catalog, from the file's name
-    href : absolute path or URL
-    checksum : SHA-256, 64 hexadecimal digits;  size : bytes
-    bounds : x_min, y_min, x_max, y_max, metres;  z_range : lowest and highest
-    points : number of points
-    date : ISO 8601 day, empty where unknown
-    classes : ASPRS classes seen when the catalog was made (in a sample, for large files)
-    returns : largest number of returns
-    crs_in_file : name of the CRS in the file's header, empty where it has none
-    """
-
-    name: str
-    href: str
-    checksum: str
-    size: int
-    bounds: Bounds
-    z_range: tuple[float, float]
-    points: int
-    date: str = ""
-    classes: tuple[int, ...] = ()
-    returns: int = 1
-    crs_in_file: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class OutlineAsset:
-    """The file of given outlines.
-
-    Attributes
-    ----------
-    name, href, checksum, size, date : as in `LidarAsset`
-    bounds : metres, in the catalog's CRS
-    count : number of features
-    id_column, id_format, layer : how to read it, see `io.vector.read_outlines`
-    crs_in_file : name of the file's own CRS, empty where it has none
-    """
-
-    name: str
-    href: str
-    checksum: str
-    size: int
-    bounds: Bounds
-    count: int
-    id_column: str | None = None
-    id_format: str | None = None
-    layer: str | None = None
-    date: str = ""
-    crs_in_file: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class RasterAsset:
-    """A given DSM, DTM or ortho image; `kind` is one of ``dsm``, ``dtm``, ``ortho``; `cell` in metres."""
-
-    name: str
-    kind: str
-    href: str
-    checksum: str
-    size: int
-    bounds: Bounds
-    cell: float
-    shape: tuple[int, int]
-    date: str = ""
-    crs_in_file: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Catalog:
-    """A survey: what there is, where it lies, and in which reference.
-
-    Attributes
-    ----------
-    href : the catalog's folder, absolute path or URL
-    reference : that of every coordinate in here, and of a run
-    date : newest ISO day of the LiDAR, else of anything; empty where unknown
-    bounds : of all LiDAR files, or of all items where there is no LiDAR
-    rasters : kind → raster
-    """
-
-    href: str
-    title: str
-    reference: Reference
-    licence: str
-    attribution: str
-    lidar: tuple[LidarAsset, ...]
-    outlines: OutlineAsset | None = None
-    rasters: Mapping[str, RasterAsset] = field(default_factory=dict)
-
-    @property
-    def assets(self) -> tuple[LidarAsset | OutlineAsset | RasterAsset, ...]:
-        given = (self.outlines,) if self.outlines is not None else ()
-        return *self.lidar, *given, *self.rasters.values()
-
-    @property
-    def date(self) -> str:
-        return max((a.date for a in self.lidar if a.date), default=max((a.date for a in self.assets), default=""))
-
-    @property
-    def bounds(self) -> Bounds:
-        return united([a.bounds for a in self.lidar or self.assets])
+BATCH = 500
+"""Items fetched at once from a remote place."""
 
 
 class _FsspecIO(DefaultStacIO):
@@ -150,15 +61,6 @@ class _FsspecIO(DefaultStacIO):
     def read_text_from_href(self, href: str) -> str:
         with fsspec.open(href, "rt", encoding="utf-8") as file:
             return str(file.read())
-
-
-def united(bounds: list[Bounds]) -> Bounds:
-    """The box around several.
-
-    >>> united([(0, 0, 1, 1), (2, -1, 3, 0)])
-    (0, -1, 3, 1)
-    """
-    return min(b[0] for b in bounds), min(b[1] for b in bounds), max(b[2] for b in bounds), max(b[3] for b in bounds)
 
 
 def sha256_of(href: str | Path) -> tuple[str, int]:
@@ -192,10 +94,12 @@ def read_catalog(folder: str | Path) -> Catalog:
     base = posixpath.dirname(href)
     try:
         collection = pystac.Collection.from_file(href, stac_io=_FsspecIO())
-        items = sorted(_items(collection), key=lambda item: item.id)
+        images, rest = _items(collection)
+        items = sorted(rest, key=lambda item: item.id)
         code = str(collection.extra_fields[CRS_KEY])
         lidar = tuple(_lidar(item) for item in items if _kind(item) == LIDAR)
         outlines = [_outlines(item) for item in items if _kind(item) == OUTLINES]
+        sparse = [_sparse(item) for item in items if _kind(item) == SPARSE]
         rasters = {_kind(item): _raster(item) for item in items if _kind(item) in RASTERS}
     except (FileNotFoundError, NotADirectoryError) as error:
         remedy = "make one with `cityflow catalog create`, or check the path"
@@ -219,6 +123,8 @@ def read_catalog(folder: str | Path) -> Catalog:
         lidar=lidar,
         outlines=outlines[0] if outlines else None,
         rasters=rasters,
+        images=tuple(sorted(images, key=lambda image: image.name)),
+        sparse=sparse[0] if sparse else None,
     )
 
 
@@ -227,8 +133,35 @@ def _collection_href(folder: str) -> str:
     return place if place.endswith(".json") else f"{place.rstrip('/')}/{COLLECTION}"
 
 
-def _items(collection: pystac.Collection) -> Iterator[pystac.Item]:
-    return iter(collection.get_items(recursive=True))
+def _items(collection: pystac.Collection) -> tuple[list[ImageAsset], list[pystac.Item]]:
+    """Images, and all other items.
+
+    There may be very many images, and pystac's objects are slow: their items are read as plain JSON.
+    """
+    images, rest = [], []
+    places = [str(link.get_absolute_href()) for link in collection.get_item_links()]
+    for place, text in _texts(places):
+        tree = json.loads(text)
+        if tree["properties"].get(KIND) == IMAGE:
+            images.append(image_of_item(tree, place, ASSET))
+        else:
+            rest.append(pystac.Item.from_dict(tree, href=place))
+    for child in collection.get_children():
+        rest += child.get_items(recursive=True)
+    return images, rest
+
+
+def _texts(places: list[str]) -> Iterator[tuple[str, str | bytes]]:
+    """Contents of files; remote ones many at a time."""
+    for start in range(0, len(places), BATCH):
+        batch = places[start : start + BATCH]
+        if any("://" in place for place in batch):
+            fs, _ = fsspec.core.url_to_fs(batch[0])
+            paths = [fs._strip_protocol(place) for place in batch]
+            contents = fs.cat(paths)
+            yield from ((place, contents[path]) for place, path in zip(batch, paths, strict=True))
+        else:
+            yield from ((place, Path(place).read_text(encoding="utf-8")) for place in batch)
 
 
 def _kind(item: pystac.Item) -> str:
@@ -268,6 +201,13 @@ def _lidar(item: pystac.Item) -> LidarAsset:
         classes=tuple(int(c) for c in p.get("cityflow:classes", ())),
         returns=int(p.get("cityflow:returns", 1)),
     )
+
+
+def _sparse(item: pystac.Item) -> SparseAsset:
+    p, common = item.properties, _common(item)
+    common.pop("crs_in_file")
+    low, high = p["cityflow:z_range"]
+    return SparseAsset(**common, z_range=(float(low), float(high)), points=int(p["pc:count"]))
 
 
 def _outlines(item: pystac.Item) -> OutlineAsset:

@@ -20,16 +20,22 @@ from cityflow.io.stac import (
     ASSET,
     COLLECTION,
     CRS_KEY,
+    IMAGE,
     KIND,
     LIDAR,
     OUTLINES,
     SHA256_MULTIHASH,
+    SPARSE,
     UNKNOWN_DATE,
+    Asset,
     Catalog,
+    ImageAsset,
     LidarAsset,
     OutlineAsset,
     RasterAsset,
+    SparseAsset,
 )
+from cityflow.io.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
 
 PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
 FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"
@@ -43,9 +49,10 @@ MEDIA = {
     ".json": "application/geo+json",
     ".tif": "image/tiff; application=geotiff",
     ".tiff": "image/tiff; application=geotiff",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+    ".png": "image/png",
 }
-
-Asset = LidarAsset | OutlineAsset | RasterAsset
 
 
 def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str]) -> list[Path]:
@@ -64,7 +71,9 @@ def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str]) -> list
     for item in items:
         item["links"] = [_link("root"), _link("parent"), _link("collection")]
         item["collection"] = _identifier(catalog.title)
-        written.append(_write_json(folder / "items" / f"{item['id']}.json", item))
+        # There may be very many images; their items have no indentation.
+        indent = None if item["properties"][KIND] == IMAGE else 2
+        written.append(_write_json(folder / "items" / f"{item['id']}.json", item, indent))
     links = [{"rel": "root", "href": f"./{COLLECTION}", "type": "application/json"}]
     links += [{"rel": "item", "href": f"./items/{i['id']}.json", "type": "application/geo+json"} for i in items]
     written.append(_write_json(folder / COLLECTION, {**collection_of(catalog, items), "links": links}))
@@ -75,9 +84,9 @@ def _link(relation: str) -> dict[str, str]:
     return {"rel": relation, "href": f"../{COLLECTION}", "type": "application/json"}
 
 
-def _write_json(path: Path, tree: dict[str, Any]) -> Path:
+def _write_json(path: Path, tree: dict[str, Any], indent: int | None = 2) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(tree, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(tree, indent=indent, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
     return path
 
 
@@ -92,8 +101,7 @@ def collection_of(catalog: Catalog, items: Sequence[dict[str, Any]]) -> dict[str
     collection = pystac.Collection(
         id=_identifier(catalog.title),
         title=catalog.title,
-        description=f"{catalog.title}: {len(catalog.lidar)} LiDAR files"
-        + (f", {catalog.outlines.count} building outlines" if catalog.outlines else ""),
+        description=f"{catalog.title}: {_contents(catalog)}",
         license=catalog.licence or "other",
         extent=pystac.Extent(
             pystac.SpatialExtent([list(degrees) if degrees else WHOLE_EARTH]), pystac.TemporalExtent([interval])
@@ -107,6 +115,13 @@ def collection_of(catalog: Catalog, items: Sequence[dict[str, Any]]) -> dict[str
         },
     )
     return collection.to_dict(include_self_link=False)
+
+
+def _contents(catalog: Catalog) -> str:
+    parts = [f"{len(catalog.lidar)} LiDAR files"] if catalog.lidar or not catalog.images else []
+    parts += [f"{len(catalog.images)} oriented images"] if catalog.images else []
+    parts += [f"{catalog.outlines.count} building outlines"] if catalog.outlines else []
+    return ", ".join(parts)
 
 
 def _identifier(title: str) -> str:
@@ -124,11 +139,13 @@ def item_of(asset: Asset, reference: Reference, href: str) -> dict[str, Any]:
     extent stands in ``proj:bbox`` alone.
     """
     degrees = geographic_bounds(reference, asset.bounds)
-    properties, extensions = _properties(asset), [FILE, PROJECTION]
+    properties, extensions = _properties(asset, reference), [FILE, PROJECTION]
     properties |= {"proj:code": None if reference.is_local else reference.code, "proj:bbox": list(asset.bounds)}
-    if isinstance(asset, LidarAsset):
+    if isinstance(asset, LidarAsset | SparseAsset):
         extensions.append(POINT_CLOUD)
-    if asset.crs_in_file:
+    if isinstance(asset, ImageAsset):
+        extensions += [PERSPECTIVE_IMAGERY, VIEW]
+    elif not isinstance(asset, SparseAsset) and asset.crs_in_file:
         properties["cityflow:crs_in_file"] = asset.crs_in_file
     if not asset.date:
         properties["cityflow:date_unknown"] = True
@@ -159,7 +176,18 @@ def _as_reference(href: str) -> str:
     return href if "://" in href else href.replace("%", "%25").replace("#", "%23").replace("?", "%3F")
 
 
-def _properties(asset: Asset) -> dict[str, Any]:
+def _properties(asset: Asset, reference: Reference) -> dict[str, Any]:
+    if isinstance(asset, ImageAsset):
+        return image_properties(asset, reference)
+    if isinstance(asset, SparseAsset):
+        return {
+            KIND: SPARSE,
+            "pc:count": asset.points,
+            "pc:type": "eopc",
+            "pc:encoding": "LAZ",
+            "pc:schemas": [{"name": n, "size": s, "type": t} for n, s, t in _DIMENSIONS[:3]],
+            "cityflow:z_range": list(asset.z_range),
+        }
     if isinstance(asset, LidarAsset):
         return {
             KIND: LIDAR,

@@ -19,7 +19,7 @@ from cityflow.io.las import Dropped, Sample, sample
 from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
-from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.stac import Asset, Catalog, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
 from cityflow.io.vector import listing, read_outlines
 from cityflow.stages.catalog_findings import CheckReport, Finding, Level
 
@@ -79,7 +79,7 @@ def check_catalog(catalog: str | Path | Catalog) -> CheckReport:
     return CheckReport(known.title, tuple(findings), _summary(known, seen))
 
 
-def _check_file(asset: LidarAsset | OutlineAsset | RasterAsset, seen: _Seen) -> None:
+def _check_file(asset: Asset, seen: _Seen) -> None:
     """Is it there, and is it the file that the catalog was made from?"""
     try:
         checksum, size = sha256_of(asset.href)

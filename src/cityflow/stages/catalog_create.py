@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import glob
-import os
-import shutil
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,23 +17,22 @@ from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, horizontal_transform, reference_of, resolve, suspicion
 from cityflow.io.stac import (
-    COLLECTION,
     OUTLINES,
     RASTERS,
     Catalog,
     LidarAsset,
     OutlineAsset,
     RasterAsset,
-    is_catalog,
     sha256_of,
     united,
 )
-from cityflow.io.stac_write import lidar_asset, raster_asset, write_catalog
+from cityflow.io.stac_write import lidar_asset, raster_asset
 from cityflow.io.vector import read_layer, read_outlines
+from cityflow.stages.catalog_images import ImageSource, described_images
+from cityflow.stages.catalog_store import refuse_foreign_folder, store_catalog
 
 LIDAR_SUFFIXES = (".las", ".laz")
 ASSIGN = "assign the CRS with --crs EPSG:n, or --crs local for a metric frame of its own"
-DATA = "data"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +46,8 @@ class CreatedCatalog:
 def create_catalog(
     out: str | Path,
     *,
-    lidar: Sequence[str],
+    lidar: Sequence[str] = (),
+    images: ImageSource | None = None,
     outlines: str | Path | None = None,
     dsm: str | Path | None = None,
     dtm: str | Path | None = None,
@@ -71,6 +68,7 @@ def create_catalog(
     ----------
     out : a new or empty folder, or one with a catalog, which is replaced; other files in it stay
     lidar : paths, folders, globs or URLs of LAS and LAZ files
+    images : where oriented images and their orientation are
     outlines : polygons in any format that GDAL reads, in any CRS
     dsm, dtm, ortho : rasters
     crs : ``EPSG:n`` or ``local``; None takes what the LiDAR files say
@@ -84,12 +82,14 @@ def create_catalog(
         Where a file is missing, unreadable, of another CRS, or without one and none is assigned; nothing is written then.
     """
     target = Path(out)
-    _refuse_foreign_folder(target)
+    refuse_foreign_folder(target)
     headers = [read_header(path) for path in lidar_files(lidar)]
     given = {kind: path for kind, path in zip(RASTERS, (dsm, dtm, ortho), strict=True) if path is not None}
-    if not headers and not given:
+    if not headers and not given and images is None:
         raise CatalogError(
-            "no LiDAR file and no raster is given", where=str(out), remedy="name LAS or LAZ files with --lidar"
+            "no LiDAR file, no image and no raster is given",
+            where=str(out),
+            remedy="name LAS or LAZ files with --lidar, or a folder of oriented images with --images",
         )
     reference, notes = common_reference(headers, crs)
     catalog = Catalog(
@@ -101,10 +101,16 @@ def create_catalog(
         lidar=_lidar_assets(headers, date),
         rasters=_raster_assets(given, reference, date, notes),
     )
+    made: dict[str, bytes] = {}
+    if images is not None:
+        found_images = described_images(images, catalog, date)
+        notes += found_images.notes
+        made = found_images.made
+        catalog = replace(catalog, images=found_images.images, sparse=found_images.sparse)
     if outlines is not None:
         found = OutlineAsset(OUTLINES, str(outlines), "", 0, catalog.bounds, 0, id_column, id_format, layer, date)
         catalog = replace(catalog, outlines=_described(found, reference, notes))
-    return CreatedCatalog(_store(catalog, target, copy), tuple(notes))
+    return CreatedCatalog(store_catalog(catalog, target, copy, made), tuple(notes))
 
 
 def lidar_files(patterns: Iterable[str]) -> list[str]:
@@ -244,97 +250,4 @@ def _described(asset: OutlineAsset, reference: Reference, notes: list[str]) -> O
         count=len(found),
         layer=source.name,
         crs_in_file=source.crs.name if source.crs is not None else "",
-    )
-
-
-def _refuse_foreign_folder(target: Path) -> None:
-    # A path has lost one of the two slashes by now.
-    if ":/" in target.as_posix():
-        raise CatalogError(
-            "a catalog is made in a local folder", where=str(target), remedy="make it locally, then upload the folder"
-        )
-    if target.exists() and not target.is_dir():
-        raise CatalogError("this is a file, not a folder", where=str(target), remedy="choose another folder")
-    if target.is_dir() and any(target.iterdir()) and not is_catalog(target):
-        raise CatalogError(
-            "the folder is not empty and holds no catalog", where=str(target), remedy="choose a new folder"
-        )
-
-
-def _store(catalog: Catalog, target: Path, copy: bool) -> Catalog:
-    """Write into a folder beside the target, then move it there."""
-    parent = target.absolute().parent
-    try:
-        parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{target.name}-", dir=parent) as beside:
-            stage = Path(beside) / "catalog"
-            places = _copies(catalog, stage) if copy else _references(catalog, target.absolute())
-            write_catalog(stage, catalog, places)
-            _move(stage, target.absolute())
-    except OSError as error:
-        raise CatalogError(
-            f"the catalog cannot be written ({error})", where=str(target), remedy="choose a writable folder"
-        ) from error
-    if not copy:
-        return catalog
-    return _at(catalog, {name: str(target.absolute() / "items" / place) for name, place in places.items()})
-
-
-def _copies(catalog: Catalog, stage: Path) -> dict[str, str]:
-    (stage / DATA).mkdir(parents=True)
-    places: dict[str, str] = {}
-    for asset in catalog.assets:
-        name = Path(asset.href).name
-        if f"../{DATA}/{name}" in places.values():
-            name = asset.name + Path(name).suffix
-        for source in _with_companions(asset.href):
-            copy = stage / DATA / (Path(name).stem + Path(source).suffix)
-            with fsspec.open(source, "rb") as original, copy.open("wb") as to:
-                shutil.copyfileobj(original, to)
-        places[asset.name] = f"../{DATA}/{name}"
-    return places
-
-
-def _with_companions(href: str) -> list[str]:
-    """A Shapefile is several files of one name; anything else is itself."""
-    path = Path(href)
-    if path.suffix.lower() != ".shp" or "://" in href:
-        return [href]
-    return sorted(str(p) for p in path.parent.glob(f"{glob.escape(path.stem)}.*"))
-
-
-def _references(catalog: Catalog, target: Path) -> dict[str, str]:
-    return {
-        a.name: a.href
-        if "://" in a.href
-        else Path(os.path.relpath(Path(a.href).absolute(), target / "items")).as_posix()
-        for a in catalog.assets
-    }
-
-
-def _move(stage: Path, target: Path) -> None:
-    """Into place; over an older catalog its items go first and the collection comes last."""
-    if not target.exists() or not any(target.iterdir()):
-        if target.exists():
-            target.rmdir()
-        stage.rename(target)
-        return
-    for old in (target / "items").glob("*.json"):
-        old.unlink()
-    for source in sorted(p for p in stage.rglob("*") if p.is_file() and p.name != COLLECTION):
-        place = target / source.relative_to(stage)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        source.replace(place)
-    (stage / COLLECTION).replace(target / COLLECTION)
-
-
-def _at(catalog: Catalog, places: Mapping[str, str]) -> Catalog:
-    """The catalog with its files where they were copied to."""
-    clean = {name: os.path.normpath(place) for name, place in places.items()}
-    given = catalog.outlines
-    return replace(
-        catalog,
-        lidar=tuple(replace(a, href=clean[a.name]) for a in catalog.lidar),
-        outlines=replace(given, href=clean[given.name]) if given is not None else None,
-        rasters={kind: replace(a, href=clean[a.name]) for kind, a in catalog.rasters.items()},
     )
