@@ -1,0 +1,137 @@
+"""A made town with everything known: terraces, houses, large buildings, windows, trees, cars, streets, terrain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.core.parameters import Parameters
+from cityflow.synthetic.mesh import TownMesh
+from cityflow.synthetic.terrain import Terrain, make_terrain
+from cityflow.synthetic.town_cars import Cars, add_cars, park_cars
+from cityflow.synthetic.town_facades import DOOR, Wall, plan_walls
+from cityflow.synthetic.town_green import LeafRule, Trees, add_trees, plant_trees
+from cityflow.synthetic.town_ground import Ground
+from cityflow.synthetic.town_layout import StreetNet, fill_blocks, make_net
+from cityflow.synthetic.town_mesh import add_unit, opening_corners
+from cityflow.synthetic.town_soup import FaceSoup
+from cityflow.synthetic.town_units import Gap, Unit, build_units
+
+
+class TownParameters(Parameters):
+    """What the made town looks like."""
+
+    origin_x: float = Field(85000.0, description="west edge, world metres")
+    origin_y: float = Field(447000.0, description="south edge, world metres")
+    width_m: float = Field(250.0, ge=100, le=5000, description="extent eastwards, metres")
+    height_m: float = Field(250.0, ge=100, le=5000, description="extent northwards, metres")
+    relief: float = Field(0.4, ge=0, le=1, description="scale of tilt, waves and hills; 0 is a polder, 1 a hilly town")
+    park_share: float = Field(0.06, ge=0, le=1, description="share of street blocks that are parks")
+    street_tree_share: float = Field(0.4, ge=0, le=1, description="share of pavements with a row of trees")
+    car_share: float = Field(0.3, ge=0, le=1, description="share of parking places at the kerbs that are taken")
+    leaf_m: float = Field(0.4, ge=0.1, le=2, description="edge of a leaf triangle, metres")
+    leaf_area_index: float = Field(3.0, ge=0.2, le=10, description="leaf area per ground area of a crown, both m²")
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """Windows and doors: unit (W,), corners of the pane (W, 4, 3) world metres counter-clockwise seen from outside,
+    is_door (W,)."""
+
+    unit: IntArray
+    corners: FloatArray
+    is_door: BoolArray
+
+
+@dataclass(frozen=True)
+class Town:
+    """A town of one seed.
+
+    Attributes
+    ----------
+    seed, parameters : what it was made from
+    bounds : world metres; nothing but leaves stands beyond
+    units : single units, in the order of street blocks
+    walls : of all units, in their order
+    gaps : between units of one row
+    terrain : smooth terrain;  ground : the TIN of it that the mesh shows, and that truth heights follow
+    net : frame of the streets
+    trees, cars : what else stands on the ground
+    """
+
+    seed: int
+    parameters: TownParameters
+    bounds: Bounds
+    units: tuple[Unit, ...]
+    walls: tuple[Wall, ...]
+    gaps: tuple[Gap, ...]
+    terrain: Terrain
+    ground: Ground
+    net: StreetNet
+    trees: Trees
+    cars: Cars
+
+    @property
+    def windows(self) -> Windows:
+        """All windows and doors."""
+        cut = [w for w in self.walls if len(w.openings)]
+        corners = [opening_corners(w, self.units[w.unit].style.recess_m) for w in cut]
+        counts = [len(c) for c in corners]
+        return Windows(
+            np.repeat(np.array([w.unit for w in cut], np.int64), counts),
+            np.concatenate([np.empty((0, 4, 3)), *corners]),
+            np.concatenate([np.empty(0, bool), *(w.openings[:, 4] == DOOR for w in cut)]),
+        )
+
+    def dtm(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """True ground height at world x, y, also under buildings; metres."""
+        return self.ground.z(x, y)
+
+    def mesh(self, bounds: Bounds | None = None) -> TownMesh:
+        """Everything that meets `bounds` (world metres), whole; an object is the same whatever the bounds."""
+        within = bounds or self.bounds
+        soup = FaceSoup()
+        self.ground.add_faces(soup, within)
+        start = np.searchsorted([w.unit for w in self.walls], np.arange(len(self.units) + 1))
+        for unit in self.units:
+            if bounds_meet(_grown(unit.bounds), within):
+                add_unit(soup, unit, self.walls[start[unit.index] : start[unit.index + 1]])
+        p = self.parameters
+        add_trees(soup, self.trees, within, LeafRule(p.leaf_m, p.leaf_area_index, self.seed))
+        add_cars(soup, self.cars, within)
+        return soup.mesh()
+
+
+def _grown(bounds: Bounds, by: float = 0.2) -> Bounds:
+    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
+
+
+def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
+    """A town from one seed: the same seed and parameters give the same town."""
+    p = parameters or TownParameters()
+    bounds = (p.origin_x, p.origin_y, p.origin_x + p.width_m, p.origin_y + p.height_m)
+    terrain = town_terrain(seed, bounds, p.relief)
+    net = make_net(np.random.default_rng([seed, 2]), bounds)
+    blocks = fill_blocks(seed, net, bounds, p.park_share)
+    units, gaps = build_units(blocks, net, terrain, bounds)
+    ground = Ground.of(terrain, net, blocks)
+    trees = plant_trees(seed, blocks, units, (net, terrain, bounds), p.street_tree_share)
+    cars = park_cars(seed, blocks, net, ground, (bounds, p.car_share))
+    walls = plan_walls(units, terrain)
+    return Town(seed, p, bounds, units, walls, gaps, terrain, ground, net, trees, cars)
+
+
+def town_terrain(seed: int, bounds: Bounds, relief: float) -> Terrain:
+    """Tilt, waves and hills, without the breaks and the river of the LiDAR scene: streets run everywhere."""
+    made = make_terrain(np.random.default_rng([seed, 1]), bounds, relief)
+    nowhere = replace(made.river[0], x_0=bounds[0] - 1e6)
+    return replace(
+        made,
+        scarp=(nowhere, 0.0, made.scarp[2]),
+        dike=(nowhere, 0.0, made.dike[2]),
+        river=(nowhere, 1.0, 1.0, made.base_m - 1000.0),
+    )
