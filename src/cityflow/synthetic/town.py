@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
 from cityflow.synthetic.mesh import TownMesh
 from cityflow.synthetic.terrain import Terrain, make_terrain
@@ -75,6 +76,16 @@ class Town:
     trees: Trees
     cars: Cars
 
+    @cached_property
+    def _boxes(self) -> FloatArray:
+        """(U, 4) bounds of the units with their drain pipes."""
+        boxes = np.array([u.roof_outline.bounds for u in self.units]).reshape(-1, 4)
+        return np.asarray(boxes + np.array([-0.2, -0.2, 0.2, 0.2]))
+
+    @cached_property
+    def _first_wall(self) -> IntArray:
+        return np.searchsorted([w.unit for w in self.walls], np.arange(len(self.units) + 1))
+
     @property
     def windows(self) -> Windows:
         """All windows and doors."""
@@ -96,18 +107,19 @@ class Town:
         within = bounds or self.bounds
         soup = FaceSoup()
         self.ground.add_faces(soup, within)
-        start = np.searchsorted([w.unit for w in self.walls], np.arange(len(self.units) + 1))
-        for unit in self.units:
-            if bounds_meet(_grown(unit.bounds), within):
-                add_unit(soup, unit, self.walls[start[unit.index] : start[unit.index + 1]])
+        boxes, start = self._boxes, self._first_wall
+        meets = (
+            (boxes[:, 0] < within[2])
+            & (boxes[:, 2] > within[0])
+            & (boxes[:, 1] < within[3])
+            & (boxes[:, 3] > within[1])
+        )
+        for k in np.flatnonzero(meets):
+            add_unit(soup, self.units[k], self.walls[start[k] : start[k + 1]])
         p = self.parameters
         add_trees(soup, self.trees, within, LeafRule(p.leaf_m, p.leaf_area_index, self.seed))
         add_cars(soup, self.cars, within)
         return soup.mesh()
-
-
-def _grown(bounds: Bounds, by: float = 0.2) -> Bounds:
-    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
 
 
 def make_town(seed: int, parameters: TownParameters | None = None) -> Town:

@@ -19,7 +19,7 @@ from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame
 LENGTH_M, WIDTH_M = 4.3, 1.78
 BODY_M = (0.22, 0.85)
 CABIN_M = (0.85, 1.45)
-PAINTS = np.array([(40, 42, 46), (200, 200, 204), (150, 30, 28), (36, 60, 110), (236, 236, 232), (110, 112, 116), (60, 90, 70)])  # fmt: skip  # noqa: E501
+PAINTS = np.array([(40, 42, 46), (200, 200, 204), (150, 30, 28), (36, 60, 110), (236, 236, 232), (110, 112, 116), (60, 90, 70)])  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,7 @@ def park_cars(
     return Cars(x, y, table[:, 2] + net.heading, ground.z(x, y), paint)
 
 
-def _kerb(
-    rng: np.random.Generator, start: float, length: float, line: tuple[float, float], share: float
-) -> FloatArray:
+def _kerb(rng: np.random.Generator, start: float, length: float, line: tuple[float, float], share: float) -> FloatArray:
     """(C, 3) u, v and heading in the net's frame of the places taken along one kerb."""
     heading, across = line
     places = start + 4.0 + np.arange(int((length - 8.0) / 5.6)) * 5.6

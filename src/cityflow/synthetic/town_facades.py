@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.synthetic import roofs
 from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_shapes import Volume, wall_profile
@@ -143,9 +143,7 @@ def _top_at(wall: Wall, s: FloatArray) -> FloatArray:
     return np.interp(s, at, z)
 
 
-def _free(
-    units: Sequence[Unit], walls: Sequence[Wall], wanted: Sequence[FloatArray], terrain: Terrain
-) -> BoolArray:
+def _free(units: Sequence[Unit], walls: Sequence[Wall], wanted: Sequence[FloatArray], terrain: Terrain) -> BoolArray:
     """Openings with nothing before them: no other volume, no terrain above the sill."""
     openings = np.concatenate([np.empty((0, 5)), *wanted])
     owner = np.repeat(np.arange(len(walls)), [len(o) for o in wanted])
@@ -162,7 +160,7 @@ def _free(
 
 
 def _built_over(
-    units: Sequence[Unit], walls: Sequence[Wall], owner: FloatArray, at: FloatArray, sill: FloatArray
+    units: Sequence[Unit], walls: Sequence[Wall], owner: IntArray, at: FloatArray, sill: FloatArray
 ) -> BoolArray:
     """True where another volume covers the point and is higher than the sill."""
     volumes = [(u.index, k) for u in units for k, v in enumerate(u.volumes) if v.bottom is None]

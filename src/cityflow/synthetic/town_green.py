@@ -46,7 +46,11 @@ class LeafRule:
 
 
 def plant_trees(
-    seed: int, blocks: Sequence[PlacedBlock], units: Sequence[Unit], site: tuple[StreetNet, Terrain, Bounds], street_trees: float
+    seed: int,
+    blocks: Sequence[PlacedBlock],
+    units: Sequence[Unit],
+    site: tuple[StreetNet, Terrain, Bounds],
+    street_trees: float,
 ) -> Trees:
     """Trees of the blocks and of the streets, except where walls stand."""
     net, terrain, bounds = site

@@ -82,7 +82,9 @@ class Ground:
         low, high = self._node(i, j), self._node(i + 1, j + 1)
         right = p >= q
         third = self._node(np.where(right, i + 1, i), np.where(right, j, j + 1))
-        inner = np.where(right, low + p * (third - low) + q * (high - third), low + q * (third - low) + p * (high - third))
+        inner = np.where(
+            right, low + p * (third - low) + q * (high - third), low + q * (third - low) + p * (high - third)
+        )
         outside = (p < 0) | (p > 1) | (q < 0) | (q > 1)
         return np.where(outside, self.terrain.z(x, y), inner)
 
@@ -112,8 +114,8 @@ class Ground:
         x = np.array([bounds[0], bounds[2], bounds[2], bounds[0]])
         y = np.array([bounds[1], bounds[1], bounds[3], bounds[3]])
         u, v = self.net.from_world(x, y)
-        i_0, i_1 = np.clip(np.searchsorted(self.u.lines, [u.min(), u.max()]) + [-1, 0], 0, len(self.u.code))
-        j_0, j_1 = np.clip(np.searchsorted(self.v.lines, [v.min(), v.max()]) + [-1, 0], 0, len(self.v.code))
+        i_0, i_1 = np.clip(np.searchsorted(self.u.lines, [u.min() - STEP_M, u.max()]), 0, len(self.u.code))
+        j_0, j_1 = np.clip(np.searchsorted(self.v.lines, [v.min() - STEP_M, v.max()]), 0, len(self.v.code))
         grid = np.meshgrid(np.arange(i_0, i_1), np.arange(j_0, j_1), indexing="ij")
         i, j = grid[0].ravel(), grid[1].ravel()
         box = [self.net.to_world(self.u.lines[i + a], self.v.lines[j + b]) for a in (0, 1) for b in (0, 1)]

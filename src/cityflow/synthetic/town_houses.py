@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from cityflow.synthetic import roofs
 from cityflow.synthetic import town_shapes as shapes
+from cityflow.synthetic.roofs import LocalFace
 from cityflow.synthetic.town_drafts import BlockDraft, TreeDraft, UnitDraft, draw_style
 from cityflow.synthetic.town_shapes import Overhang, Volume
 
@@ -59,12 +61,12 @@ def _shed(rng: np.random.Generator, size: tuple[float, float], eave: float, over
 
 
 def _flat(rng: np.random.Generator, size: tuple[float, float], eave: float, over: float) -> list[Volume]:
-    main = shapes.flat_roof(shapes.roofs.rectangle(0, 0, *size), eave, min(over, 0.6))
+    main = shapes.flat_roof(roofs.rectangle(0, 0, *size), eave, min(over, 0.6))
     if rng.random() < 0.5:
         return [main]
     u, v = float(rng.uniform(1, size[0] - 4)), float(rng.uniform(1, size[1] - 4))
-    ring = shapes.roofs.rectangle(u, v, u + 2.6, v + 2.6)
-    lift = Volume(ring, (shapes.LocalFace(ring, 0, 0, eave + 2.2),), 0.0, eave - 0.3, windows=False)
+    ring = roofs.rectangle(u, v, u + 2.6, v + 2.6)
+    lift = Volume(ring, (LocalFace(ring, 0, 0, eave + 2.2),), 0.0, eave - 0.3, windows=False)
     return [main, lift]
 
 

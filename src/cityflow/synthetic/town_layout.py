@@ -102,7 +102,9 @@ def fill_blocks(seed: int, net: StreetNet, bounds: Bounds, park_share: float) ->
     for k, (i, j) in enumerate(cells):
         if kinds[k] is not None:
             size = float(net.u.end[i] - net.u.start[i]), float(net.v.end[j] - net.v.start[j])
-            draft = MAKERS[str(kinds[k])](np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2)))
+            draft = MAKERS[str(kinds[k])](
+                np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2))
+            )
             blocks.append(PlacedBlock(i, j, float(net.u.start[i]), float(net.v.start[j]), draft))
     return blocks
 

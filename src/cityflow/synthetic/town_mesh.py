@@ -49,18 +49,14 @@ def _add_roof(soup: FaceSoup, unit: Unit, volume: Volume, number: int) -> None:
         z = face.slope_u * u + face.slope_v * v + face.height + unit.base_m
         top = np.column_stack([xy, z])
         c, s = np.cos(unit.frame.heading), np.sin(unit.frame.heading)
-        normal = np.array(
-            [-(c * face.slope_u - s * face.slope_v), -(s * face.slope_u + c * face.slope_v), 1.0]
-        )
+        normal = np.array([-(c * face.slope_u - s * face.slope_v), -(s * face.slope_u + c * face.slope_v), 1.0])
         frame = plane_frame(top[0], normal)
         soup.add(top[None], look, frame)
         if volume.slab_m:
             _add_slab(soup, top, volume.slab_m, frame, (unit, number))
 
 
-def _add_slab(
-    soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureFrame, of: tuple[Unit, int]
-) -> None:
+def _add_slab(soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureFrame, of: tuple[Unit, int]) -> None:
     """Underside and edges of a roof face; what lies inside the building is never seen."""
     look = Look(Part.OVERHANG, Material.WOOD, WOOD_TINT, of[0].index, _seed(of[0], of[1] + 50))
     low = top - np.array([0, 0, thickness])

@@ -104,9 +104,7 @@ def shed_roof(length: float, depth: float, eave: float, slope: float, over: Over
     return Volume(roofs.rectangle(0, 0, length, depth), (LocalFace(ring, 0, slope, eave),), _slab(over))
 
 
-def gable_roof(
-    length: float, depth: float, eave: float, slope: float, over: Overhang, ridge_at: float = 0.5
-) -> Volume:
+def gable_roof(length: float, depth: float, eave: float, slope: float, over: Overhang, ridge_at: float = 0.5) -> Volume:
     """Ridge along u at the share `ridge_at` of the depth; `slope` is that of a symmetric roof of the same ridge."""
     middle, rise = depth * ridge_at, slope * depth / 2
     front, back = rise / middle, rise / (depth - middle)

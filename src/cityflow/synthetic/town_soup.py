@@ -59,15 +59,6 @@ class FaceSoup:
         self._counts.append(faces * (n - 2))
         self._corners += faces * n
 
-    def add_tinted(self, rings: FloatArray, look: Look, frame: TextureFrame, tints: IntArray) -> None:
-        """As `add`, with a base colour (K, 3) of its own for every face."""
-        order = np.lexsort(tints.T)
-        changes = np.flatnonzero(np.any(np.diff(tints[order], axis=0) != 0, axis=1)) + 1
-        for rows in np.split(order, changes):
-            r, g, b = (int(c) for c in tints[rows[0]])
-            axes = (a[rows] if a.ndim == 2 else a for a in (frame.origin, frame.u, frame.v))
-            self.add(rings[rows], Look(look.part, look.material, (r, g, b), look.unit, look.seed), TextureFrame(*axes))
-
     def mesh(self) -> TownMesh:
         """All faces so far, in the order in which they came."""
         if not self._vertices:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def _apse(length: float, width: float, eave: float) -> Volume:
     ring = [(length - 0.5, width / 2 - radius), *map(tuple, rim), (length - 0.5, width / 2 + radius)]
     rise = 2.4
     faces = []
-    for a, b in zip(rim[:-1], rim[1:], strict=True):
+    for a, b in pairwise(rim):
         inward = np.asarray(tip) - (a + b) / 2
         g = inward / float(inward @ inward) * rise
         corners = ((float(a[0]), float(a[1])), (float(b[0]), float(b[1])), tip)
@@ -88,11 +89,13 @@ def _saw_teeth(length: float, depth: float, eave: float) -> list[Volume]:
     count = max(3, round(length / 8))
     pitch = length / count
     slope = 2.4 / pitch
-    tooth = [
-        Volume(rectangle(i * pitch, 0, (i + 1) * pitch, depth), (LocalFace(rectangle(i * pitch, 0, (i + 1) * pitch, depth), -slope, 0, eave + slope * (i + 1) * pitch),))  # noqa: E501
+    return [
+        Volume(
+            rectangle(i * pitch, 0, (i + 1) * pitch, depth),
+            (LocalFace(rectangle(i * pitch, 0, (i + 1) * pitch, depth), -slope, 0, eave + slope * (i + 1) * pitch),),
+        )
         for i in range(count)
     ]
-    return tooth
 
 
 def stepped_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDraft:
@@ -133,7 +136,9 @@ def slab_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDraf
     count = int(rng.integers(4, 9))
     for i in range(count):
         ring = rectangle(0, 0, 3.0, 6.0)
-        garage = UnitDraft("garage", (replace(shapes.flat_roof(ring, 2.6), windows=False),), draw_style(rng, flat=True), row=0, level=0)  # noqa: E501
+        garage = UnitDraft(
+            "garage", (replace(shapes.flat_roof(ring, 2.6), windows=False),), draw_style(rng, flat=True), row=0, level=0
+        )
         block.units.append(garage.moved(0.0, 8.0 + 3.0 * i, size[1] - 9.0))
     block.paved.append((6.0, size[1] - 15.0, 10.0 + 3.0 * count, size[1] - 9.0))
     block.trees += _rim_trees(rng, size, 5)
@@ -186,25 +191,29 @@ def curved_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDr
     return block
 
 
-def _crescent_faces(
-    spoke: FloatArray, radii: tuple[float, float], eave: float, slope: float
-) -> tuple[LocalFace, ...]:
+def _crescent_faces(spoke: FloatArray, radii: tuple[float, float], eave: float, slope: float) -> tuple[LocalFace, ...]:
     """Two faces per piece (one where level): outer one falling outwards, inner one falling inwards."""
     inner, outer = radii
     if slope == 0:
         return tuple(
             LocalFace(_as_ring(np.array([inner * a, outer * a, outer * b, inner * b])), 0, 0, eave)
-            for a, b in zip(spoke[:-1], spoke[1:], strict=True)
+            for a, b in pairwise(spoke)
         )
     middle, faces = (inner + outer) / 2, []
-    for a, b in zip(spoke[:-1], spoke[1:], strict=True):
+    for a, b in pairwise(spoke):
         out = (a + b) / np.linalg.norm(a + b)
         g = slope * out
         low_in = eave - float(g @ (inner * a))
         low_out = eave + float(g @ (outer * a))
-        faces.append(LocalFace(_as_ring(np.array([inner * a, middle * a, middle * b, inner * b])), *g.tolist(), low_in))
         faces.append(
-            LocalFace(_as_ring(np.array([middle * a, outer * a, outer * b, middle * b])), *(-g).tolist(), low_out)
+            LocalFace(
+                _as_ring(np.array([inner * a, middle * a, middle * b, inner * b])), float(g[0]), float(g[1]), low_in
+            )
+        )
+        faces.append(
+            LocalFace(
+                _as_ring(np.array([middle * a, outer * a, outer * b, middle * b])), -float(g[0]), -float(g[1]), low_out
+            )
         )
     return tuple(faces)
 

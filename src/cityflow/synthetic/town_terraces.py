@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.synthetic import roofs
 from cityflow.synthetic import town_shapes as shapes
 from cityflow.synthetic.town_drafts import BlockDraft, GapDraft, Style, TreeDraft, UnitDraft, draw_facade, draw_style
 from cityflow.synthetic.town_houses import roof_extras
@@ -42,7 +43,9 @@ class _Row:
     copies: BoolArray
 
 
-def make_row(rng: np.random.Generator, length: float, rule: RowRule, row: int) -> tuple[list[UnitDraft], list[GapDraft]]:
+def make_row(
+    rng: np.random.Generator, length: float, rule: RowRule, row: int
+) -> tuple[list[UnitDraft], list[GapDraft]]:
     """Units from u = 0 to u = `length`, fronts near v = 0, in the row's own frame; gaps count within the row."""
     plan = _plan(rng, length, rule)
     roof = {
@@ -86,7 +89,14 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
     left = np.round(np.cumsum(width + gap) - gap - width, 3)
     touching = gap == 0
     left[1:][touching[:-1]] = right[:-1][touching[:-1]]
-    return _Row(left, right, np.round(front, 3), np.round(front + depth, 3), ~touching, copies)
+    return _Row(
+        left,
+        right,
+        np.asarray(np.round(front, 3), np.float64),
+        np.asarray(np.round(front + depth, 3), np.float64),
+        ~touching,
+        copies,
+    )
 
 
 def _unit(
@@ -96,7 +106,7 @@ def _unit(
     width, depth = float(plan.right[i] - plan.left[i]), float(plan.back[i] - plan.front[i])
     slope, over = float(roof["slope"]), float(roof["over"])
     if roof["flat"]:
-        main, extras = shapes.flat_roof(shapes.roofs.rectangle(0, 0, width, depth), eave), []
+        main, extras = shapes.flat_roof(roofs.rectangle(0, 0, width, depth), eave), []
     else:
         main = shapes.gable_roof(width, depth, eave, slope, Overhang(0, 0, over, over))
         extras = roof_extras(rng, (width, depth), eave, slope)
@@ -157,7 +167,7 @@ def _gaps(rng: np.random.Generator, plan: _Row, rule: RowRule) -> list[GapDraft]
     gaps = []
     for i in np.flatnonzero(plan.gap_after[:-1]):
         low, high = max(plan.front[i], plan.front[i + 1]), min(plan.back[i], plan.back[i + 1])
-        ring = shapes.roofs.rectangle(float(plan.right[i]), float(low), float(plan.left[i + 1]), float(high))
+        ring = roofs.rectangle(float(plan.right[i]), float(low), float(plan.left[i + 1]), float(high))
         gaps.append(GapDraft(ring, (int(i), int(i) + 1), bool(rng.random() < rule.tree_in_gap)))
     return gaps
 
@@ -201,7 +211,7 @@ def perimeter_block(rng: np.random.Generator, size: tuple[float, float]) -> Bloc
     depth, eave = float(np.round(rng.uniform(10.0, 12.0), 2)), float(rng.uniform(9.0, 14.0))
     rule = RowRule((8.0, 13.0), depth, eave, 1.8, 0.15, 0.25, 0.05, 0.1, 0.6, 0.0, (0.0, 0.4))
     inner_u, inner_v = size[0] - 2 * depth, size[1] - 2 * depth
-    sides = [(0.0, depth, 0.0), (np.pi / 2, size[0], depth), (np.pi, size[0] - depth, size[1]), (-np.pi / 2, 0.0, size[1] - depth)]  # fmt: skip  # noqa: E501
+    sides = [(0.0, depth, 0.0), (np.pi / 2, size[0], depth), (np.pi, size[0] - depth, size[1]), (-np.pi / 2, 0.0, size[1] - depth)]  # fmt: skip
     for k, at in enumerate(sides):
         add_row(rng, block, inner_u if k % 2 == 0 else inner_v, replace(rule, depth_m=depth), at)
     for u, v in ((0.0, 0.0), (size[0] - depth, 0.0), (size[0] - depth, size[1] - depth), (0.0, size[1] - depth)):
@@ -217,7 +227,7 @@ def perimeter_block(rng: np.random.Generator, size: tuple[float, float]) -> Bloc
 def _corner_house(rng: np.random.Generator, depth: float, eave: float, at: tuple[float, float]) -> UnitDraft:
     """A square house, higher than its neighbours, under a pyramid or a level roof."""
     height, flat = eave + float(rng.uniform(0.5, 3.0)), bool(rng.random() < 0.4)
-    ring = shapes.roofs.rectangle(0, 0, depth, depth)
+    ring = roofs.rectangle(0, 0, depth, depth)
     volume = shapes.flat_roof(ring, height) if flat else shapes.hip_roof(depth, depth, height, 0.7, 0.0)
     name = "corner flat" if flat else "corner pyramid"
     return UnitDraft(name, (volume,), draw_style(rng, flat=flat), row=0).moved(0.0, *at)
