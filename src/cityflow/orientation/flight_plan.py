@@ -20,6 +20,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.orientation.look_directions import looking
 from cityflow.orientation.masters import MasterParameters, candidates, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
+from cityflow.orientation.thinning import surplus_masters
 from cityflow.orientation.views import View
 
 MOST_SAMPLES = 48
@@ -169,7 +170,8 @@ class FlightPlan:
         found = candidates(self.around.views, members, looking(frame), p.cell_m)
         banned = set[int]()
         while True:
-            chosen = choose_masters(found, banned, p)
+            surplus = surplus_masters(self.around.views, found, banned, p)
+            chosen = choose_masters(found, banned | surplus, p)
             masters = Masters(found.cell[chosen], found.view[chosen])
             fresh = {k: self._pair(k, masters.cell[masters.view == k]) for k in np.unique(masters.view).tolist()}
             alone = {k for k, pairing in fresh.items() if not pairing.chosen}
