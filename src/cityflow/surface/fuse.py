@@ -1,0 +1,95 @@
+"""One surface from the points of many depth maps, in the world or in a tilted frame.
+
+Each cell takes the height that most evidence near its centre agrees on; neighbours on the same surface steady it; specks and floaters go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.depth_map import ImagePoints
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.surface.fuse_cells import cell_points, expected_precision
+from cityflow.surface.fuse_fill import fill_from_below
+from cityflow.surface.fuse_modes import modes
+from cityflow.surface.fuse_planes import on_planes, without_specks
+
+
+class FuseParameters(Parameters):
+    """How points become the surface."""
+
+    radius_cells: float = Field(
+        1.1, ge=0.5, le=4, description="points this near to a cell's centre speak for it, cells"
+    )
+    wide_radius_cells: float = Field(1.8, ge=0.5, le=6, description="and this near where there are none, cells")
+    band_cells: float = Field(2.5, ge=0.5, le=20, description="points of one surface lie within this height, cells")
+    band_sigmas: float = Field(3.0, ge=0, le=20, description="but at least this many expected standard deviations")
+    half_views: float = Field(1.0, ge=0, le=10, description="this many agreeing partners give a point half its weight")
+    upright: float = Field(2.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
+    least_support: float = Field(0.03, ge=0, le=10, description="weight of points below which a cell is a hole")
+    plane_cells: float = Field(
+        2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
+    )
+    speck_cells: int = Field(12, ge=1, le=400, description="patches of fewer cells are floaters")
+    speck_step_cells: float = Field(3.0, gt=0, le=50, description="a patch ends at a step above this, cells")
+    fill_m: float = Field(8.0, ge=0, le=100, description="holes are filled this far from measured cells, metres")
+    fill_step_m: float = Field(
+        0.5, gt=0, le=10, description="heights around a hole with a wider gap are two surfaces, metres"
+    )
+
+    def halo_cells(self) -> int:
+        """Cells around a tile whose points a cell of the tile depends on, without filling."""
+        return int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
+
+    def halo_m(self, cell_m: float) -> float:
+        """Points are needed this far around, metres; filling included."""
+        return self.halo_cells() * cell_m + self.fill_m
+
+
+@dataclass(frozen=True, slots=True)
+class Fused:
+    """A fused surface; all (rows, cols) of `grid`, which may be that of a tilted frame.
+
+    Attributes
+    ----------
+    dsm : float32, height at the cell's centre, metres; NaN in holes
+    count : uint32, points in the cell
+    sigma : float32, expected standard deviation of the height, metres; NaN in holes
+    """
+
+    grid: Grid
+    dsm: Float32Array
+    count: NDArray[np.uint32]
+    sigma: Float32Array
+
+
+def fuse(points: ImagePoints, grid: Grid, parameters: FuseParameters | None = None) -> Fused:
+    """The surface over `grid` of points in its frame (heights count towards the cameras).
+
+    Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one.
+    """
+    p = parameters or FuseParameters()
+    quality, sigma = expected_precision(points, (grid.cell, p.half_views, p.upright))
+    placed = cell_points(points, grid, quality, sigma)
+    count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
+    if len(placed.z) == 0:
+        nothing = np.full(grid.shape, np.nan, np.float32)
+        return Fused(grid, nothing, count, nothing.copy())
+    band = p.band_cells * grid.cell
+    found = modes(placed, grid.shape, (p.radius_cells, p.wide_radius_cells), (band, p.band_sigmas), p.least_support)
+    z = on_planes(found, p.plane_cells, band / 2)
+    z[~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)] = np.nan
+    return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
+
+
+def filled(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:
+    """(rows, cols) the surface with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
+    p = parameters or FuseParameters()
+    values = fused.dsm.astype(np.float64)
+    return fill_from_below(values, round(p.fill_m / fused.grid.cell), p.fill_step_m, fused.grid.cell)
