@@ -1,0 +1,191 @@
+"""True orthos: every cell of a surface in the colour of an image that sees it.
+
+The classical ortho takes any image's pixel where a cell projects to, so that what hides a cell colours it: a roof appears a second time beside its
+house. Here a cell takes colours only from images from which no surface hides it, and stays without colour where all do. A tilted frame is served
+likewise: give images rotated into the frame and heights along its axis (Dahlke 2017 §1.2).
+
+A cell's colour depends on the cell, the images given, and the surface within `OrthoParameters.halo_m` of it; on nothing else, so tiles fit without
+seams whatever their size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.pixels import PixelArray
+from cityflow.surface.ortho_camera import packed
+from cityflow.surface.ortho_choice import BLENDED, choose
+from cityflow.surface.ortho_sampling import OrthoImage, Wanted, add_colours, rounded
+from cityflow.surface.ortho_visibility import Obstacles, obstacles
+
+__all__ = ["Ortho", "OrthoImage", "OrthoParameters", "true_ortho"]
+
+BLOCK = 256
+"""Edge in cells of the blocks that are worked on one by one, so that windows of images stay small; has no say in the result."""
+
+
+class OrthoParameters(Parameters):
+    """How a true ortho is coloured."""
+
+    halo_m: float = Field(
+        60.0,
+        ge=0,
+        le=1000,
+        description="how far off something may hide a cell, metres in plan: height of buildings times the steepest tan",
+    )
+    off_nadir_deg: float = Field(
+        60.0, gt=0, lt=90, description="views farther off the vertical of the frame than this colour nothing, degrees"
+    )
+    seam_cells: float = Field(16.0, ge=0.5, le=1000, description="half the width over which two images mix, cells")
+    rim_share: float = Field(
+        0.15,
+        gt=0,
+        le=0.5,
+        description="width of the rim of an image that others are preferred to, share of its shorter side",
+    )
+    margin_px: float = Field(4.0, ge=0, le=500, description="outermost pixels of an image that are never used")
+    tolerance_cells: float = Field(
+        1.5,
+        ge=0,
+        le=100,
+        description="a ray may dip this deep below the surface it passes, cells of the surface around: its noise",
+    )
+    widened_cells: int = Field(
+        1,
+        ge=0,
+        le=10,
+        description="things that hide are widened by so many cells of the surface around: its edges are no better",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Ortho:
+    """A true ortho.
+
+    Attributes
+    ----------
+    colour : (rows, cols, bands) uint8 or uint16; 0 where nothing was seen, at least 1 elsewhere
+    source : (rows, cols) int16, number of the image with the greatest weight; -1 where there is none
+    mask : (rows, cols) bool, where a cell has a colour
+    """
+
+    colour: PixelArray
+    source: np.ndarray[tuple[int, int], np.dtype[np.int16]]
+    mask: BoolArray
+
+
+def true_ortho(
+    grid: Grid,
+    heights: Float32Array,
+    around: tuple[Grid, Float32Array],
+    images: Sequence[OrthoImage],
+    parameters: OrthoParameters | None = None,
+) -> Ortho:
+    """Colour a surface.
+
+    Parameters
+    ----------
+    grid : of the ortho
+    heights : (rows, cols) float32 on `grid`, metres; NaN gets no colour
+    around : the surface with its halo, on cells as fine or coarser; NaN hides nothing. Its cells must lie the same for all tiles
+    images : at least one; all of the same bands and dtype. Those that see nothing of the grid do no harm
+    parameters : defaults where not given
+
+    Raises
+    ------
+    ValueError
+        No image, or images of different bands or dtypes.
+    """
+    asked = parameters or OrthoParameters()
+    bands, dtype = _kind(images)
+    origin = np.array([grid.x_min, grid.y_max, 0.0])
+    cameras = packed([i.image for i in images], origin)
+    blocking = obstacles(
+        around[0], around[1], origin, asked.widened_cells, asked.tolerance_cells * around[0].cell, asked.halo_m
+    )
+    limits = np.array([
+        np.tan(np.radians(asked.off_nadir_deg)) ** 2, asked.rim_share, asked.margin_px, asked.seam_cells * grid.cell,
+    ])  # fmt: skip
+    colour = np.zeros((*grid.shape, bands), dtype)
+    source = np.full(grid.shape, -1, np.int16)
+    for rows, cols in _blocks(grid):
+        part = heights[rows, cols].astype(np.float64)
+        choice = _chosen(_centres(grid, rows, cols), part, cameras, blocking, limits)
+        source[rows, cols] = _main_source(choice)
+        colour[rows, cols] = _coloured(choice, images, grid.cell, bands, dtype)
+    return Ortho(colour, source, np.asarray(source >= 0))
+
+
+@dataclass(frozen=True, slots=True)
+class _Choice:
+    """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block."""
+
+    image: np.ndarray[tuple[int, int, int], np.dtype[np.int32]]
+    weight: FloatArray
+    u: FloatArray
+    v: FloatArray
+    scale: FloatArray
+
+
+def _chosen(
+    centres: tuple[FloatArray, FloatArray],
+    heights: FloatArray,
+    cameras: FloatArray,
+    blocking: Obstacles,
+    limits: FloatArray,
+) -> _Choice:
+    shape = (*heights.shape, BLENDED)
+    image = np.full(shape, -1, np.int32)
+    weight, u, v, scale = (np.zeros(shape) for _ in range(4))
+    choose(
+        *centres, heights, cameras, blocking.levels, blocking.layout, blocking.place, blocking.sharp, limits,
+        image, weight, u, v, scale,
+    )  # fmt: skip
+    return _Choice(image, weight, u, v, scale)
+
+
+def _main_source(choice: _Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int16]]:
+    weight = np.where(choice.image >= 0, choice.weight, -1.0)
+    best = np.argmax(weight, axis=2)[..., None]
+    return np.take_along_axis(choice.image, best, axis=2)[..., 0].astype(np.int16)
+
+
+def _coloured(
+    choice: _Choice, images: Sequence[OrthoImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
+) -> PixelArray:
+    rows, cols = choice.image.shape[:2]
+    total = np.zeros((rows * cols, bands), np.float32)
+    flat = choice.image.reshape(rows * cols, -1)
+    for number in np.unique(flat[flat >= 0]):
+        at, k = np.nonzero(flat == number)
+        values = (a.reshape(rows * cols, -1)[at, k] for a in (choice.u, choice.v, choice.scale, choice.weight))
+        u, v, scale, weight = values
+        add_colours(total, images[number], Wanted(at, u, v, scale * cell, weight))
+    return rounded(total, np.any(flat >= 0, axis=1), dtype).reshape(rows, cols, bands)
+
+
+def _kind(images: Sequence[OrthoImage]) -> tuple[int, np.dtype[np.uint8]]:
+    kinds = {(i.pixels.bands, np.dtype(i.pixels.dtype)) for i in images}
+    if len(kinds) != 1:
+        raise ValueError(f"an ortho takes images of one number of bands and one dtype, not {sorted(map(str, kinds))}")
+    return kinds.pop()
+
+
+def _blocks(grid: Grid) -> Iterator[tuple[slice, slice]]:
+    for row in range(0, grid.rows, BLOCK):
+        for col in range(0, grid.cols, BLOCK):
+            yield slice(row, min(row + BLOCK, grid.rows)), slice(col, min(col + BLOCK, grid.cols))
+
+
+def _centres(grid: Grid, rows: slice, cols: slice) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of columns and rows from the grid's upper left corner, metres."""
+    x = (np.arange(cols.start, cols.stop) + 0.5) * grid.cell
+    y = -(np.arange(rows.start, rows.stop) + 0.5) * grid.cell
+    return x, y
