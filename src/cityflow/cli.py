@@ -136,6 +136,34 @@ def parameters() -> None:
 def catalog_create(
     out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
     lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
+    images: Annotated[Path | None, typer.Option(help="Folder of oriented images")] = None,
+    colmap: Annotated[Path | None, typer.Option(help="Orientation: folder of a COLMAP model, text or binary")] = None,
+    opk: Annotated[
+        Path | None, typer.Option(help="Orientation: table with centres and angles; needs --cameras")
+    ] = None,
+    cameras: Annotated[Path | None, typer.Option(help="Cameras of the table: JSON, YAML or CSV")] = None,
+    columns: Annotated[
+        str,
+        typer.Option(
+            help="Columns of the table, field=name or field=position, e.g. name=0,x=1,y=2,z=3,omega=4,phi=5,kappa=6"
+        ),
+    ] = "",
+    angle_unit: Annotated[str, typer.Option(help="degree, grad or radian")] = "degree",
+    rotation_order: Annotated[
+        str, typer.Option(help="omega-phi-kappa, phi-omega-kappa or yaw-pitch-roll")
+    ] = "omega-phi-kappa",
+    bundler: Annotated[Path | None, typer.Option(help="Orientation: bundle.out of Bundler")] = None,
+    bundler_list: Annotated[
+        Path | None, typer.Option(help="List of Bundler's images, where not list.txt beside")
+    ] = None,
+    metashape: Annotated[Path | None, typer.Option(help="Orientation: cameras of Metashape as XML")] = None,
+    origin: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="Added to the coordinates of the orientation, metres")
+    ] = "",
+    heights: Annotated[
+        str,
+        typer.Option(metavar="MIN,MAX", help="Lowest ground and highest object, metres, where nothing else tells them"),
+    ] = "",
     crs: Annotated[
         str,
         typer.Option(
@@ -159,11 +187,15 @@ def catalog_create(
 ) -> None:
     """Make a catalog from files."""
     from cityflow.stages.catalog_create import create_catalog
+    from cityflow.stages.catalog_orientation import OrientationFiles, image_source
 
+    found = OrientationFiles(
+        colmap, opk, cameras, columns, angle_unit, rotation_order, bundler, bundler_list, metashape
+    )
     made = create_catalog(
-        out, lidar=lidar or [], outlines=outlines, dsm=dsm, dtm=dtm, ortho=ortho, crs=crs or None, id_column=id_column or None,
-        id_format=id_format or None, layer=layer or None, title=title, licence=licence, attribution=attribution, date=date,
-        copy=copy,
+        out, lidar=lidar or [], images=image_source(images, found, origin, heights), outlines=outlines, dsm=dsm, dtm=dtm,
+        ortho=ortho, crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
+        licence=licence, attribution=attribution, date=date, copy=copy,
     )  # fmt: skip
     for note in made.notes:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)

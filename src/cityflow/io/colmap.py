@@ -43,8 +43,8 @@ def read_colmap(folder: str | Path) -> OrientationModel:
     files = _found(Path(folder))
     binary = files.images.suffix == ".bin"
     try:
-        cameras = binary_cameras(files.cameras) if binary else text_cameras(files.cameras)
-        poses = binary_images(files.images) if binary else text_images(files.images)
+        cameras = list(binary_cameras(files.cameras) if binary else text_cameras(files.cameras))
+        poses = list(binary_images(files.images) if binary else text_images(files.images))
         sparse = np.empty((0, 3))
         if files.points.exists():
             sparse = binary_points(files.points) if binary else text_points(files.points)

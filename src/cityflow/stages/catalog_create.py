@@ -28,7 +28,8 @@ from cityflow.io.stac import (
 )
 from cityflow.io.stac_write import lidar_asset, raster_asset
 from cityflow.io.vector import read_layer, read_outlines
-from cityflow.stages.catalog_images import ImageSource, described_images
+from cityflow.stages.catalog_images import described_images
+from cityflow.stages.catalog_orientation import ImageSource
 from cityflow.stages.catalog_store import refuse_foreign_folder, store_catalog
 
 LIDAR_SUFFIXES = (".las", ".laz")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +14,15 @@ from cityflow.orientation.views import View, footprint, sees
 
 Heights = tuple[float, float]
 
-NEIGHBOURS = 6
-FAR_FACTOR = 12.0
-"""A tie point farther from its neighbours than this multiple of the usual is a blunder, unless it stands between others in height."""
+NEIGHBOURS = 16
+"""Tie points around one, in plan."""
+DEEPER_M, COMPANIONS = 3.0, 2
+"""Ground is seen by many: a tie point this far below all but fewer than so many of its neighbours is a blunder."""
+HIGHER_M = 12.0
+"""A tie point with no neighbour less than this below it stands alone in the air; spires and masts have points at their sides."""
 FEWEST_POINTS = 30
 """With fewer tie points in view an image takes the heights of all."""
-MOST_POINTS = 200_000
+MOST_POINTS = 300_000
 ROOM_M, ROOM_SHARE = 3.0, 0.1
 """What may stand out above the highest or lie below the lowest tie point: metres, and share of the range."""
 TALLEST_M = 100.0
@@ -41,25 +43,24 @@ class HeightRange:
     xyz: FloatArray
 
     def over(self, image: OrientedImage) -> Heights:
-        """What the image may show."""
-        inside = self._near(image)
-        inside = inside[sees(image, inside)]
-        return with_room(inside[:, 2]) if len(inside) >= FEWEST_POINTS else self.whole
+        """What the image may show: that of all points in the box around what its own tie points say it sees."""
+        near = self._within(image, self.whole)
+        seen = near[sees(image, near)]
+        if len(seen) < FEWEST_POINTS:
+            return self.whole
+        around = self._within(image, with_room(seen[:, 2]))
+        return with_room(np.concatenate([seen[:, 2], around[:, 2]]))
 
-    def _near(self, image: OrientedImage) -> FloatArray:
-        """Points in the box around all that the image may see."""
-        if not len(self.xyz):
-            return self.xyz
-        boxes = np.array([footprint(View(image, self.whole), z).bounds for z in self.whole])
+    def _within(self, image: OrientedImage, heights: Heights) -> FloatArray:
+        """Points in the box around all that the image may see between two heights."""
+        view = View(image, heights)
+        boxes = np.array([footprint(view, z).bounds for z in heights])
         boxes = boxes[np.isfinite(boxes).all(axis=1)]
-        if not len(boxes):
+        if not len(boxes) or not len(self.xyz):
             return self.xyz[:0]
-        x, y = image.centre[:2]
-        x_min, y_min = np.minimum(boxes[:, :2].min(axis=0), (x, y))
-        x_max, y_max = np.maximum(boxes[:, 2:].max(axis=0), (x, y))
-        first, last = np.searchsorted(self.xyz[:, 0], (x_min, x_max))
+        first, last = np.searchsorted(self.xyz[:, 0], (boxes[:, 0].min(), boxes[:, 2].max()))
         part = self.xyz[first:last]
-        return part[(part[:, 1] >= y_min) & (part[:, 1] <= y_max)]
+        return part[(part[:, 1] >= boxes[:, 1].min()) & (part[:, 1] <= boxes[:, 3].max())]
 
 
 def with_room(z: FloatArray) -> Heights:
@@ -77,26 +78,23 @@ def heights_of_points(xyz: FloatArray) -> HeightRange:
     ValueError
         Where there are too few points.
     """
-    good = xyz[~blunders(xyz)]
-    if len(good) < FEWEST_POINTS:
-        raise ValueError(f"only {len(good)} tie points")
-    step = -(-len(good) // MOST_POINTS)
-    kept = good[::step]
-    return HeightRange(with_room(good[:, 2]), kept[np.lexsort((kept[:, 2], kept[:, 1], kept[:, 0]))])
+    some = xyz[:: max(1, -(-len(xyz) // MOST_POINTS))]
+    kept = some[~blunders(some)]
+    if len(kept) < FEWEST_POINTS:
+        raise ValueError(f"only {len(kept)} tie points")
+    return HeightRange(with_room(kept[:, 2]), kept[np.lexsort((kept[:, 2], kept[:, 1], kept[:, 0]))])
 
 
 def blunders(xyz: FloatArray) -> BoolArray:
-    """(N,) points far from all others, measured by what is usual in their cloud.
-
-    Tie points thin out over façades, water and the rim of a survey; blunders of matching stand alone, high up or deep down. So only those are
-    meant that are alone and beyond the bulk of the heights.
-    """
+    """(N,) points that stand alone in depth or height among their neighbours in plan."""
     if len(xyz) <= NEIGHBOURS:
         return np.zeros(len(xyz), bool)
-    distance = cKDTree(xyz).query(xyz, NEIGHBOURS + 1)[0][:, -1]
-    low, middle, high = np.quantile(xyz[:, 2], (0.05, 0.5, 0.95))
-    outside = (xyz[:, 2] < low - (middle - low)) | (xyz[:, 2] > high + (high - middle))
-    return np.asarray((distance > FAR_FACTOR * np.median(distance)) & outside)
+    around = cKDTree(xyz[:, :2]).query(xyz[:, :2], NEIGHBOURS + 1)[1]
+    others = xyz[around, 2]
+    # a point is its own neighbour, except among many of the same place
+    deep = (others < xyz[:, 2, None] + DEEPER_M).sum(axis=1) - 1 < COMPANIONS
+    high = (others > xyz[:, 2, None] - HIGHER_M).sum(axis=1) - 1 < 1
+    return np.asarray(deep | high)
 
 
 def given_heights(low: float, high: float) -> HeightRange:
@@ -112,8 +110,3 @@ def given_heights(low: float, high: float) -> HeightRange:
             f"heights from {low:g} to {high:g} are no range", where="--heights", remedy="give the lowest ground first"
         )
     return HeightRange((low, high), np.empty((0, 3)))
-
-
-def sighted(images: Sequence[OrientedImage], heights: HeightRange) -> list[Heights]:
-    """Heights of each image."""
-    return [heights.over(image) for image in images]

@@ -14,7 +14,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError
-from cityflow.io.colmap import read_colmap
+from cityflow.io.bundler import SizeOf
 from cityflow.io.images import ImageHeader, check_against, image_header
 from cityflow.io.las_write import write_points
 from cityflow.io.oriented_images import LeftOut, OrientationModel
@@ -23,6 +23,7 @@ from cityflow.io.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, Spa
 from cityflow.io.vector import listing
 from cityflow.orientation.views import View, footprint
 from cityflow.stages.catalog_heights import HeightRange, given_heights, heights_of_points
+from cityflow.stages.catalog_orientation import ImageSource, read_model
 
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
 SPARSE_FILE = "sparse.laz"
@@ -30,24 +31,6 @@ MOST_SPARSE = 2_000_000
 """Tie points kept in the catalog; of more, every n-th."""
 FEWEST_IMAGES = 2
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
-
-
-@dataclass(frozen=True, slots=True)
-class ImageSource:
-    """Where images and their orientation are.
-
-    Attributes
-    ----------
-    folder : of the image files; the model's names count from here
-    colmap : folder of a COLMAP model
-    origin : x, y, z added to the model's coordinates, metres
-    heights : lowest ground and highest object, metres; None takes them from tie points or rasters
-    """
-
-    folder: Path
-    colmap: Path | None = None
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    heights: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +57,10 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     """
     if not source.folder.is_dir():
         raise CatalogError("no such folder of images", where=str(source.folder), remedy="check --images")
-    model = read_model(source).moved(source.origin)
+    files = _Files.of(source.folder)
+    model = read_model(source, catalog.reference, _sizes(files)).moved(source.origin)
     taken = {a.name for a in catalog.assets} | {OUTLINES, SPARSE, *RASTERS}
-    found, missing = _files(model.images, source.folder)
+    found, missing = _found(model.images, files, source.folder)
     names = unit_names([name for name, _ in found], taken)
     left_out = [*model.left_out, *missing]
     kept: list[ImageAsset] = []
@@ -84,47 +68,71 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     oriented = {i.name: i for i in model.images}
     for (name, path), unit in zip(found, names, strict=True):
         try:
-            kept.append(_described(path, replace(oriented[name], name=unit), heights, date))
+            asset = _described(path, replace(oriented[name], name=unit), heights, date)
+            kept.append(replace(asset, pixel_mm=model.pixel_mm.get(name, 0.0)))
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
-    notes = [*model.notes, *_unused(found, source.folder), *_in_words(left_out)]
+    notes = [*model.notes, *_unused(found, files), *_in_words(left_out)]
     _refuse_too_few(kept, left_out, source)
     sparse, made = _sparse(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)
 
 
-def read_model(source: ImageSource) -> OrientationModel:
-    """The orientation, in whichever format it is given.
+def _sizes(files: _Files) -> SizeOf:
+    """Size of an image by its name in a model, None where there is none or it cannot be read."""
 
-    Raises
-    ------
-    CatalogError
-        Where none or more than one is given, or it cannot be read.
-    """
-    if source.colmap is None:
-        raise CatalogError(
-            "images without orientation", where=str(source.folder), remedy="name the orientation, e.g. with --colmap"
+    def size_of(name: str) -> tuple[int, int] | None:
+        path = files.of_name(name)
+        try:
+            header = image_header(path) if path is not None else None
+        except CatalogError:
+            return None
+        return (header.width, header.height) if header is not None else None
+
+    return size_of
+
+
+@dataclass(frozen=True, slots=True)
+class _Files:
+    """The image files of a folder and how a model may call them."""
+
+    all: tuple[Path, ...]
+    by_path: dict[str, Path]
+    by_name: dict[str, Path]
+    by_stem: dict[str, Path]
+
+    @classmethod
+    def of(cls, folder: Path) -> _Files:
+        files = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in IMAGE_SUFFIXES)
+        by_path = {p.relative_to(folder).as_posix(): p for p in files}
+        return cls(
+            tuple(files), by_path, _only({p: p.name.lower() for p in files}), _only({p: p.stem.lower() for p in files})
         )
-    return read_colmap(source.colmap)
+
+    def of_name(self, name: str) -> Path | None:
+        """By relative path, else by file name, else by stem, where only one fits."""
+        plain = Path(name.replace("\\", "/"))
+        by_file = self.by_path.get(plain.as_posix()) or self.by_name.get(plain.name.lower())
+        return by_file or self.by_stem.get(plain.name.lower()) or self.by_stem.get(plain.stem.lower())
 
 
-def _files(images: Sequence[OrientedImage], folder: Path) -> tuple[list[tuple[str, Path]], list[LeftOut]]:
-    """Model's names with their files: by relative path, else by file name, else by stem, where only one fits."""
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in IMAGE_SUFFIXES)
-    by_path = {p.relative_to(folder).as_posix(): p for p in files}
-    by_name = _only({p: p.name.lower() for p in files})
-    by_stem = _only({p: p.stem.lower() for p in files})
-    found, missing = [], []
+def _found(
+    images: Sequence[OrientedImage], files: _Files, folder: Path
+) -> tuple[list[tuple[str, Path]], list[LeftOut]]:
+    """Model's names with their files, and those that have none or another image's."""
+    found: dict[Path, str] = {}
+    missing = []
     for image in images:
-        plain = Path(image.name.replace("\\", "/"))
-        path = by_path.get(plain.as_posix()) or by_name.get(plain.name.lower()) or by_stem.get(plain.name.lower())
-        path = path or by_stem.get(plain.stem.lower())
+        path = files.of_name(image.name)
         if path is None:
             problem = f"the image is in the model, but not in {folder.name}/"
             missing.append(LeftOut(image.name, problem, "put the file there and make the catalog again"))
+        elif path in found:
+            problem = f"its file would be {path.name}, which is {found[path]}'s"
+            missing.append(LeftOut(image.name, problem, "give each image a file of its own"))
         else:
-            found.append((image.name, path))
-    return found, missing
+            found[path] = image.name
+    return [(name, path) for path, name in found.items()], missing
 
 
 def _only(keys: dict[Path, str]) -> dict[str, Path]:
@@ -221,10 +229,9 @@ def _heights(source: ImageSource, model: OrientationModel) -> HeightRange:
         ) from error
 
 
-def _unused(found: list[tuple[str, Path]], folder: Path) -> list[str]:
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in IMAGE_SUFFIXES)
+def _unused(found: list[tuple[str, Path]], files: _Files) -> list[str]:
     known = {p for _, p in found}
-    spare = [p.name for p in files if p not in known]
+    spare = [p.name for p in files.all if p not in known]
     return [f"{len(spare)} images have no orientation and are not used ({listing(spare)})"] if spare else []
 
 
