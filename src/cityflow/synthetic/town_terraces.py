@@ -76,7 +76,8 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
     count = max(2, round(length / (mean + rule.gap * 1.4)))
     draw = rng.random(count)
     copies = (draw < rule.twin + rule.same) & (np.arange(count) > 0)
-    gap = np.where(rng.random(count) < rule.gap, rng.uniform(0.8, 2.0, count), 0.0)
+    copies[-1] = False  # the last one takes what the rounding of the others leaves
+    gap = np.where(rng.random(count) < rule.gap, np.round(rng.uniform(0.8, 2.0, count), 3), 0.0)
     gap[:-1][copies[1:]] = 0.0
     gap[-1] = 0.0
     width = rng.uniform(*rule.width_m, count)
@@ -84,7 +85,8 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
     depth = np.where(rng.random(count) < 0.6, rule.depth_m, rule.depth_m + rng.uniform(-1.0, 1.4, count))
     for i in np.flatnonzero(copies):
         width[i], front[i], depth[i] = width[i - 1], front[i - 1], depth[i - 1]
-    width = width * (length - gap.sum()) / width.sum()
+    width = np.round(width * (length - gap.sum()) / width.sum(), 3)
+    width[-1] = length - gap.sum() - width[:-1].sum()
     right = np.round(np.cumsum(width + gap) - gap, 3)
     left = np.round(np.cumsum(width + gap) - gap - width, 3)
     touching = gap == 0
