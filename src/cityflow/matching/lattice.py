@@ -1,0 +1,178 @@
+"""Disparities of a pair, block by block on a fixed lattice of the rectified base image, each level guided by the coarser one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.parameters import Parameters
+from cityflow.matching.grey import GreyImage
+from cityflow.matching.rectification import Rectification
+from cityflow.matching.resample import resampled
+from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
+
+Block = tuple[int, int]
+Range = tuple[int, int]
+"""Half-open range of disparities, pixels of the level."""
+
+
+class LatticeParameters(Parameters):
+    """Levels, blocks and ranges of disparities."""
+
+    block_px: int = Field(448, ge=64, le=4096, description="edge of a block, pixels of its level")
+    halo_px: int = Field(32, ge=8, le=512, description="pixels around a block that take part in its matching")
+    coarsest_px: int = Field(
+        128, ge=32, le=1024, description="the coarsest level is the last whose shorter side has as many pixels"
+    )
+    margin_px: float = Field(
+        4.0, ge=1, le=64, description="what a range of disparities goes beyond the coarser level's, in its pixels"
+    )
+    most_disparities: int = Field(512, ge=64, le=4096, description="bound of a block's range: bounds memory")
+    sgm: SgmParameters = SgmParameters()
+
+
+@dataclass
+class PairLattice:
+    """All blocks of one pair that were asked for.
+
+    A block depends on the two images, the parameters and its place in the lattice, never on what else is asked for.
+
+    Attributes
+    ----------
+    heights : lowest ground and highest object in sight, metres
+    coarsest : the level without a guide
+    """
+
+    pair: Rectification
+    images: tuple[GreyImage, GreyImage]
+    heights: tuple[float, float]
+    parameters: LatticeParameters
+    clock: SgmClock
+    ranges: dict[tuple[int, Block], Range | None] = field(default_factory=dict)
+    blocks: dict[tuple[int, Block], Float32Array] = field(default_factory=dict)
+
+    @cached_property
+    def coarsest(self) -> int:
+        camera = self.pair.base.camera
+        return max(0, min(5, int(np.log2(max(min(camera.width, camera.height) / self.parameters.coarsest_px, 1.0)))))
+
+    def shape(self, level: int) -> tuple[int, int]:
+        return -(-self.pair.rows >> level), -(-self.pair.cols >> level)
+
+    def grid(self, level: int) -> tuple[int, int]:
+        """Rows and columns of blocks."""
+        rows, cols = self.shape(level)
+        return -(-rows // self.parameters.block_px), -(-cols // self.parameters.block_px)
+
+    def bounds(self, level: int, block: Block) -> tuple[int, int, int, int]:
+        """First row, end row, first column, end column."""
+        edge, (rows, cols) = self.parameters.block_px, self.shape(level)
+        return block[0] * edge, min((block[0] + 1) * edge, rows), block[1] * edge, min((block[1] + 1) * edge, cols)
+
+    def range(self, level: int, block: Block) -> Range | None:
+        """Disparities to be searched; None where the partner does not see the block."""
+        key = (level, block)
+        if key not in self.ranges:
+            self.ranges[key] = self._range(level, block)
+        return self.ranges[key]
+
+    def disparity(self, level: int, block: Block) -> Float32Array:
+        """(rows, cols) float32 of the block, pixels of the level; NaN where unknown."""
+        key = (level, block)
+        if key not in self.blocks:
+            self.blocks[key] = self._matched(level, block)
+        return self.blocks[key]
+
+    def region(
+        self, level: int, rows: tuple[int, int], cols: tuple[int, int], *, known_only: bool = False
+    ) -> Float32Array:
+        """Disparities of half-open ranges of a level, which may reach beyond the lattice; NaN there and where unknown."""
+        out = np.full((rows[1] - rows[0], cols[1] - cols[0]), np.nan, np.float32)
+        edge, (down, right) = self.parameters.block_px, self.grid(level)
+        for i in range(max(rows[0] // edge, 0), min((rows[1] - 1) // edge + 1, down)):
+            for j in range(max(cols[0] // edge, 0), min((cols[1] - 1) // edge + 1, right)):
+                if known_only and (level, (i, j)) not in self.blocks:
+                    continue
+                top, bottom, left, end = self.bounds(level, (i, j))
+                r0, r1, c0, c1 = max(rows[0], top), min(rows[1], bottom), max(cols[0], left), min(cols[1], end)
+                if r0 < r1 and c0 < c1:
+                    part = self.disparity(level, (i, j))[r0 - top : r1 - top, c0 - left : c1 - left]
+                    out[r0 - rows[0] : r1 - rows[0], c0 - cols[0] : c1 - cols[0]] = part
+        return out
+
+    def _matched(self, level: int, block: Block) -> Float32Array:
+        top, bottom, left, right = self.bounds(level, block)
+        found = self.range(level, block)
+        if found is None:
+            return np.full((bottom - top, right - left), np.nan, np.float32)
+        low, count, halo = found[0], found[1] - found[0], self.parameters.halo_px
+        shape = (bottom - top + 2 * halo, right - left + 2 * (halo + count))
+        row, col = top - halo, left - halo - count
+        base, in_base = resampled(self.images[0], self.pair.base_pixels, (row, col), shape, level)
+        partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - low), shape, level)
+        disparity = matched_block(base, partner, count, level, self.parameters.sgm, self.clock)
+        if in_base is not None:
+            disparity[~in_base[:, count : shape[1] - count]] = np.nan
+        if in_partner is not None:
+            rows, cols = np.nonzero(np.isfinite(disparity))
+            seen = in_partner[rows, cols + count - np.rint(disparity[rows, cols]).astype(np.int64)]
+            disparity[rows[~seen], cols[~seen]] = np.nan
+        return np.ascontiguousarray(disparity[halo:-halo, halo:-halo]) + np.float32(low)
+
+    def _range(self, level: int, block: Block) -> Range | None:
+        widest = self._range_of_heights(level, block)
+        if widest is None or level == self.coarsest:
+            return widest
+        guide = self._guide(level, block)
+        if guide.size < 20:
+            return widest
+        margin = 2 * self.parameters.margin_px
+        return self._rounded(
+            max(2 * float(guide.min()) - margin, widest[0]), min(2 * float(guide.max()) + margin, widest[1])
+        )
+
+    def _guide(self, level: int, block: Block) -> Float32Array:
+        """Known disparities of the coarser level in the block and a little around it."""
+        around = self.parameters.halo_px // 2
+        top, bottom, left, right = self.bounds(level, block)
+        part = self.region(
+            level + 1,
+            ((top >> 1) - around, (bottom + 1 >> 1) + around),
+            ((left >> 1) - around, (right + 1 >> 1) + around),
+        )
+        return part[np.isfinite(part)]
+
+    def _range_of_heights(self, level: int, block: Block) -> Range | None:
+        """Disparities between the lowest ground and the highest object where the partner sees them."""
+        step, halo = float(1 << level), self.parameters.halo_px
+        top, bottom, left, right = self.bounds(level, block)
+        x, y = np.meshgrid(
+            np.linspace(left - halo, right + halo, 24) * step, np.linspace(top - halo, bottom + halo, 24) * step
+        )
+        seen = []
+        for height in self.heights:
+            depth = self.pair.depths_at_height(x, y, height)
+            disparity = self.pair.disparities(x, y, depth)
+            world = self.pair.world(x, y, depth)
+            uv, far = self.pair.partner.project(np.nan_to_num(world))
+            in_view = self.pair.partner.holds(uv, -64.0 * step) & (far > 0) & np.isfinite(disparity)
+            seen.append(disparity[in_view] / step)
+        both = np.concatenate(seen)
+        return self._rounded(float(both.min()) - 2.0, float(both.max()) + 2.0) if both.size else None
+
+    def _rounded(self, low: float, high: float) -> Range:
+        """A range of a multiple of 16 that holds both, the slack shared out evenly."""
+        need = int(np.ceil(high) - np.floor(low)) + 1
+        count = min(-(-need // 16) * 16, self.parameters.most_disparities)
+        begin = int(np.floor(low)) - (count - need) // 2
+        return begin, begin + count
+
+
+def positions(bounds: tuple[int, int, int, int], level: int) -> tuple[FloatArray, FloatArray]:
+    """Rectified x and y of the centres of the pixels of a block."""
+    step = float(1 << level)
+    return np.meshgrid((np.arange(bounds[2], bounds[3]) + 0.5) * step, (np.arange(bounds[0], bounds[1]) + 0.5) * step)

@@ -1,0 +1,253 @@
+"""Depth map of one base image over some ground cells, from several partners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.depth_map import DepthMap
+from cityflow.core.ground_cells import GroundCells
+from cityflow.core.parameters import Parameters
+from cityflow.core.pixels import Pixels
+from cityflow.matching.grey import GreyImage, TileStore
+from cityflow.matching.lattice import LatticeParameters, PairLattice
+from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
+from cityflow.matching.needed import PART_PX, Window, parts_of_pair, parts_shape, window_of
+from cityflow.matching.parallax import VerticalParallax, vertical_parallax
+from cityflow.matching.rectification import Rectification, UnusablePair, rectify
+from cityflow.matching.sgm import SgmClock
+
+STRIP_PARTS = 8
+"""Pixels are merged in squares of so many parts: bounds memory."""
+PARALLAX_LEVEL = 2
+
+
+class MatchParameters(Parameters):
+    """Dense matching of one base image with its partners."""
+
+    lattice: LatticeParameters = LatticeParameters()
+    merge: MergeParameters = MergeParameters()
+    plane_lean: float = Field(0.0, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
+    most_parallax_px: float = Field(
+        4.0,
+        gt=0,
+        le=50,
+        description="a pair whose rows are further apart (90 %), or that keeps a quarter of it after correction, is refused",
+    )
+    correct_parallax: bool = Field(True, description="correct constant and linear vertical parallax of a pair")
+    least_matched: float = Field(
+        0.05, ge=0, le=1, description="a pair with a smaller share of matched pixels at the coarse level is refused"
+    )
+    memory_mb: int = Field(400, ge=50, le=100_000, description="bound of decoded image tiles kept, megabytes")
+
+
+@dataclass(frozen=True, slots=True)
+class PairReport:
+    """What became of one partner.
+
+    Attributes
+    ----------
+    used : False where it was refused;  reason : why
+    parallax_px, parallax_90_px : median and 90 % of the absolute vertical parallax before correction; NaN where it was not measured
+    parallax_rest_px : median of the absolute rest after correction
+    disparities : lowest and highest disparity searched at level 0, pixels
+    matched : share of the window's pixels of this pair with a disparity
+    """
+
+    partner: str
+    used: bool
+    reason: str = ""
+    parallax_px: float = float("nan")
+    parallax_90_px: float = float("nan")
+    parallax_rest_px: float = float("nan")
+    disparities: tuple[int, int] = (0, 0)
+    matched: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Matched:
+    """Result of matching one base image.
+
+    Attributes
+    ----------
+    depth_map : None where the base image shows none of the cells, or no partner could be used
+    sgm_seconds : time inside the library's matcher
+    pixels : pixels with a depth
+    """
+
+    depth_map: DepthMap | None
+    pairs: tuple[PairReport, ...]
+    sgm_seconds: float
+    pixels: int
+
+
+def match(
+    base: OrientedImage,
+    base_pixels: Pixels,
+    partners: Sequence[tuple[OrientedImage, Pixels]],
+    keep: GroundCells,
+    heights: tuple[float, float],
+    parameters: MatchParameters,
+) -> Matched:
+    """Match a base image with its partners and keep the depths whose points stand in `keep`.
+
+    Parameters
+    ----------
+    heights : lowest ground and highest object that the base image can see, world metres; the same for all calls of one base image
+    """
+    clock = SgmClock()
+    store = TileStore(parameters.memory_mb << 20)
+    grey = GreyImage.of(base.name, base_pixels, store)
+    lattices: list[PairLattice] = []
+    reports: list[PairReport] = []
+    margin = _margin(base, heights)
+    window = window_of(base, keep, heights, margin)
+    for partner, pixels in partners if window is not None else ():
+        images = grey, GreyImage.of(partner.name, pixels, store)
+        lattice, report = _prepared(base, partner, images, heights, parameters, clock)
+        reports.append(report)
+        if lattice is not None:
+            lattices.append(lattice)
+    if window is None or not lattices:
+        return Matched(None, tuple(reports), clock.seconds, 0)
+    needed = _needed(lattices, window, keep, margin)
+    depth_map = _depth_map(base, base_pixels, lattices, (window, needed), keep, parameters)
+    reports = [_completed(r, lattices) for r in reports]
+    return Matched(depth_map, tuple(reports), clock.seconds, int(np.isfinite(depth_map.depth).sum()))
+
+
+def _margin(base: OrientedImage, heights: tuple[float, float]) -> float:
+    """Ground metres around the cells whose pixels the filters look at: 16 pixels, at the furthest."""
+    return 16.0 * 2.0 * (base.centre[2] - heights[0]) / base.camera.fx
+
+
+def _prepared(
+    base: OrientedImage, partner: OrientedImage, images: tuple[GreyImage, GreyImage], heights: tuple[float, float],
+    parameters: MatchParameters, clock: SgmClock,
+) -> tuple[PairLattice | None, PairReport]:  # fmt: skip
+    """A pair's lattice with its vertical parallax corrected, or None; and what was found."""
+    low, high = heights
+    try:
+        pair = rectify(base, partner, low + 0.2 * (high - low), parameters.plane_lean)
+    except UnusablePair as error:
+        return None, PairReport(partner.name, False, error.problem)
+    draft = PairLattice(pair, images, heights, parameters.lattice, clock)
+    level = min(PARALLAX_LEVEL, draft.coarsest)
+    share = _matched_share(draft, level)
+    if share < parameters.least_matched:
+        return None, PairReport(partner.name, False, f"only {share:.1%} of the pixels could be matched", matched=share)
+    parallax = vertical_parallax(draft, level)
+    if parallax is None:
+        return draft, PairReport(partner.name, True, "vertical parallax not measured: too little texture")
+    report = PairReport(
+        partner.name, True, "", abs(parallax.median_px), parallax.ninety_px, parallax.rest_px, matched=share
+    )
+    if _too_far(parallax, parameters):
+        reason = f"vertical parallax {parallax.ninety_px:.2f} px (90 %), {parallax.rest_px:.2f} px after correction"
+        return None, _with(report, used=False, reason=reason)
+    if not parameters.correct_parallax:
+        return draft, report
+    # coarse levels stay as they were matched: the correction is a fraction of their pixels
+    blocks = {key: found for key, found in draft.blocks.items() if key[0] >= level}
+    ranges = {key: found for key, found in draft.ranges.items() if key[0] >= level}
+    return PairLattice(_corrected(pair, parallax), images, heights, parameters.lattice, clock, ranges, blocks), report
+
+
+def _too_far(parallax: VerticalParallax, parameters: MatchParameters) -> bool:
+    rest = parallax.rest_px if parameters.correct_parallax else abs(parallax.median_px)
+    return parallax.ninety_px > parameters.most_parallax_px or rest > 0.25 * parameters.most_parallax_px
+
+
+def _corrected(pair: Rectification, parallax: VerticalParallax) -> Rectification:
+    return pair.moved(parallax.offset)
+
+
+def _with(report: PairReport, **changes: object) -> PairReport:
+    from dataclasses import replace
+
+    return replace(report, **changes)  # type: ignore[arg-type]
+
+
+def _matched_share(lattice: PairLattice, level: int) -> float:
+    """Share of matched pixels among the blocks of a level that the partner sees."""
+    down, right = lattice.grid(level)
+    known = total = 0
+    for block in [(i, j) for i in range(down) for j in range(right)]:
+        if lattice.range(level, block) is not None:
+            part = lattice.disparity(level, block)
+            known, total = known + int(np.isfinite(part).sum()), total + part.size
+    return known / max(total, 1)
+
+
+def _needed(lattices: Sequence[PairLattice], window: Window, keep: GroundCells, margin: float) -> BoolArray:
+    """Parts of the window that can have a point in the cells, by any pair; found at a coarse level first, as finer ranges cost matching."""
+    needed = np.ones(parts_shape(window), bool)
+    for level in range(min(PARALLAX_LEVEL, lattices[0].coarsest), -1, -1):
+        found = [parts_of_pair(lattice, level, window, needed, keep, margin) for lattice in lattices]
+        needed = np.logical_or.reduce(found)
+    return needed
+
+
+def _completed(report: PairReport, lattices: Sequence[PairLattice]) -> PairReport:
+    for lattice in lattices:
+        if lattice.pair.partner.name == report.partner:
+            found = [r for (level, _), r in lattice.ranges.items() if level == 0 and r is not None]
+            blocks = [b for (level, _), b in lattice.blocks.items() if level == 0]
+            if found and blocks:
+                known = sum(int(np.isfinite(b).sum()) for b in blocks) / sum(b.size for b in blocks)
+                return _with(report, disparities=(min(r[0] for r in found), max(r[1] for r in found)), matched=known)
+    return report
+
+
+def _depth_map(
+    base: OrientedImage, pixels: Pixels, lattices: Sequence[PairLattice], where: tuple[Window, BoolArray],
+    keep: GroundCells, parameters: MatchParameters,
+) -> DepthMap:  # fmt: skip
+    """Merge square by square and put together."""
+    window, needed = where
+    top, bottom, left, right = window
+    shape = (bottom - top, right - left)
+    depth, sigma = np.full(shape, np.nan, np.float32), np.full(shape, np.nan, np.float32)
+    views = np.zeros(shape, np.uint8)
+    edge = STRIP_PARTS * PART_PX
+    for r in range(top, bottom, edge):
+        for c in range(left, right, edge):
+            inner = (r, min(r + edge, bottom), c, min(c + edge, right))
+            parts = np.s_[
+                (r - top) // PART_PX : (inner[1] - top - 1) // PART_PX + 1,
+                (c - left) // PART_PX : (inner[3] - left - 1) // PART_PX + 1,
+            ]
+            if needed[parts].any():
+                at = np.s_[r - top : inner[1] - top, c - left : inner[3] - left]
+                depth[at], sigma[at], views[at] = _merged_square(base, lattices, inner, keep, parameters)
+    colour = pixels.window((top, bottom), (left, right))
+    return DepthMap(base.name, top, left, depth, sigma, views, colour)
+
+
+def _merged_square(
+    base: OrientedImage, lattices: Sequence[PairLattice], square: Window, keep: GroundCells, parameters: MatchParameters
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    rows, cols = np.arange(square[0], square[1]) + 0.5, np.arange(square[2], square[3]) + 0.5
+    uv = np.stack(np.meshgrid(cols, rows), axis=-1)
+    normal = base.camera.undistort(uv)
+    depths, sigmas = [], []
+    for lattice in lattices:
+        x, y = lattice.pair.rectified(normal)
+        row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
+        region = lattice.region(0, (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3))
+        found = depths_of_pair(lattice.pair, normal, region, (row, col), parameters.merge.disparity_sigma_px)
+        depths.append(found[0])
+        sigmas.append(found[1])
+    depth, sigma, views = merged(depths, sigmas, parameters.merge)
+    rays = np.concatenate([normal, np.ones((*normal.shape[:2], 1))], axis=-1) @ base.rotation
+    xy = base.centre[:2] + depth[..., None].astype(np.float64) * rays[..., :2]
+    known = np.isfinite(depth)
+    kept = np.zeros_like(known)
+    kept[known] = keep.holds(xy[known][:, 0], xy[known][:, 1])
+    depth[~kept], sigma[~kept], views[~kept] = np.nan, np.nan, 0
+    return depth, sigma, views

@@ -1,0 +1,139 @@
+"""Depths of all partners brought into the geometry of the base image and merged by consistency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
+from cityflow.core.parameters import Parameters
+from cityflow.matching.rectification import Rectification
+
+
+class MergeParameters(Parameters):
+    """How depths of several partners become one."""
+
+    disparity_sigma_px: float = Field(0.35, gt=0, le=5, description="standard deviation of a disparity, pixels")
+    agreement_sigmas: float = Field(
+        3.0, gt=0, le=10, description="depths agree within so many of their common standard deviations"
+    )
+    views_at_least: int = Field(1, ge=1, le=8, description="partners that must agree where as many see the pixel")
+    lone_factor: float = Field(
+        2.0, ge=1, le=10, description="a depth of one partner only is expected to be so many times less precise"
+    )
+
+
+def depths_of_pair(
+    pair: Rectification, normal: FloatArray, disparity: Float32Array, corner: tuple[int, int], sigma_px: float
+) -> tuple[Float32Array, Float32Array]:
+    """Depth and its expected standard deviation at base pixels.
+
+    Parameters
+    ----------
+    normal : (h, w, 2) undistorted normalised coordinates of the pixels
+    disparity : (rows, cols) float32 disparities at level 0 of a region of the rectified lattice
+    corner : row and column of that region's first pixel
+    sigma_px : standard deviation of a disparity
+
+    Returns
+    -------
+    depth, sigma : (h, w) float32, metres; NaN where unknown
+    """
+    geometry = np.array([*pair.turn, pair.focal, pair.fan, *pair.origin, *pair.baseline, *pair.plane])
+    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px)
+
+
+@njit(cache=True, nogil=True)
+def _depth(u, v_row, d, g):  # type: ignore[no-untyped-def]
+    """Depth of the point that a ray of the base at rectified (u, v_row) meets with the partner's ray at u - d."""
+    f, fan = g[2], g[3]
+    rx = u / f
+    qu = u - d
+    qx, qy = qu / f, v_row * (1.0 - qu * fan) / f
+    t = 1.0 / (g[9] * qx + g[10] * qy + g[11])
+    sx, sz = t * qx - g[6], t - g[8]
+    return (g[6] * sz - g[8] * sx) / (rx * sz - sx)
+
+
+@njit(cache=True, nogil=True)
+def _disparity_at(disparity, y, x):  # type: ignore[no-untyped-def]
+    """Bilinear between neighbours of one surface; the nearest one where they are of two, or one is missing."""
+    rows, cols = disparity.shape
+    i, j = int(np.floor(y)), int(np.floor(x))
+    if i < 0 or j < 0 or i + 1 >= rows or j + 1 >= cols:
+        return np.nan
+    a, b, c, d = disparity[i, j], disparity[i, j + 1], disparity[i + 1, j], disparity[i + 1, j + 1]
+    fy, fx = y - i, x - j
+    low, high = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+    if high - low <= 1.5:  # False with NaN among them
+        return (a * (1 - fx) + b * fx) * (1 - fy) + (c * (1 - fx) + d * fx) * fy
+    if fy < 0.5:
+        return a if fx < 0.5 else b
+    return c if fx < 0.5 else d
+
+
+@njit(cache=True, nogil=True)
+def _depths(normal, disparity, first_row, first_col, g, sigma_px):  # type: ignore[no-untyped-def]
+    h, w = normal.shape[0], normal.shape[1]
+    depth = np.full((h, w), np.nan, np.float32)
+    sigma = np.full((h, w), np.nan, np.float32)
+    for i in range(h):
+        for j in range(w):
+            u = g[2] * (g[0] * normal[i, j, 0] + g[1] * normal[i, j, 1])
+            v = g[2] * (g[0] * normal[i, j, 1] - g[1] * normal[i, j, 0])
+            v_row = v / (1.0 - u * g[3])
+            d = _disparity_at(disparity, v_row - g[5] - 0.5 - first_row, u - g[4] - 0.5 - first_col)
+            if np.isnan(d):
+                continue
+            z = _depth(u, v_row, d, g)
+            if z > 0:
+                depth[i, j] = z
+                sigma[i, j] = abs(_depth(u, v_row, d + 0.5, g) - _depth(u, v_row, d - 0.5, g)) * sigma_px
+    return depth, sigma
+
+
+def merged(
+    depths: Sequence[Float32Array], sigmas: Sequence[Float32Array], parameters: MergeParameters
+) -> tuple[Float32Array, Float32Array, ByteArray]:
+    """The largest set of partners that agree at each pixel: their weighted mean depth, its sigma, and their number.
+
+    Of sets of the same size the one with the smaller sigma is taken.
+    """
+    p = parameters
+    return _merged(np.stack(depths), np.stack(sigmas), p.agreement_sigmas, p.views_at_least, p.lone_factor)
+
+
+@njit(cache=True, nogil=True)
+def _merged(depths, sigmas, agreement, views_at_least, lone_factor):  # type: ignore[no-untyped-def]
+    n, h, w = depths.shape
+    depth = np.full((h, w), np.nan, np.float32)
+    sigma = np.full((h, w), np.nan, np.float32)
+    views = np.zeros((h, w), np.uint8)
+    for i in range(h):
+        for j in range(w):
+            best, best_weight, best_mean, seen = 0, 0.0, 0.0, 0
+            for a in range(n):
+                z = depths[a, i, j]
+                if np.isnan(z):
+                    continue
+                seen += 1
+                count, weight, total = 0, 0.0, 0.0
+                for b in range(n):
+                    other = depths[b, i, j]
+                    if np.isnan(other):
+                        continue
+                    variance = sigmas[b, i, j] ** 2
+                    if (other - z) ** 2 <= agreement**2 * (variance + sigmas[a, i, j] ** 2):
+                        count += 1
+                        weight += 1.0 / variance
+                        total += (other - z) / variance
+                if count > best or (count == best and weight > best_weight):
+                    best, best_weight, best_mean = count, weight, z + total / weight
+            if best >= min(views_at_least, max(seen, 1)) and best > 0:
+                depth[i, j] = best_mean
+                sigma[i, j] = np.sqrt(1.0 / best_weight) * (lone_factor if best == 1 else 1.0)
+                views[i, j] = best
+    return depth, sigma, views
