@@ -19,7 +19,10 @@ from cityflow.geometry.rotations import PHOTO_FLIP, from_omega_phi_kappa, from_p
 
 STEEPEST = np.cos(np.radians(80.0))
 """An optical axis less than 10° below the horizon looks at no ground worth naming."""
+OBLIQUE_DEG = 20.0
 ENOUGH_IMAGES = 8
+DISORDER, ORDER = 0.85, 0.95
+"""Squareness and levelness of a flight that is doubted (8° askew in the mean), and of a reading that explains it (5°)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,24 +87,46 @@ def squareness(rotations: FloatArray, ways: FloatArray) -> float:
     return float(np.mean(np.cos(4 * (heading - ways))))
 
 
+def levelness(rotations: FloatArray) -> float:
+    """How level the horizon stands in oblique images, upright or on its side: 1 if it does, 0 if by chance; 1 where none is oblique."""
+    oblique = rotations[-rotations[:, 2, 2] < np.cos(np.radians(OBLIQUE_DEG))]
+    if len(oblique) < ENOUGH_IMAGES:
+        return 1.0
+    return float(np.mean(np.cos(4 * np.arctan2(oblique[:, 0, 2], oblique[:, 1, 2]))))
+
+
 def likely_reading(images: Sequence[OrientedImage]) -> tuple[str, str] | None:
-    """What is wrong with the rotations of the whole survey and what to do, if anything is; None if they are a plain flight or nothing better is known."""
+    """What is wrong with the rotations of the whole survey and what to do; None if they are a plain flight or nothing better is known."""
     if len(images) < 2:
         return None
     as_read, ways = np.array([image.rotation for image in images]), _ways(images)
-    down, square = looking_down(as_read), squareness(as_read, ways)
+    down = looking_down(as_read)
     if down < 0.5:
         reason = f"{1 - down:.0%} of the images look at or above the horizon"
         better = [r for r in other_readings(images) if looking_down(r.rotations) > max(0.9, down)]
-        best = max(better, key=lambda r: round(squareness(r.rotations, ways), 1), default=None)
+        best = max(better, key=lambda r: round(_order(r.rotations, ways), 1), default=None)
         return reason, best.remedy if best else "check the order, signs and unit of the angles"
-    if len(images) < ENOUGH_IMAGES or square > 0.85:
+    if len(images) < ENOUGH_IMAGES or _order(as_read, ways) > DISORDER:
         return None
     for reading in other_readings(images):
-        if looking_down(reading.rotations) >= down and squareness(reading.rotations, ways) > 0.95:
-            turn = np.degrees(np.arccos(np.clip(square, -1, 1)) / 4)
-            return f"the images stand askew to the way they were flown, by {turn:.0f}° in the mean", reading.remedy
+        if looking_down(reading.rotations) >= down and _order(reading.rotations, ways) > ORDER:
+            return _askew(as_read, ways), reading.remedy
     return None
+
+
+def _order(rotations: FloatArray, ways: FloatArray) -> float:
+    return min(squareness(rotations, ways), levelness(rotations))
+
+
+def _askew(rotations: FloatArray, ways: FloatArray) -> str:
+    square, level = squareness(rotations, ways), levelness(rotations)
+    turn = np.degrees(np.arccos(np.clip(min(square, level), -1, 1)) / 4)
+    what = (
+        "the images stand askew to the way they were flown"
+        if square <= level
+        else "the horizon is not level in the images"
+    )
+    return f"{what}, by about {turn:.0f}°"
 
 
 def _ways(images: Sequence[OrientedImage]) -> FloatArray:
@@ -121,8 +146,10 @@ def _with_angles(rotations: FloatArray, build: Callable[[float, float, float], F
 
 
 def _from_grad(rotation: FloatArray, way: float) -> FloatArray:
-    """The rotation if its angles were grad. A full turn is 360° but 400 grad, so each angle has several readings: the one is taken that looks down most
-    and stands best along the way."""
+    """The rotation if its angles were grad.
+
+    A full turn is 360° but 400 grad, so each angle has several readings: the one is taken that looks down, stands along the way and has a level horizon.
+    """
     choices = []
     full = 2 * np.pi
     omega, phi, kappa = omega_phi_kappa(rotation)
@@ -134,5 +161,7 @@ def _from_grad(rotation: FloatArray, way: float) -> FloatArray:
                 choices.append(from_omega_phi_kappa(*(0.9 * a for a in angles)))
     stack = np.array(choices)
     heading = np.arctan2(stack[:, 0, 1], stack[:, 0, 0])
-    merit = np.round(-stack[:, 2, 2], 2) * 10 + np.cos(4 * (heading - way))
+    oblique = -stack[:, 2, 2] < np.cos(np.radians(OBLIQUE_DEG))
+    level = np.where(oblique, np.cos(4 * np.arctan2(stack[:, 0, 2], stack[:, 1, 2])), 1.0)
+    merit = np.where(-stack[:, 2, 2] >= STEEPEST, level + np.cos(4 * (heading - way)), -9.0)
     return np.asarray(stack[int(np.argmax(merit))])

@@ -13,6 +13,7 @@ from cityflow.core.arrays import BoolArray
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.coverage import Coverage, wall_name
+from cityflow.orientation.look_directions import COMPASS
 from cityflow.orientation.overlap import Overlap
 
 SAFE_VIEWS = 3
@@ -58,7 +59,8 @@ def shortfalls(
         chosen = cells & within
         area = float(chosen.sum()) * maps.grid.cell**2
         if chosen.sum() > parameters.least_share * within.sum():
-            found.append(Shortfall(f"{_hectares(area)} {sentence}", area, _places(chosen, maps, parameters.places)))
+            text = f"{_hectares(area)}{_whereabouts(chosen, within)} {sentence}"
+            found.append(Shortfall(text, area, _places(chosen, maps, parameters.places)))
     found.sort(key=lambda s: -s.area_m2)
     return (*found, *_of_overlaps(overlap), *_of_images(maps))
 
@@ -97,6 +99,17 @@ def _of_images(maps: Coverage) -> Iterator[Shortfall]:
     if maps.alone:
         some = ", ".join(maps.alone[:5]) + (" …" if len(maps.alone) > 5 else "")
         yield Shortfall(f"{len(maps.alone)} images meet no other and are of no use for heights: {some}", 0.0, ())
+
+
+def _whereabouts(chosen: BoolArray, within: BoolArray) -> str:
+    """In which part of the area that matters most of the chosen cells lie; empty if all over it."""
+    rows, cols = np.nonzero(within)
+    row, col = (a.mean() for a in np.nonzero(chosen))
+    north, east = (rows.mean() - row) / max(np.ptp(rows), 1), (col - cols.mean()) / max(np.ptp(cols), 1)
+    if np.hypot(north, east) < 0.1:
+        return ""
+    octant = round(float(np.degrees(np.arctan2(east, north))) / 45.0) % 8
+    return f", mostly in the {COMPASS[octant]},"
 
 
 def _places(cells: BoolArray, maps: Coverage, most: int) -> tuple[Bounds, ...]:
