@@ -7,7 +7,6 @@ import zlib
 
 import numpy as np
 from pydantic import Field
-from scipy.interpolate import RectBivariateSpline
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
@@ -17,12 +16,12 @@ from cityflow.synthetic import noise_tiles
 from cityflow.synthetic.ambient import AmbientParameters, SkyLattice
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Material, TownMesh
+from cityflow.synthetic.sampling import RayField, simple_pixels, within_pixels
 from cityflow.synthetic.sensor import SensorParameters, blurred, exposed
 from cityflow.synthetic.shading import Light, Samples, radiances
 
 SAMPLES_AT_ONCE = 400_000
 SUN_RADIUS_RAD = 0.00465
-SPLINE_STEP_PX = 32
 
 
 class RenderParameters(Parameters):
@@ -36,6 +35,7 @@ class RenderParameters(Parameters):
     sky_strength: float = Field(0.22, ge=0, le=5, description="irradiance of a level surface by the open sky")
     haze_m: float = Field(15000.0, ge=500, description="distance over which 63 % of the contrast is lost, metres")
     supersampling: int = Field(2, ge=1, le=6, description="rays per pixel and axis; cost goes with the square")
+    adaptive: bool = Field(True, description="more than one ray only where a pixel sees more than one surface")
     near_infrared: bool = Field(False, description="a fourth band, bright where things grow")
     ambient: AmbientParameters = Field(AmbientParameters(), description="how much of the sky a point sees")
     sensor: SensorParameters = Field(SensorParameters(), description="blur, noise, vignetting, exposure, bits")
@@ -71,90 +71,100 @@ def render(mesh: TownMesh | Scene, image: OrientedImage, parameters: RenderParam
 
 def irradiance(mesh: TownMesh | Scene, image: OrientedImage, parameters: RenderParameters) -> Float32Array:
     """(height, width, bands) float32, light that falls on each pixel through a perfect, blurred lens: white in the sun is about 1."""
-    scene = mesh if isinstance(mesh, Scene) else Scene(mesh)
+    view = View(mesh if isinstance(mesh, Scene) else Scene(mesh), image, parameters)
     height, width = image.camera.height, image.camera.width
-    n = parameters.supersampling
-    sky = SkyLattice(scene, parameters.ambient)
     out = np.empty((height, width, parameters.bands), np.float32)
-    rows_at_once = max(1, SAMPLES_AT_ONCE // (width * n * n))
-    directions = RayField(image)
-    for top in range(0, height, rows_at_once):
-        rows = min(rows_at_once, height - top)
-        samples = directions.block(top, rows, n)
-        light = _radiance_of(scene, sky, image, samples, parameters)
-        # a pixel counts photons over its whole area, so light is averaged before anything else
-        out[top : top + rows] = light.reshape(rows, n, width, n, -1).mean(axis=(1, 3))
+    for top in range(0, height, view.rows_at_once):
+        bottom = min(top + view.rows_at_once, height)
+        out[top:bottom] = view.rows(top, bottom) if parameters.adaptive else view.all_samples(top, bottom)
     return blurred(out, parameters.sensor.blur_px)
 
 
-def _radiance_of(
-    scene: Scene, sky: SkyLattice, image: OrientedImage, directions: FloatArray, p: RenderParameters
-) -> Float32Array:
-    """(N, bands) radiance along rays in row-major order of samples."""
-    centre = image.centre - scene.origin
-    triangle, depth = scene.first_hits(centre, directions)
-    points = centre + np.where(np.isfinite(depth), depth, 0.0)[:, None] * directions
-    lit = _sunlit(scene, points, triangle, p)
-    seen = Samples(directions, depth, triangle, lit, sky.share(points, directions, triangle))
-    out = np.empty((len(directions), p.bands), np.float32)
-    ripple = zlib.crc32(image.name.encode())
-    patterns = noise_tiles.grain(), noise_tiles.cloud()
-    radiances(seen, scene.surfaces, p.light, centre, 1.0 / image.camera.fx / p.supersampling, ripple, patterns, out)
-    return out
+class View:
+    """What one image sees of a scene, some rows at a time."""
 
+    def __init__(self, scene: Scene, image: OrientedImage, parameters: RenderParameters) -> None:
+        self.scene, self.image, self.p = scene, image, parameters
+        self.field = RayField(image)
+        self.centre: FloatArray = image.centre - scene.origin
+        self.sky = SkyLattice(scene, parameters.ambient)
+        self.sun_side = scene.surfaces.normal @ parameters.sun
+        self.leaf = scene.surfaces.material == int(Material.LEAF)
+        self.spots = _sun_spots(parameters.sun)
+        self.rows_at_once = max(
+            1, SAMPLES_AT_ONCE // (image.camera.width * (1 if parameters.adaptive else parameters.supersampling**2))
+        )
 
-def _sunlit(scene: Scene, points: FloatArray, triangle: IntArray, p: RenderParameters) -> BoolArray:
-    """(N,) whether the sun reaches each point; a different spot of the sun's disc for neighbouring samples, so shadows get soft edges."""
-    lit = np.zeros(len(points), bool)
-    if p.sun_strength == 0:
+    def all_samples(self, top: int, bottom: int) -> Float32Array:
+        """(bottom - top, width, bands) light, every pixel sampled n × n times."""
+        r, c = np.mgrid[top:bottom, 0 : self.image.camera.width]
+        return self._sampled(r.ravel(), c.ravel()).reshape(*r.shape, -1)
+
+    def rows(self, top: int, bottom: int) -> Float32Array:
+        """(bottom - top, width, bands) light; n × n samples only in pixels that see more than one thing."""
+        width = self.image.camera.width
+        shape = bottom - top + 2, width + 2
+        directions = self.field.lattice(np.arange(top - 1, bottom + 1) + 0.5, np.arange(-1, width + 1) + 0.5)
+        triangle, depth = self.scene.first_hits(self.centre, directions)
+        lit = self._sunlit(directions, triangle, depth, np.zeros(1, np.int64))
+        pixel = 1.0 / self.image.camera.fx
+        simple = simple_pixels(*(a.reshape(shape) for a in (triangle, depth, lit)), self.scene.surfaces, pixel)
+        inner = np.zeros(shape, bool)
+        inner[1:-1, 1:-1] = simple
+        chosen = np.flatnonzero(inner)
+        out = np.empty((bottom - top, width, self.p.bands), np.float32)
+        out[simple] = self._light(directions[chosen], triangle[chosen], depth[chosen], lit[chosen], pixel)
+        row, col = np.nonzero(~simple)
+        out[row, col] = self._sampled(row + top, col)
+        return out
+
+    def _sampled(self, row: IntArray, col: IntArray) -> Float32Array:
+        """(N, bands) light of pixels from n × n samples each: a pixel counts photons over its whole area."""
+        n = self.p.supersampling
+        directions = self.field.points(*within_pixels(row, col, n))
+        triangle, depth = self.scene.first_hits(self.centre, directions)
+        # neighbouring samples look for different spots of the sun's disc, so shadows get soft edges
+        lit = self._sunlit(directions, triangle, depth, 1 + np.arange(n * n) % 4)
+        light = self._light(directions, triangle, depth, lit, 1.0 / self.image.camera.fx / n)
+        return np.asarray(light.reshape(len(row), n * n, -1).mean(axis=1))
+
+    def _light(
+        self, directions: FloatArray, triangle: IntArray, depth: FloatArray, lit: BoolArray, pixel: float
+    ) -> Float32Array:
+        """(N, bands) radiance along rays, averaged over `pixel` times the depth."""
+        sky = self.sky.share(self._points(directions, depth), triangle)
+        out = np.empty((len(directions), self.p.bands), np.float32)
+        samples = Samples(directions, depth, triangle, lit, sky)
+        ripple = zlib.crc32(self.image.name.encode())
+        patterns = noise_tiles.grain(), noise_tiles.cloud()
+        radiances(samples, self.scene.surfaces, self.p.light, self.centre, pixel, ripple, patterns, out)
+        return out
+
+    def _points(self, directions: FloatArray, depth: FloatArray) -> FloatArray:
+        return np.asarray(self.centre + np.where(np.isfinite(depth), depth, 0.0)[:, None] * directions)
+
+    def _sunlit(self, directions: FloatArray, triangle: IntArray, depth: FloatArray, spot: IntArray) -> BoolArray:
+        """(N,) whether the sun reaches each point; `spot` of the sun's disc, repeated over the samples."""
+        lit = np.zeros(len(triangle), bool)
+        if self.p.sun_strength == 0:
+            return lit
+        asked = np.flatnonzero((triangle != NOTHING) & (self.leaf | (self.sun_side > 0))[triangle])
+        hit = triangle[asked]
+        # off the surface by 2 mm on the sunny side, since float32 cannot tell the point from its own triangle
+        side = np.where(self.sun_side[hit] > 0, 0.002, -0.002)[:, None] * self.scene.surfaces.normal[hit]
+        towards = self.spots[spot[asked % len(spot)]]
+        points = self._points(directions[asked], depth[asked])
+        lit[asked] = ~self.scene.occluded(points + side, towards)
         return lit
-    facing = scene.surfaces.normal @ p.sun
-    leaf = scene.surfaces.material == int(Material.LEAF)
-    asked = np.flatnonzero((triangle != NOTHING) & (leaf | (facing > 0))[triangle])
-    towards = _sun_spots(p.sun)[asked % 4]
-    hit = triangle[asked]
-    # off the surface by 2 mm on the sunny side, since float32 cannot tell the point from its own triangle
-    side = np.where(facing[hit] > 0, 0.002, -0.002)[:, None] * scene.surfaces.normal[hit]
-    lit[asked] = ~scene.occluded(points[asked] + side, towards)
-    return lit
 
 
 def _sun_spots(sun: FloatArray) -> FloatArray:
-    """(4, 3) directions to four spots of the sun's disc."""
+    """(5, 3) directions to the middle and to four spots of the sun's disc."""
     right = np.cross(sun, [0.3, 0.5, 0.81])
     right /= np.linalg.norm(right)
     up = np.cross(right, sun)
-    spots = np.array([[-0.5, -0.45], [0.5, 0.45], [0.45, -0.5], [-0.45, 0.5]]) * SUN_RADIUS_RAD
+    spots = np.array([[0.0, 0.0], [-0.5, -0.45], [0.5, 0.45], [0.45, -0.5], [-0.45, 0.5]]) * SUN_RADIUS_RAD
     return np.asarray(sun + spots[:, :1] * right + spots[:, 1:] * up)
-
-
-class RayField:
-    """Directions through an image; a lens's distortion is solved on a lattice and splined between, far below 1e-4 pixels off."""
-
-    def __init__(self, image: OrientedImage) -> None:
-        camera = image.camera
-        self.image, self.splines = image, None
-        if not camera.is_pinhole:
-            u = np.linspace(0.0, camera.width, max(camera.width // SPLINE_STEP_PX, 8))
-            v = np.linspace(0.0, camera.height, max(camera.height // SPLINE_STEP_PX, 8))
-            grid = np.stack(np.meshgrid(u, v), axis=-1)
-            normal = camera.undistort(grid.reshape(-1, 2)).reshape(grid.shape)
-            self.splines = [RectBivariateSpline(v, u, normal[..., i]) for i in range(2)]
-
-    def block(self, top: int, rows: int, n: int) -> FloatArray:
-        """(rows · n · width · n, 3) world directions, depth component 1, of n × n samples per pixel from row `top` on."""
-        camera = self.image.camera
-        v = top + (np.arange(rows * n) + 0.5) / n
-        u = (np.arange(camera.width * n) + 0.5) / n
-        if self.splines is not None:
-            x, y = (spline(v, u) for spline in self.splines)
-        else:
-            x, y = np.meshgrid((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy)
-        r = self.image.rotation
-        out = np.empty((*x.shape, 3))
-        for j in range(3):
-            out[..., j] = x * r[0, j] + y * r[1, j] + r[2, j]
-        return out.reshape(-1, 3)
 
 
 def truth_depth(mesh: TownMesh | Scene, image: OrientedImage) -> tuple[Float32Array, IntArray]:
@@ -168,11 +178,13 @@ def truth_depth(mesh: TownMesh | Scene, image: OrientedImage) -> tuple[Float32Ar
     scene = mesh if isinstance(mesh, Scene) else Scene(mesh)
     height, width = image.camera.height, image.camera.width
     depth, triangle = np.empty((height, width), np.float32), np.empty((height, width), np.int64)
-    field = RayField(image)
+    field, columns = RayField(image), np.arange(width) + 0.5
     at_once = max(1, SAMPLES_AT_ONCE // width)
     for top in range(0, height, at_once):
         rows = min(at_once, height - top)
-        met, far = scene.first_hits(image.centre - scene.origin, field.block(top, rows, 1))
+        met, far = scene.first_hits(
+            image.centre - scene.origin, field.lattice(np.arange(top, top + rows) + 0.5, columns)
+        )
         triangle[top : top + rows] = met.reshape(rows, width)
         depth[top : top + rows] = np.where(np.isfinite(far), far, np.nan).reshape(rows, width)
     return depth, triangle
