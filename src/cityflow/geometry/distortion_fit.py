@@ -9,6 +9,7 @@ from cityflow.core.camera import Camera
 
 GRID = 41
 """Points along each side of the image that the fit goes through."""
+ROUNDS = 6
 BEND = 1.1
 """The grid of undistorted points reaches this far beyond the image, since distortion may pull them in."""
 
@@ -21,16 +22,23 @@ def image_grid(camera: Camera, reach: float = 1.0) -> FloatArray:
     return np.asarray((uv - (camera.cx, camera.cy)) / (camera.fx, camera.fy))
 
 
-def fit_distortion(ideal: FloatArray, distorted: FloatArray) -> tuple[float, ...]:
-    """k1 k2 p1 p2 k3 that lead from (N, 2) undistorted to (N, 2) distorted x/z, y/z with the least squares."""
+def fit_distortion(ideal: FloatArray, distorted: FloatArray) -> tuple[tuple[float, float], tuple[float, ...]]:
+    """Scales of the two axes, and k1 k2 p1 p2 k3, that lead from (N, 2) undistorted to (N, 2) distorted x/z, y/z with the least squares.
+
+    Scales and coefficients multiply each other; a few rounds of the linear problem settle that.
+    """
     x, y = ideal.T
-    r2 = x * x + y * y
-    rows_x = np.stack([x * r2, x * r2**2, 2 * x * y, r2 + 2 * x * x, x * r2**3], axis=1)
-    rows_y = np.stack([y * r2, y * r2**2, r2 + 2 * y * y, 2 * x * y, y * r2**3], axis=1)
+    r2, none = x * x + y * y, np.zeros_like(x)
+    rows_x = np.stack([x, none, x * r2, x * r2**2, 2 * x * y, r2 + 2 * x * x, x * r2**3], axis=1)
+    rows_y = np.stack([none, y, y * r2, y * r2**2, r2 + 2 * y * y, 2 * x * y, y * r2**3], axis=1)
     rows = np.concatenate([rows_x, rows_y])
-    scale = np.abs(rows).max(axis=0)
-    found = np.linalg.lstsq(rows / scale, np.concatenate([distorted[:, 0] - x, distorted[:, 1] - y]), rcond=None)[0]
-    return tuple(float(v) for v in found / scale)
+    size = np.abs(rows).max(axis=0)
+    scales, found = np.ones(2), np.zeros(7)
+    for _ in range(ROUNDS):
+        rest = distorted / scales - ideal
+        found = np.linalg.lstsq(rows / size, np.concatenate([rest[:, 0], rest[:, 1]]), rcond=None)[0] / size
+        scales = scales * (1 + found[:2])
+    return (float(scales[0]), float(scales[1])), tuple(float(v) for v in found[2:])
 
 
 def metashape_distorted(ideal: FloatArray, k: tuple[float, float, float, float], p: tuple[float, float]) -> FloatArray:

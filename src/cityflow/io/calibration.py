@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import FISHEYE, Camera
 from cityflow.geometry.distortion_fit import (
     BEND,
@@ -72,7 +73,7 @@ def australis_camera(plain: Camera, pixel_mm: float, terms: Mapping[str, float])
     return fitted(plain, ideal, distorted)
 
 
-def fitted(camera: Camera, ideal: np.ndarray, distorted: np.ndarray) -> Camera:
+def fitted(camera: Camera, ideal: FloatArray, distorted: FloatArray) -> Camera:
     """The camera with the distortion that leads from `ideal` to `distorted` x/z, y/z; focal lengths take up affinity.
 
     Raises
@@ -80,19 +81,12 @@ def fitted(camera: Camera, ideal: np.ndarray, distorted: np.ndarray) -> Camera:
     ValueError
         Where the best fit is worse than `MOST_ERROR_PX` somewhere in the image.
     """
-    scale = [float(a @ b / (a @ a)) for a, b in zip(_core(ideal, ideal).T, _core(ideal, distorted).T, strict=True)]
-    stretched = replace(camera, fx=camera.fx * scale[0], fy=camera.fy * scale[1])
-    result = replace(stretched, distortion=fit_distortion(ideal, distorted / scale))
-    error = largest_error_px(result, ideal, distorted / scale)
+    (scale_x, scale_y), distortion = fit_distortion(ideal, distorted)
+    result = replace(camera, fx=camera.fx * scale_x, fy=camera.fy * scale_y, distortion=distortion)
+    error = largest_error_px(result, ideal, distorted / (scale_x, scale_y))
     if error > MOST_ERROR_PX:
         raise ValueError(f"its distortion cannot be expressed in OpenCV's terms: {error:.1f} pixels are left")
     return result
-
-
-def _core(ideal: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The innermost points, where only affinity acts."""
-    radius = np.linalg.norm(ideal, axis=1)
-    return np.asarray(values[radius <= 0.1 * radius.max()])
 
 
 def with_distortion(camera: Camera, distortion: tuple[float, ...]) -> Camera:
