@@ -14,6 +14,7 @@ from cityflow.matching.grey import GreyImage
 from cityflow.matching.rectification import Rectification
 from cityflow.matching.resample import resampled
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
+from cityflow.matching.subpixel import SubpixelParameters, refined
 
 Block = tuple[int, int]
 Range = tuple[int, int]
@@ -33,6 +34,7 @@ class LatticeParameters(Parameters):
     )
     most_disparities: int = Field(512, ge=64, le=4096, description="bound of a block's range: bounds memory")
     sgm: SgmParameters = SgmParameters()
+    subpixel: SubpixelParameters = SubpixelParameters()
 
 
 @dataclass
@@ -115,6 +117,15 @@ class PairLattice:
         base, in_base = resampled(self.images[0], self.pair.base_pixels, (row, col), shape, level)
         partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - low), shape, level)
         disparity = matched_block(base, partner, count, level, self.parameters.sgm, self.clock)
+        if level == 0:
+            inner = np.s_[:, count : shape[1] - count]
+            # the partner keeps its columns: a disparity counts from the base's column in the wide window
+            disparity = refined(
+                base,
+                partner,
+                np.pad(disparity, ((0, 0), (count, count)), constant_values=np.nan),
+                self.parameters.subpixel,
+            )[inner]
         if in_base is not None:
             disparity[~in_base[:, count : shape[1] - count]] = np.nan
         if in_partner is not None:

@@ -17,7 +17,7 @@ from cityflow.core.pixels import Pixels
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
 from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
-from cityflow.matching.needed import PART_PX, Window, parts_of_pair, parts_shape, window_of
+from cityflow.matching.needed import PART_PX, Window, compute_blocks, parts_of_pair, parts_shape, window_of
 from cityflow.matching.parallax import VerticalParallax, vertical_parallax
 from cityflow.matching.rectification import Rectification, UnusablePair, rectify
 from cityflow.matching.sgm import SgmClock
@@ -116,6 +116,8 @@ def match(
     if window is None or not lattices:
         return Matched(None, tuple(reports), clock.seconds, 0)
     needed = _needed(lattices, window, keep, margin)
+    for lattice in lattices:
+        compute_blocks(lattice, window, needed)
     depth_map = _depth_map(base, base_pixels, lattices, (window, needed), keep, parameters)
     reports = [_completed(r, lattices) for r in reports]
     return Matched(depth_map, tuple(reports), clock.seconds, int(np.isfinite(depth_map.depth).sum()))
@@ -239,7 +241,7 @@ def _merged_square(
     for lattice in lattices:
         x, y = lattice.pair.rectified(normal)
         row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
-        region = lattice.region(0, (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3))
+        region = lattice.region(0, (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3), known_only=True)
         found = depths_of_pair(lattice.pair, normal, region, (row, col), parameters.merge.disparity_sigma_px)
         depths.append(found[0])
         sigmas.append(found[1])

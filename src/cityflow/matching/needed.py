@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.ground_cells import GroundCells
 from cityflow.matching.lattice import PairLattice
@@ -69,40 +69,50 @@ def parts_of_pair(
     A part's points lie in the hull of its corner rays between the depths that the ranges of its blocks allow.
     """
     needed = np.zeros_like(candidates)
-    for row, col in zip(*np.nonzero(candidates), strict=True):
-        corners = _corners(window, int(row), int(col))
-        normal = lattice.pair.base.camera.undistort(corners)
-        x, y = lattice.pair.rectified(normal)
-        found = _search_range(lattice, level, x, y)
-        if found is not None:
-            depth = np.concatenate([lattice.pair.depths(x, y, np.full_like(x, d)) for d in found])
-            world = lattice.pair.world(np.tile(x, 2), np.tile(y, 2), depth)[:, :2]
-            needed[row, col] = not np.isfinite(world).all() or _meets(keep, world, margin)
+    rows, cols = np.nonzero(candidates)
+    normal = lattice.pair.base.camera.undistort(_corners(window, rows, cols))
+    x, y = lattice.pair.rectified(normal)
+    found = np.array([_search_range(lattice, level, x[i], y[i]) for i in range(len(rows))]).reshape(-1, 2)
+    seen = np.isfinite(found[:, 0])
+    x, y, found = x[seen], y[seen], found[seen]
+    ends = [lattice.pair.world(x, y, lattice.pair.depths(x, y, found[:, i, None] + 0.0 * x)) for i in (0, 1)]
+    hulls = np.concatenate(ends, axis=1)[..., :2]
+    needed[rows[seen], cols[seen]] = [not np.isfinite(hull).all() or _meets(keep, hull, margin) for hull in hulls]
     return needed
 
 
-def _corners(window: Window, row: int, col: int) -> FloatArray:
-    top, left = window[0] + row * PART_PX, window[2] + col * PART_PX
-    bottom, right = min(top + PART_PX, window[1]), min(left + PART_PX, window[3])
-    return np.array([[left, top], [right, top], [left, bottom], [right, bottom]], np.float64)
+def _corners(window: Window, rows: IntArray, cols: IntArray) -> FloatArray:
+    """(N, 4, 2) image coordinates of the corners of parts."""
+    top, left = window[0] + rows * PART_PX, window[2] + cols * PART_PX
+    bottom, right = np.minimum(top + PART_PX, window[1]), np.minimum(left + PART_PX, window[3])
+    corners = [(left, top), (right, top), (left, bottom), (right, bottom)]
+    return np.stack([np.stack(c, axis=-1) for c in corners], axis=1).astype(np.float64)
+
+
+def compute_blocks(lattice: PairLattice, window: Window, needed: BoolArray) -> None:
+    """Match every block of level 0 that a needed part touches."""
+    rows, cols = np.nonzero(needed)
+    x, y = lattice.pair.rectified(lattice.pair.base.camera.undistort(_corners(window, rows, cols)))
+    for block in sorted({b for i in range(len(rows)) for b in blocks_under(lattice, 0, x[i], y[i])}):
+        lattice.disparity(0, block)
 
 
 def blocks_under(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> list[tuple[int, int]]:
     """Blocks of a level that the box around rectified positions of level 0 touches, two pixels of the level added."""
     edge = lattice.parameters.block_px * (1 << level)
-    more = 2.0 * (1 << level)
+    more = 2.0 * (1 << level) + 2.0
     down, right = lattice.grid(level)
     rows = range(max(int((y.min() - more) // edge), 0), min(int((y.max() + more) // edge) + 1, down))
     cols = range(max(int((x.min() - more) // edge), 0), min(int((x.max() + more) // edge) + 1, right))
     return [(i, j) for i in rows for j in cols]
 
 
-def _search_range(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> tuple[float, float] | None:
-    """Disparities of level 0 that can come out of the blocks under a part, with the margin that a finer level may add."""
+def _search_range(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Disparities of level 0 that can come out of the blocks under a part, with the margin that a finer level may add; NaN: none."""
     ranges = [lattice.range(level, block) for block in blocks_under(lattice, level, x, y)]
     known = [r for r in ranges if r is not None]
     if not known:
-        return None
+        return np.nan, np.nan
     step, margin = 1 << level, lattice.parameters.margin_px
     return (min(r[0] for r in known) - margin) * step, (max(r[1] for r in known) + margin) * step
 

@@ -1,0 +1,147 @@
+"""Sub-pixel disparities by least squares on the grey values.
+
+Semi-global matching leaves disparities that are drawn to whole pixels and scatter by a quarter of one. Each is averaged with its neighbours of the same
+surface; then the shift that is left between the base and the partner drawn to it is solved for in a window, twice.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
+from cityflow.core.parameters import Parameters
+
+
+class SubpixelParameters(Parameters):
+    """Least-squares refinement of disparities at the finest level."""
+
+    steps: int = Field(
+        2, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
+    )
+    average_px: int = Field(2, ge=0, le=8, description="radius of the window that disparities are averaged in, pixels")
+    window_px: int = Field(4, ge=1, le=12, description="radius of the window that grey values are compared in, pixels")
+    same_surface_px: float = Field(
+        1.0, gt=0, le=5, description="disparities this near to each other belong to one surface"
+    )
+    least_texture: float = Field(
+        3.0, ge=0, le=100, description="mean square gradient of a window that is worth a step, grey values squared"
+    )
+    most_shift_px: float = Field(0.75, gt=0, le=2, description="largest correction")
+
+
+def refined(
+    base: ByteArray, partner: ByteArray, disparity: Float32Array, parameters: SubpixelParameters
+) -> Float32Array:
+    """Disparities after averaging and least squares.
+
+    Parameters
+    ----------
+    base, partner : (rows, cols) rectified grey of the same lattice
+    disparity : (rows, cols) float32, NaN where unknown
+    """
+    p = parameters
+    if not p.steps:
+        return disparity
+    smooth = _averaged(disparity, p.average_px, p.same_surface_px)
+    known = np.isfinite(smooth)
+    one = _one_surface(smooth, known, p)
+    start = smooth.copy()
+    for _ in range(p.steps):
+        shift = _shift(base, partner, smooth, known, p)
+        shift[~one] = 0.0
+        smooth = np.clip(smooth + shift, start - np.float32(p.most_shift_px), start + np.float32(p.most_shift_px))
+    return smooth
+
+
+def _one_surface(disparity: Float32Array, known: BoolArray, p: SubpixelParameters) -> BoolArray:
+    """Where all known disparities of a window belong to one surface, be it a slanted one."""
+    kernel = np.ones((2 * p.window_px + 1,) * 2, np.uint8)
+    low = cv2.erode(np.where(known, disparity, np.float32(1e6)), kernel)
+    high = cv2.dilate(np.where(known, disparity, np.float32(-1e6)), kernel)
+    return np.asarray(high - low < p.same_surface_px * (1 + p.window_px))
+
+
+def _shift(
+    base: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray, p: SubpixelParameters
+) -> Float32Array:
+    """What is left between the two images, per pixel."""
+    terms = _terms(base, partner, disparity)
+    size = (2 * p.window_px + 1,) * 2
+    count, g, e, gg, ge = (cv2.boxFilter(t, -1, size, borderType=cv2.BORDER_REPLICATE) for t in terms)
+    shift = _solved(count, g, e, gg, ge, np.float32(p.least_texture))
+    shift[~known] = 0.0
+    return shift
+
+
+@njit(cache=True, nogil=True)
+def _averaged(disparity, radius, near):  # type: ignore[no-untyped-def]
+    rows, cols = disparity.shape
+    out = np.full(disparity.shape, np.nan, np.float32)
+    for i in range(rows):
+        for j in range(cols):
+            d = disparity[i, j]
+            if np.isnan(d):
+                continue
+            # pairs on opposite sides only, so that slanted surfaces keep their place
+            total, weight = d, np.float32(1.0)
+            for k in range(-radius, radius + 1):
+                for m in range(0, radius + 1):
+                    if m == 0 and k <= 0:
+                        continue
+                    if i - abs(k) < 0 or i + abs(k) >= rows or j - m < 0 or j + m >= cols:
+                        continue
+                    a, b = disparity[i + k, j + m], disparity[i - k, j - m]
+                    limit = near * (1.0 + 0.25 * (abs(k) + m))
+                    if abs(a - d) <= limit and abs(b - d) <= limit:
+                        total += a + b
+                        weight += np.float32(2.0)
+            out[i, j] = total / weight
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _terms(base, partner, disparity):  # type: ignore[no-untyped-def]
+    """Count, gradient, difference, and their products; all 0 where there is no disparity."""
+    rows, cols = base.shape
+    out = np.zeros((5, rows, cols), np.float32)
+    for i in range(rows):
+        for j in range(1, cols - 1):
+            d = disparity[i, j]
+            x = j - d
+            if not (x >= 1.0 and x < cols - 3.0):
+                continue
+            k = int(x)
+            t = x - k
+            a, b = np.float32(partner[i, k - 1]), np.float32(partner[i, k])
+            c, e = np.float32(partner[i, k + 1]), np.float32(partner[i, k + 2])
+            # Catmull-Rom: value and slope
+            c1, c2, c3 = 0.5 * (c - a), a - 2.5 * b + 2.0 * c - 0.5 * e, 0.5 * (e - a) + 1.5 * (b - c)
+            value = b + t * (c1 + t * (c2 + t * c3))
+            slope = c1 + t * (2.0 * c2 + t * 3.0 * c3)
+            g = 0.5 * (slope + 0.5 * (np.float32(base[i, j + 1]) - np.float32(base[i, j - 1])))
+            difference = value - np.float32(base[i, j])
+            out[0, i, j] = 1.0
+            out[1, i, j] = g
+            out[2, i, j] = difference
+            out[3, i, j] = g * g
+            out[4, i, j] = g * difference
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _solved(count, g, e, gg, ge, least):  # type: ignore[no-untyped-def]
+    """Shift that minimises the squared differences about their mean in each window."""
+    out = np.zeros(count.shape, np.float32)
+    for i in range(count.shape[0]):
+        for j in range(count.shape[1]):
+            n = count[i, j]
+            if n < 0.3:
+                continue
+            variance = (gg[i, j] - g[i, j] * g[i, j] / n) / n
+            if variance > least:
+                shift = (ge[i, j] - g[i, j] * e[i, j] / n) / n / variance
+                out[i, j] = min(max(shift, np.float32(-0.5)), np.float32(0.5))
+    return out
