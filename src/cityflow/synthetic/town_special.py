@@ -136,9 +136,7 @@ def slab_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDraf
     count = int(rng.integers(4, 9))
     for i in range(count):
         ring = rectangle(0, 0, 3.0, 6.0)
-        garage = UnitDraft(
-            "garage", (replace(shapes.flat_roof(ring, 2.6), windows=False),), draw_style(rng, flat=True), row=0, level=0
-        )
+        garage = UnitDraft("garage", (shapes.flat_roof(ring, 2.6),), draw_style(rng, flat=True), row=0, level=0)
         block.units.append(garage.moved(0.0, 8.0 + 3.0 * i, size[1] - 9.0))
     block.paved.append((6.0, size[1] - 15.0, 10.0 + 3.0 * count, size[1] - 9.0))
     block.trees += _rim_trees(rng, size, 5)

@@ -16,7 +16,13 @@ from cityflow.synthetic.town_shapes import Overhang, Ring, Volume
 
 @dataclass(frozen=True, slots=True)
 class RowRule:
-    """How the units of a row are drawn: widths, depths and eaves (metres), slopes (tangent), chances."""
+    """How the units of a row are drawn: widths, depths, eaves and overhangs (metres), and chances.
+
+    Attributes
+    ----------
+    flat : of a row with level roofs;  twin, same : of a unit like the one before but for the façade, or altogether
+    gap, tree_in_gap : of a gap after a unit, and of a tree in it;  annexe : of a low level annexe at the back
+    """
 
     width_m: tuple[float, float] = (5.0, 7.5)
     depth_m: float = 9.0
@@ -24,7 +30,8 @@ class RowRule:
     eave_step_m: float = 0.9
     flat: float = 0.2
     twin: float = 0.3
-    same: float = 0.08
+    same: float = 0.1
+    annexe: float = 0.25
     gap: float = 0.12
     tree_in_gap: float = 0.5
     stagger_m: float = 1.4
@@ -62,7 +69,8 @@ def make_row(
             continue
         if i:
             eave = float(np.clip(eave + _eave_step(rng, rule), 0.65 * rule.eave_m, 1.5 * rule.eave_m))
-        units.append(_unit(rng, plan, i, (eave, roof, row, level)))
+        unit = _unit(rng, plan, i, (eave, roof, row, level))
+        units.append(_with_annexe(rng, unit, plan, i) if rng.random() < rule.annexe else unit)
     return _with_pipes(rng, units), _gaps(rng, plan, rule)
 
 
@@ -118,6 +126,15 @@ def _unit(
         volumes[0] = shapes.flat_roof(volumes[0].ring, eave)
     shape = "terrace flat" if roof["flat"] else "terrace gable"
     return UnitDraft(shape, tuple(volumes), draw_style(rng, flat=bool(roof["flat"])), row, level)
+
+
+def _with_annexe(rng: np.random.Generator, unit: UnitDraft, plan: _Row, i: int) -> UnitDraft:
+    """A level annexe of one storey at the back, clear of the neighbours."""
+    u_0, u_1, v = float(plan.left[i]) + 0.5, float(plan.right[i]) - 0.5, float(plan.back[i])
+    width = float(rng.uniform(0.5, 1.0)) * (u_1 - u_0)
+    ring = roofs.rectangle(u_0, v - 0.5, u_0 + width, v + float(rng.uniform(2.0, 3.5)))
+    annexe = shapes.flat_roof(ring, float(rng.uniform(2.7, 3.3)))
+    return replace(unit, volumes=(*unit.volumes, annexe))
 
 
 def _copy(rng: np.random.Generator, before: UnitDraft, plan: _Row, i: int, rule: RowRule) -> UnitDraft:
@@ -211,7 +228,10 @@ def perimeter_block(rng: np.random.Generator, size: tuple[float, float]) -> Bloc
     """Four rows around a courtyard with a corner house at each end."""
     block = BlockDraft("perimeter", size)
     depth, eave = float(np.round(rng.uniform(10.0, 12.0), 2)), float(rng.uniform(9.0, 14.0))
-    rule = RowRule((8.0, 13.0), depth, eave, 1.8, 0.15, 0.25, 0.05, 0.1, 0.6, 0.0, (0.0, 0.4))
+    rule = RowRule(
+        (8.0, 13.0), depth, eave, 1.8, flat=0.15, twin=0.25, same=0.06, annexe=0.0, gap=0.1, tree_in_gap=0.6,
+        stagger_m=0.0, over_m=(0.0, 0.4),
+    )  # fmt: skip
     inner_u, inner_v = size[0] - 2 * depth, size[1] - 2 * depth
     sides = [(0.0, depth, 0.0), (np.pi / 2, size[0], depth), (np.pi, size[0] - depth, size[1]), (-np.pi / 2, 0.0, size[1] - depth)]  # fmt: skip
     for k, at in enumerate(sides):
