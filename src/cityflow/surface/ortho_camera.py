@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 
 COLUMNS = 27
@@ -29,6 +29,22 @@ def packed(images: Sequence[OrientedImage], origin: FloatArray) -> FloatArray:
         row[_KIND] = camera.kind == FISHEYE
         row[_REACH] = _reach(camera)
     return rows
+
+
+def facing(cameras: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
+    """Numbers of the packed cameras that may show something of a box; some may show nothing of it.
+
+    Parameters
+    ----------
+    low, high : (3,) its corners, metres from the cameras' origin
+    """
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    towards = middle - cameras[:, _CENTRE:_FOCAL]
+    distance = np.linalg.norm(towards, axis=1)
+    along = np.einsum("ij,ij->i", towards, cameras[:, 6:9]) / np.maximum(distance, 1e-9)
+    off_axis = np.arccos(np.clip(along, -1.0, 1.0))
+    grown = np.arctan(np.sqrt(cameras[:, _REACH])) + np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
+    return np.asarray(np.flatnonzero((off_axis <= grown) | (distance <= radius)))
 
 
 def _reach(camera: Camera) -> float:

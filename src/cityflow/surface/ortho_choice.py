@@ -20,6 +20,9 @@ BLENDED = 4
 CLOSE = 0.3
 """Images dearer than the best by this share never mix in, however steeply costs rise."""
 
+STEEPEST_RISE = 8.0
+"""Outside rims two costs draw apart by less than this share of them for each height of flight: 2 · (tan 60° + tan 60°), and a bit."""
+
 STEP_M = 0.5
 
 
@@ -37,32 +40,33 @@ def _base_cost(row, x, y, z, steepest):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, inline="always")
 def _cost(row, x, y, z, steepest, rim, margin):  # type: ignore[no-untyped-def]
-    """The cost, and where the point is in the image."""
+    """The cost, where the point is in the image, and whether the rim has a say."""
     base = _base_cost(row, x, y, z, steepest)
     if base == np.inf:
-        return np.inf, 0.0, 0.0, 0.0
+        return np.inf, 0.0, 0.0, 0.0, False
     u, v, depth = project(row, x, y, z)
     if depth <= 0.0:
-        return np.inf, 0.0, 0.0, 0.0
+        return np.inf, 0.0, 0.0, 0.0, False
     inside = min(min(u, row[24] - u), min(v, row[25] - v)) - margin
     if inside <= 0.0:
-        return np.inf, 0.0, 0.0, 0.0
+        return np.inf, 0.0, 0.0, 0.0, False
     t = min(1.0, inside / (rim * min(row[24], row[25])))
-    return base / (t * (2.0 - t)), u, v, depth
+    return base / (t * (2.0 - t)), u, v, depth, t < 1.0
 
 
 @njit(cache=True, nogil=True)
-def _seam_distance(row_a, row_b, x, y, z, difference, limits):  # type: ignore[no-untyped-def]
-    """Metres to where both cost the same, to first order."""
+def _slope(a, b, a_rim, b_rim, x, y, z, difference, limits):  # type: ignore[no-untyped-def]
+    """How fast the difference of two costs grows along the ground, per metre."""
+    if not (a_rim or b_rim):
+        ha, hb = a[12] * (a[11] - z), b[12] * (b[11] - z)
+        return 2.0 * np.hypot((x - a[9]) / ha - (x - b[9]) / hb, (y - a[10]) / ha - (y - b[10]) / hb)
     steepest, rim, margin = limits[0], limits[1], limits[2]
-    ax = _cost(row_a, x + STEP_M, y, z, steepest, rim, margin)[0]
-    bx = _cost(row_b, x + STEP_M, y, z, steepest, rim, margin)[0]
-    ay = _cost(row_a, x, y + STEP_M, z, steepest, rim, margin)[0]
-    by = _cost(row_b, x, y + STEP_M, z, steepest, rim, margin)[0]
+    ax = _cost(a, x + STEP_M, y, z, steepest, rim, margin)[0]
+    bx = _cost(b, x + STEP_M, y, z, steepest, rim, margin)[0]
+    ay = _cost(a, x, y + STEP_M, z, steepest, rim, margin)[0]
+    by = _cost(b, x, y + STEP_M, z, steepest, rim, margin)[0]
     slope = np.hypot(bx - ax - difference, by - ay - difference) / STEP_M
-    if not np.isfinite(slope):
-        return np.inf
-    return difference / max(slope, 1e-12)
+    return slope if np.isfinite(slope) else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -76,7 +80,7 @@ def choose(  # type: ignore[no-untyped-def]
     """
     rows, cols = heights.shape
     n = cameras.shape[0]
-    base = np.empty(n)
+    bound, where = np.empty(n), np.empty((n, 5))
     for r in range(rows):
         for c in range(cols):
             z = heights[r, c]
@@ -86,63 +90,64 @@ def choose(  # type: ignore[no-untyped-def]
                 continue
             x, y = xs[c], ys[r]
             for i in range(n):
-                base[i] = _base_cost(cameras[i], x, y, z, limits[0])
+                bound[i] = _base_cost(cameras[i], x, y, z, limits[0])
+                where[i, 4] = 0.0
             _fill_cell(
-                base, x, y, z, cameras, levels, layout, place, sharp, limits,
+                bound, where, x, y, z, cameras, levels, layout, place, sharp, limits,
                 out_image[r, c], out_weight[r, c], out_u[r, c], out_v[r, c], out_scale[r, c],
             )  # fmt: skip
 
 
 @njit(cache=True, nogil=True)
-def _fill_cell(base, x, y, z, cameras, levels, layout, place, sharp, limits, image, weight, us, vs, scale):  # type: ignore[no-untyped-def]
-    costs = np.empty(image.shape[0])
-    found = 0
-    while True:
-        i = int(np.argmin(base))
-        lower = base[i]
-        # the list is complete once even the lower bound of what is left is dearer than all that may mix with the best
-        if lower == np.inf or (found and lower >= costs[0] * (1.0 + CLOSE)):
+def _fill_cell(  # type: ignore[no-untyped-def]
+    bound, where, x, y, z, cameras, levels, layout, place, sharp, limits, image, weight, us, vs, scale
+):
+    """Images in order of cost: lower bounds become costs when their turn comes, and only those that would mix are looked at from."""
+    found, best, total = 0, 0, 0.0
+    cheapest, room = np.inf, np.inf
+    while found < image.shape[0]:
+        i = int(np.argmin(bound))
+        cost = bound[i]
+        if cost == np.inf or cost >= cheapest + room:
             break
-        base[i] = np.inf
         row = cameras[i]
-        cost, u, v, depth = _cost(row, x, y, z, limits[0], limits[1], limits[2])
-        if cost == np.inf or (found and cost >= costs[0] * (1.0 + CLOSE)):
+        if where[i, 4] == 0.0:
+            bound[i], where[i, 0], where[i, 1], where[i, 2], in_rim = _cost(
+                row, x, y, z, limits[0], limits[1], limits[2]
+            )
+            where[i, 3], where[i, 4] = 1.0 if in_rim else 0.0, 1.0
             continue
-        if found == image.shape[0] and cost >= costs[found - 1]:
-            continue
-        if is_hidden(levels, layout, place, sharp, x, y, z, row[9] - x, row[10] - y, row[11] - z):
-            continue
-        found = _insert(costs, image, us, vs, scale, found, cost, i, u, v, row[12] / depth)
-    _weigh(costs, found, x, y, z, cameras, limits, image, weight)
-
-
-@njit(cache=True, nogil=True)
-def _insert(costs, image, us, vs, scale, found, cost, i, u, v, pixels):  # type: ignore[no-untyped-def]
-    """Keep the cheapest, in order of cost, then of number."""
-    k = min(found, image.shape[0] - 1)
-    while k > 0 and (costs[k - 1] > cost or (costs[k - 1] == cost and image[k - 1] > i)):
-        costs[k], image[k], us[k], vs[k], scale[k] = costs[k - 1], image[k - 1], us[k - 1], vs[k - 1], scale[k - 1]
-        k -= 1
-    costs[k], image[k], us[k], vs[k], scale[k] = cost, i, u, v, pixels
-    return min(found + 1, image.shape[0])
-
-
-@njit(cache=True, nogil=True)
-def _weigh(costs, found, x, y, z, cameras, limits, image, weight):  # type: ignore[no-untyped-def]
-    """Weights that fall from 1 at the best image's side of the seam to 0 at the far end of its width, made to add up to 1."""
-    total = 0.0
-    for k in range(found):
+        bound[i] = np.inf
         w = 1.0
-        if k:
-            difference = costs[k] - costs[0]
-            t = max(difference / (CLOSE * costs[0]), 0.0)
-            if t < 1.0 and difference > 0.0:
-                metres = _seam_distance(cameras[image[0]], cameras[image[k]], x, y, z, difference, limits)
-                t = max(t, metres / limits[3])
-            w = 0.0 if t >= 1.0 else (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t)
-        weight[k] = w
+        if found:
+            slope = _slope(cameras[best], row, where[best, 3] > 0, where[i, 3] > 0, x, y, z, cost - cheapest, limits)
+            w = _weight(cost - cheapest, room, slope, limits[3])
+        if w <= 0.0 or is_hidden(levels, layout, place, sharp, x, y, z, row[9] - x, row[10] - y, row[11] - z):
+            continue
+        if found == 0:
+            best, cheapest = i, cost
+            room = _room(row, cost, where[i, 3] > 0, z, limits[3])
+        image[found], weight[found], us[found], vs[found] = i, w, where[i, 0], where[i, 1]
+        scale[found] = row[12] / where[i, 2]
         total += w
+        found += 1
     for k in range(found):
         weight[k] /= total
-        if weight[k] == 0.0:
-            image[k] = -1
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _room(row, cost, in_rim, z, half_width):  # type: ignore[no-untyped-def]
+    """By how much a cost may exceed the best one's for the seam to be near: outside rims costs rise slowly."""
+    share = CLOSE if in_rim else min(CLOSE, STEEPEST_RISE * half_width / (row[11] - z))
+    return share * cost
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _weight(difference, room, slope, half_width):  # type: ignore[no-untyped-def]
+    """1 on the seam, 0 at the far end of its width."""
+    t = difference / room
+    if slope * half_width > 0.0:
+        t = max(t, difference / (slope * half_width))
+    elif difference > 0.0:
+        return 0.0
+    return (1.0 - t) * (1.0 - t) * (1.0 + 2.0 * t) if t < 1.0 else 0.0

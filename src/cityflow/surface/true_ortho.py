@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
-from cityflow.surface.ortho_camera import packed
+from cityflow.surface.ortho_camera import facing, packed
 from cityflow.surface.ortho_choice import BLENDED, choose
 from cityflow.surface.ortho_sampling import OrthoImage, Wanted, add_colours, rounded
 from cityflow.surface.ortho_visibility import Obstacles, obstacles
@@ -143,12 +143,22 @@ def _chosen(
 ) -> _Choice:
     shape = (*heights.shape, BLENDED)
     image = np.full(shape, -1, np.int32)
+    chosen = _facing(centres, heights, cameras)
     weight, u, v, scale = (np.zeros(shape) for _ in range(4))
     choose(
-        *centres, heights, cameras, blocking.levels, blocking.layout, blocking.place, blocking.sharp, limits,
+        *centres, heights, cameras[chosen], blocking.levels, blocking.layout, blocking.place, blocking.sharp, limits,
         image, weight, u, v, scale,
     )  # fmt: skip
-    return _Choice(image, weight, u, v, scale)
+    numbers = np.append(chosen, -1).astype(np.int32)
+    return _Choice(numbers[image], weight, u, v, scale)
+
+
+def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: FloatArray) -> IntArray:
+    if np.all(np.isnan(heights)):
+        return np.empty(0, np.int64)
+    x, y = centres
+    low = np.array([x[0], y[-1], np.nanmin(heights)])
+    return facing(cameras, low, np.array([x[-1], y[0], np.nanmax(heights)]))
 
 
 def _main_source(choice: _Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int16]]:
