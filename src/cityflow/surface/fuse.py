@@ -20,6 +20,8 @@ from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
 
+STRIP_ROWS = 1024
+
 
 class FuseParameters(Parameters):
     """How points become the surface."""
@@ -43,13 +45,15 @@ class FuseParameters(Parameters):
         0.5, gt=0, le=10, description="heights around a hole with a wider gap are two surfaces, metres"
     )
 
+    @property
     def halo_cells(self) -> int:
         """Cells around a tile whose points a cell of the tile depends on, without filling."""
         return int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
 
-    def halo_m(self, cell_m: float) -> float:
-        """Points are needed this far around, metres; filling included."""
-        return self.halo_cells() * cell_m + self.fill_m
+    @property
+    def halo_m(self) -> float:
+        """Points are needed this far around a tile, metres; filling and cells of up to 0.25 m included."""
+        return self.halo_cells * 0.25 + self.fill_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +76,27 @@ class Fused:
 def fuse(points: ImagePoints, grid: Grid, parameters: FuseParameters | None = None) -> Fused:
     """The surface over `grid` of points in its frame (heights count towards the cameras).
 
-    Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one.
+    Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one. Works strip by strip, so that memory does not grow
+    with the grid; strips do not show.
     """
     p = parameters or FuseParameters()
+    dsm, sigma = np.full(grid.shape, np.nan, np.float32), np.full(grid.shape, np.nan, np.float32)
+    count = np.zeros(grid.shape, np.uint32)
+    for first in range(0, grid.rows, STRIP_ROWS):
+        last = min(first + STRIP_ROWS, grid.rows)
+        low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
+        strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
+        part = _fused_strip(points, strip, p)
+        inner = slice(first - low, last - low)
+        dsm[first:last], count[first:last], sigma[first:last] = part.dsm[inner], part.count[inner], part.sigma[inner]
+    return Fused(grid, dsm, count, sigma)
+
+
+def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
+    _, y_min, _, y_max = grid.bounds
+    y, margin = points.xyz[:, 1], grid.cell
+    inside = (y > y_min - margin) & (y < y_max + margin)
+    points = points if inside.all() else points.take(inside)
     quality, sigma = expected_precision(points, (grid.cell, p.half_views, p.upright))
     placed = cell_points(points, grid, quality, sigma)
     count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
@@ -88,7 +110,7 @@ def fuse(points: ImagePoints, grid: Grid, parameters: FuseParameters | None = No
     return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
 
 
-def filled(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:
+def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:
     """(rows, cols) the surface with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
     p = parameters or FuseParameters()
     values = fused.dsm.astype(np.float64)

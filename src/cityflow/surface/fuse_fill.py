@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 
-DIRECTIONS = ((0, 1), (1, 2), (1, 1), (2, 1), (1, 0), (2, -1), (1, -1), (1, -2), (0, -1), (-1, -2), (-1, -1), (-2, -1), (-1, 0), (-2, 1), (-1, 1), (-1, 2))  # fmt: skip
+DIRECTIONS = (
+    (0, 1), (1, 2), (1, 1), (2, 1), (1, 0), (2, -1), (1, -1), (1, -2),
+    (0, -1), (-1, -2), (-1, -1), (-2, -1), (-1, 0), (-2, 1), (-1, 1), (-1, 2),
+)  # fmt: skip
+"""Rows and columns of a step along each ray."""
 
 
 def fill_from_below(values: FloatArray, reach: int, step: float, slope: float) -> FloatArray:
@@ -18,22 +23,26 @@ def fill_from_below(values: FloatArray, reach: int, step: float, slope: float) -
     that is not held on all sides, by the mean weighted with the inverse squared distances. A cell with rays into nothing only stays NaN.
     """
     filled = values.copy()
-    rows, cols = np.nonzero(np.isnan(values))
-    filled[rows, cols] = _fill(values, rows, cols, np.array(DIRECTIONS, np.int64), reach, step, slope)
+    holes = np.isnan(values)
+    # distances in moves of a chess king: rays leap over what is known to be empty
+    empty = np.asarray(cv2.distanceTransform(holes.astype(np.uint8), cv2.DIST_C, 3), np.float32)
+    rows, cols = np.nonzero(holes & (empty <= reach))
+    filled[rows, cols] = _fill(values, empty, rows, cols, np.array(DIRECTIONS, np.int64), reach, step, slope)
     return filled
 
 
 @njit(cache=True, nogil=True)
 def _fill(
-    z: FloatArray, at_row: IntArray, at_col: IntArray, directions: IntArray, reach: int, step: float, slope: float
-) -> FloatArray:
+    z: FloatArray, empty: Float32Array, at_row: IntArray, at_col: IntArray, directions: IntArray, reach: int,
+    step: float, slope: float,
+) -> FloatArray:  # fmt: skip
     out = np.full(len(at_row), np.nan)
     height, x, y = np.empty(len(directions)), np.empty(len(directions)), np.empty(len(directions))
     for k in range(len(at_row)):
         n = 0
         for d in range(len(directions)):
             d_r, d_c = directions[d]
-            found = _first(z, at_row[k], at_col[k], d_r, d_c, reach)
+            found = _first(empty, at_row[k], at_col[k], d_r, d_c, reach)
             if found == 0:
                 continue
             h = z[at_row[k] + found * d_r, at_col[k] + found * d_c]
@@ -49,15 +58,18 @@ def _fill(
 
 
 @njit(cache=True, nogil=True)
-def _first(z: FloatArray, r: int, c: int, d_r: int, d_c: int, reach: int) -> int:
+def _first(empty: Float32Array, r: int, c: int, d_r: int, d_c: int, reach: int) -> int:
     """Steps to the first measured cell along a direction, 0 where there is none."""
-    length = np.sqrt(float(d_r * d_r + d_c * d_c))
-    for s in range(1, int(reach / length) + 1):
+    most = int(reach / np.sqrt(float(d_r * d_r + d_c * d_c)))
+    leap = max(abs(d_r), abs(d_c))
+    s = 0
+    while s <= most:
         i, j = r + s * d_r, c + s * d_c
-        if i < 0 or j < 0 or i >= z.shape[0] or j >= z.shape[1]:
+        if i < 0 or j < 0 or i >= empty.shape[0] or j >= empty.shape[1]:
             return 0
-        if not np.isnan(z[i, j]):
+        if empty[i, j] == 0:
             return s
+        s += max((int(empty[i, j]) + leap - 1) // leap, 1)
     return 0
 
 

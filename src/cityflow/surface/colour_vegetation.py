@@ -1,0 +1,99 @@
+"""Vegetation in surfaces from images: green (or bright in the near infrared), and rough; pulses that split in foliage there are none."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.surface.vegetation import local_residual
+
+NEAR_INFRARED_BANDS = 4
+
+
+class ColourVegetationParameters(Parameters):
+    """What counts as foliage in a surface from images."""
+
+    least_height_m: float = Field(1.5, ge=0, le=20, description="vegetation is at least this high, metres")
+    window_m: float = Field(1.5, ge=0.2, le=20, description="window of residuals and colours, metres")
+    ndvi: float = Field(
+        0.2, ge=-1, le=1, description="normalised difference vegetation index of foliage, where there is near infrared"
+    )
+    excess_green: float = Field(0.06, ge=-1, le=2, description="2g - r - b of foliage, with r + g + b = 1")
+    rough_m: float = Field(
+        0.12, gt=0, le=5, description="what is green is foliage from this RMS off the local plane on, metres"
+    )
+    very_rough_m: float = Field(0.6, gt=0, le=5, description="what has a doubtful colour, from this one on, metres")
+    area_m2: float = Field(2.0, ge=0, le=1000, description="smaller patches are no crowns, m²")
+    reach_m: float = Field(0.8, ge=0, le=10, description="foliage goes on this far into green cells, metres")
+
+    @property
+    def halo_m(self) -> float:
+        """A patch's area is judged within this distance, metres: beyond, it is large enough."""
+        return 25.0
+
+
+def colour_vegetation(
+    heights: tuple[FloatArray, FloatArray],
+    colour: NDArray[np.float32] | None,
+    grid: Grid,
+    parameters: ColourVegetationParameters,
+) -> BoolArray:
+    """(rows, cols) True on vegetation.
+
+    Parameters
+    ----------
+    heights : filled DSM and DTM, (rows, cols) metres, NaN outside the survey
+    colour : (rows, cols, bands) mean colour of the surface: red, green, blue and, with 4 bands, near infrared; NaN where unknown; None where
+        the images are grey
+    """
+    p = parameters
+    dsm, dtm = heights
+    with np.errstate(invalid="ignore"):
+        high = dsm - dtm > p.least_height_m
+    size = 2 * round(p.window_m / grid.cell / 2) + 1
+    rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), max(size, 3))
+    green = greenness(colour, grid.shape, p, size)
+    seeds = high & (green > 0) & (rough > p.rough_m) | high & (green > -1) & _wide(rough > p.very_rough_m, grid, p)
+    kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid, p)
+    reach = max(round(p.reach_m / grid.cell), 1)
+    return np.asarray(binary_dilation(kept, iterations=reach, mask=high & (green > 0) | kept))
+
+
+def greenness(
+    colour: NDArray[np.float32] | None, shape: tuple[int, int], p: ColourVegetationParameters, size: int
+) -> FloatArray:
+    """(rows, cols) 1 at twice the threshold of the index, 0 at the threshold, -1 or below for what is clearly not green.
+
+    Both indices are ratios, so exposure does not change them. Where the colour is unknown, or grey throughout, -0.5.
+    """
+    if colour is None:
+        return np.full(shape, -0.5)
+    c = colour.astype(np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if c.shape[-1] >= NEAR_INFRARED_BANDS:
+            index, limit = (c[..., 3] - c[..., 0]) / (c[..., 3] + c[..., 0]), p.ndvi
+        else:
+            index, limit = (2 * c[..., 1] - c[..., 0] - c[..., 2]) / c[..., :3].sum(axis=-1), p.excess_green
+    known = np.isfinite(index)
+    weight = uniform_filter(known.astype(float), size, mode="nearest")
+    mean = uniform_filter(np.where(known, index, 0.0), size, mode="nearest") / np.maximum(weight, 1e-9)
+    return np.where(weight > 1e-6, (mean - limit) / max(abs(limit), 0.02), -0.5)
+
+
+def _wide(rough: BoolArray, grid: Grid, p: ColourVegetationParameters) -> BoolArray:
+    """Rough patches wider than the strip of rough windows along a wall."""
+    half = round((p.window_m / 2 + 0.9) / grid.cell)
+    core = distance_transform_edt(np.pad(rough, 1, mode="edge"))[1:-1, 1:-1] > half
+    return np.asarray(binary_dilation(core, iterations=half, mask=rough))
+
+
+def _large(mask: BoolArray, grid: Grid, p: ColourVegetationParameters) -> BoolArray:
+    labels, count = label(mask, np.ones((3, 3), bool))
+    large = np.bincount(labels.ravel(), minlength=count + 1) * grid.cell**2 >= p.area_m2
+    large[0] = False
+    return np.asarray(large[labels])

@@ -1,0 +1,220 @@
+"""The surface of one ground tile from image points: fine rasters, and a coarser working grid on which terrain and classes are found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.depth_map import ImagePoints
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.points import PointCloud
+from cityflow.surface import dtm as dtm_methods
+from cityflow.surface.colour_vegetation import ColourVegetationParameters, colour_vegetation
+from cityflow.surface.cover import CoverParameters, classify
+from cityflow.surface.dtm import DtmParameters
+from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
+from cityflow.surface.noise import NoiseParameters, is_noise
+from cityflow.surface.overview import (
+    reduced_median,
+    refined,
+    refined_classes,
+    surface_colour,
+    thinned_cells,
+)
+from cityflow.surface.rasterise import count_points
+from cityflow.surface.surveyed import SurveyedParameters, surveyed
+
+COLOUR_REACH_CELLS = 3.0
+"""Points this near to the surface give it its colour."""
+LEAST_SHARE = 0.25
+"""A coarse cell is known where this share of its fine cells is."""
+LAYERS = ("dsm", "dsm_filled", "dtm", "ndsm", "klass", "count", "holes", "sigma")
+
+
+class ImageSurfaceParameters(Parameters):
+    """Parameters of the stage `surface` where it is made from images."""
+
+    fuse: FuseParameters = FuseParameters()
+    noise: NoiseParameters = NoiseParameters()
+    dtm: DtmParameters = DtmParameters(method="windows")
+    vegetation: ColourVegetationParameters = ColourVegetationParameters()
+    cover: CoverParameters = CoverParameters()
+    surveyed: SurveyedParameters = SurveyedParameters()
+    thinned_m: float = Field(
+        0.24, ge=0.05, le=5, description="one point per square of this edge for the buildings, metres"
+    )
+    thinned_sigma_cells: float = Field(
+        3.0, gt=0, le=100, description="of cells with at most this expected standard deviation, cells"
+    )
+
+    @property
+    def halo_m(self) -> float:
+        """Points are needed this far around a tile for its result not to depend on the tiling, metres."""
+        parts = (self.dtm, self.vegetation, self.cover, self.surveyed)
+        return max(part.halo_m for part in parts) + self.fuse.halo_m
+
+
+@dataclass(frozen=True, slots=True)
+class Rasters:
+    """Rasters of one tile's core; all (rows, cols) of `grid`, heights in world metres, NaN where missing.
+
+    Attributes
+    ----------
+    dsm : highest surface at the cells' centres;  dsm_filled : holes filled from the lower side, far from points with the terrain
+    dtm : terrain;  ndsm : dsm_filled - dtm; these three are NaN outside the survey
+    klass : `cover.UNKNOWN` 0, GROUND 2, VEGETATION 5, BUILDING 6 (candidate), WATER 9, BRIDGE 17
+    count : points per cell;  holes : cells where no surface was found
+    sigma : expected standard deviation of the DSM, metres
+    """
+
+    grid: Grid
+    dsm: Float32Array
+    dsm_filled: Float32Array
+    dtm: Float32Array
+    ndsm: Float32Array
+    klass: ByteArray
+    count: NDArray[np.uint32]
+    holes: BoolArray
+    sigma: Float32Array
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSurface:
+    """Fine and coarse rasters of a tile's core, and the points for the buildings.
+
+    Attributes
+    ----------
+    thinned : points of the fine DSM inside the core, classified (2, 5, 6, 9, 17), one per square of `thinned_m`
+    method : how the terrain was found (`external` where it was given)
+    """
+
+    fine: Rasters
+    working: Rasters
+    thinned: PointCloud
+    method: str
+
+
+def image_surface(
+    points: ImagePoints,
+    bounds: Bounds,
+    cell_m: float,
+    factor: int,
+    parameters: ImageSurfaceParameters | None = None,
+    external_dtm: FloatArray | None = None,
+) -> ImageSurface:
+    """Surface of a tile.
+
+    Parameters
+    ----------
+    points : world points over the tile and `halo_m` around it
+    bounds : of the tile; multiples of the working cell
+    cell_m, factor : cell of the fine rasters, metres, and how many of them make one of the working grid (`overview_factor`)
+    external_dtm : (rows, cols) terrain on the tile's own working grid, metres; replaces the estimate where it is not NaN
+    """
+    p = parameters or ImageSurfaceParameters()
+    work_core, work = Grid.covering(bounds, cell_m * factor), _with_halo(bounds, p.halo_m, cell_m * factor)
+    grid = Grid(work.x_min, work.y_max, cell_m, work.rows * factor, work.cols * factor)
+    core = Grid(work_core.x_min, work_core.y_max, cell_m, work_core.rows * factor, work_core.cols * factor)
+    fused = fuse(points, grid, p.fuse)
+    filled = fill_steps(fused, p.fuse)
+    colour = surface_colour(points, fused.dsm, grid, factor, COLOUR_REACH_CELLS * cell_m)
+    cloud = _cloud(fused, p)
+    part = work.slices(work_core)
+    terrain = _terrain(cloud, reduced_median(fused.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
+    coarse = _coarse((fused, filled), (terrain, colour), cloud, work, factor, p)
+    fine = _fine((fused, filled), coarse, (grid, core), factor, p)
+    method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
+    return ImageSurface(fine, _cut(coarse, work_core), _classified(cloud.within(bounds), fine), method)
+
+
+def _with_halo(bounds: Bounds, halo: float, cell: float) -> Grid:
+    x_min, y_min, x_max, y_max = bounds
+    return Grid.covering((x_min - halo, y_min - halo, x_max + halo, y_max + halo), cell)
+
+
+def _cloud(fused: Fused, p: ImageSurfaceParameters) -> PointCloud:
+    """One point per square of `thinned_m` at the centre of a fine cell, row by row, without what stands alone."""
+    grid = fused.grid
+    usable = np.isfinite(fused.dsm) & (fused.sigma <= p.thinned_sigma_cells * grid.cell)
+    origin = (-round(grid.y_max / grid.cell), round(grid.x_min / grid.cell))
+    chosen = thinned_cells(fused.dsm, usable, origin, max(round(p.thinned_m / grid.cell), 1))
+    row, col = np.nonzero(chosen)
+    xyz = np.column_stack([grid.x_centres()[col], grid.y_centres()[row], fused.dsm[row, col].astype(np.float64)])
+    return PointCloud.of(xyz[~is_noise(xyz, p.noise)] if len(xyz) else xyz)
+
+
+def _terrain(
+    cloud: PointCloud,
+    dsm: FloatArray,
+    work: Grid,
+    p: ImageSurfaceParameters,
+    external: tuple[tuple[slice, slice], FloatArray | None],
+) -> FloatArray:
+    """(rows, cols) terrain of the working grid, NaN outside the survey."""
+    part, given = external
+    terrain = dtm_methods.estimate_dtm(cloud, dsm, work, p.dtm)
+    if given is not None:
+        terrain = terrain.copy()
+        terrain[part] = np.where(np.isnan(given), terrain[part], given)
+    return np.where(surveyed(count_points(cloud, work), work, p.surveyed), terrain, np.nan)
+
+
+def _coarse(
+    heights: tuple[Fused, FloatArray],
+    known: tuple[FloatArray, NDArray[np.float32] | None],
+    cloud: PointCloud,
+    work: Grid,
+    factor: int,
+    p: ImageSurfaceParameters,
+) -> Rasters:
+    """Rasters of the working grid; `heights` are the fused surface and its filled form, `known` terrain and colour."""
+    (fused, filled), (terrain, colour) = heights, known
+    dsm = reduced_median(fused.dsm, factor, LEAST_SHARE)
+    whole = reduced_median(filled.astype(np.float32), factor, LEAST_SHARE)
+    whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
+    green = colour_vegetation((whole, terrain), colour, work, p.vegetation)
+    klass = classify(cloud, (whole, terrain), green, count_points(cloud, work), work, p.cover)
+    count = fused.count.reshape(work.rows, factor, work.cols, factor).sum(axis=(1, 3), dtype=np.uint32)
+    sigma = reduced_median(fused.sigma, factor, LEAST_SHARE)
+    return Rasters(
+        work, dsm.astype(np.float32), whole.astype(np.float32), terrain.astype(np.float32),
+        (whole - terrain).astype(np.float32), klass, count, np.isnan(dsm), sigma.astype(np.float32),
+    )  # fmt: skip
+
+
+def _fine(
+    heights: tuple[Fused, FloatArray], coarse: Rasters, grids: tuple[Grid, Grid], factor: int, p: ImageSurfaceParameters
+) -> Rasters:
+    """Rasters of the core at full resolution; terrain and classes from the coarse ones."""
+    (fused, filled), (grid, core) = heights, grids
+    rows, cols = grid.slices(core)
+    # one coarse cell more on every side, so that interpolation goes on across the tile's edge
+    around = tuple(slice(s.start // factor - 1, s.stop // factor + 1) for s in (rows, cols))
+    inner = (slice(factor, -factor), slice(factor, -factor))
+    terrain = refined(coarse.dtm[around].astype(np.float64), factor)[inner]
+    terrain[np.isnan(np.kron(coarse.dtm[around], np.ones((factor, factor), np.float32))[inner])] = np.nan
+    dsm, whole = fused.dsm[rows, cols], filled[rows, cols].astype(np.float32)
+    whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
+    ndsm = whole - terrain
+    padded = np.pad(ndsm, factor, mode="edge")
+    klass = refined_classes(coarse.klass[around], padded, factor, p.cover.building_height_m)[inner].copy()
+    return Rasters(
+        core, dsm.copy(), whole, terrain, ndsm, klass, fused.count[rows, cols].copy(), np.isnan(dsm),
+        fused.sigma[rows, cols].copy(),
+    )  # fmt: skip
+
+
+def _cut(rasters: Rasters, core: Grid) -> Rasters:
+    part = rasters.grid.slices(core)
+    return Rasters(core, *(getattr(rasters, name)[part].copy() for name in LAYERS))
+
+
+def _classified(cloud: PointCloud, fine: Rasters) -> PointCloud:
+    """Points of the core with the classes of their cells."""
+    row, col = fine.grid.indices(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    return PointCloud.of(cloud.xyz, fine.klass[row, col])
