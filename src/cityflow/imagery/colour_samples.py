@@ -1,0 +1,153 @@
+"""What several images say of the brightness of the same ground: logarithms of colours at points, summed up per pair of images.
+
+Colours are means over some pixels, so that small errors of heights and poses do not matter; medians over many points take no notice of those that are
+hidden in one of the two images, of cars and of shadows that have moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+from scipy.sparse import csr_array, triu
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.parameters import Parameters
+from cityflow.core.pixels import Pixels, level_shape
+
+WINDOW_PX = 1024
+
+
+class SampleParameters(Parameters):
+    """How colours are compared."""
+
+    level: int = Field(
+        4, ge=0, le=10, description="pyramid level of the samples: each is the mean of 2**level pixels squared"
+    )
+    darkest_share: float = Field(
+        0.02, ge=0, lt=0.5, description="darker samples say nothing, share of the greatest value"
+    )
+    brightest_share: float = Field(
+        0.97, gt=0.5, le=1, description="brighter samples may be saturated, share of the greatest value"
+    )
+    least_points: int = Field(12, ge=3, description="a pair of images with fewer common points is not used")
+    partners: int = Field(
+        12, ge=1, description="an image is compared with so many others, those with most common points"
+    )
+    bins: int = Field(3, ge=1, le=9, description="the points of a pair are summed up in so many classes of brightness")
+
+
+@dataclass(frozen=True, slots=True)
+class PointColours:
+    """What one image shows at points.
+
+    Attributes
+    ----------
+    point : (K,) int64, numbers of the points, rising
+    log_colour : (K, bands) float32, natural logarithm of the share of the greatest value
+    radius2 : (K,) float32, squared distance from the middle of the image over half its diagonal
+    """
+
+    point: IntArray
+    log_colour: FloatArray
+    radius2: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class PairSamples:
+    """Medians over common points of two images; several rows a pair, one per class of brightness.
+
+    Attributes
+    ----------
+    first, second : (M,) int64, numbers of the images
+    log_first, log_second : (M, bands) logarithms of colours;  radius2_first, radius2_second : (M,)
+    count : (M,) points;  spread : (M, bands) 1.4826 times the median absolute deviation of the logarithm of the ratio
+    """
+
+    first: IntArray
+    second: IntArray
+    log_first: FloatArray
+    log_second: FloatArray
+    radius2_first: FloatArray
+    radius2_second: FloatArray
+    count: IntArray
+    spread: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+def point_colours(
+    image: OrientedImage, pixels: Pixels, xyz: FloatArray, parameters: SampleParameters | None = None
+) -> PointColours:
+    """Colours of those of (N, 3) world points, metres, that the image shows well exposed. Whether they are hidden is not asked."""
+    asked = parameters or SampleParameters()
+    uv, depth = image.project(xyz)
+    shown = np.flatnonzero((depth > 0) & image.holds(uv, float(1 << asked.level)))
+    share = _at(pixels, uv[shown], asked.level) / float(np.iinfo(pixels.dtype).max)
+    good = np.all((share >= asked.darkest_share) & (share <= asked.brightest_share), axis=1)
+    half = np.array([image.camera.width, image.camera.height]) / 2.0
+    radius2 = np.sum((uv[shown] - half) ** 2, axis=1) / np.sum(half**2)
+    return PointColours(shown[good], np.log(share[good]), radius2[good])
+
+
+def pair_samples(seen: Sequence[PointColours], parameters: SampleParameters | None = None) -> PairSamples:
+    """Compare images two by two, each with those it shares most points with."""
+    asked = parameters or SampleParameters()
+    rows = [_pair_rows(i, j, seen[i], seen[j], asked.bins) for i, j in _pairs(seen, asked)]
+    bands = seen[0].log_colour.shape[1] if seen else 1
+    empty = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, bands)), np.empty((0, bands)), np.empty(0),
+             np.empty(0), np.empty(0, np.int64), np.empty((0, bands)))  # fmt: skip
+    return PairSamples(*(np.concatenate(column) for column in zip(empty, *rows, strict=True)))
+
+
+def _pairs(seen: Sequence[PointColours], asked: SampleParameters) -> list[tuple[int, int]]:
+    image = np.repeat(np.arange(len(seen)), [len(s.point) for s in seen])
+    point = np.concatenate([s.point for s in seen]) if len(seen) else np.empty(0, np.int64)
+    holds = csr_array((np.ones(len(point), np.int32), (image, point)), shape=(len(seen), int(point.max(initial=0)) + 1))
+    common = triu(holds @ holds.T, k=1).tocoo()
+    enough = common.data >= asked.least_points
+    i, j, n = common.row[enough], common.col[enough], common.data[enough]
+    # both images' own ranking counts, so that an image which nobody prefers is tied to the rest all the same
+    order = np.lexsort((np.concatenate([j, i]), -np.concatenate([n, n]), np.concatenate([i, j])))
+    owner, other = np.concatenate([i, j])[order], np.concatenate([j, i])[order]
+    rank = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    kept = rank < asked.partners
+    low, high = np.minimum(owner, other)[kept], np.maximum(owner, other)[kept]
+    return [(int(a), int(b)) for a, b in np.unique(np.column_stack([low, high]), axis=0)]
+
+
+def _pair_rows(i: int, j: int, a: PointColours, b: PointColours, bins: int) -> tuple[np.ndarray, ...]:
+    _, at_a, at_b = np.intersect1d(a.point, b.point, assume_unique=True, return_indices=True)
+    la, lb = a.log_colour[at_a], b.log_colour[at_b]
+    order = np.argsort((la + lb).mean(axis=1), kind="stable")
+    groups = [g for g in np.array_split(order, bins) if len(g)]
+    ratio = la - lb
+    middle = [np.median(ratio[g], axis=0) for g in groups]
+    level = [np.median(la[g] + lb[g], axis=0) / 2 for g in groups]
+    return (
+        np.full(len(groups), i), np.full(len(groups), j),
+        np.array([m + r / 2 for m, r in zip(level, middle, strict=True)]),
+        np.array([m - r / 2 for m, r in zip(level, middle, strict=True)]),
+        np.array([np.median(a.radius2[at_a][g]) for g in groups]), np.array([np.median(b.radius2[at_b][g]) for g in groups]),
+        np.array([len(g) for g in groups]),
+        np.array([1.4826 * np.median(np.abs(ratio[g] - r), axis=0) for g, r in zip(groups, middle, strict=True)]),
+    )  # fmt: skip
+
+
+def _at(pixels: Pixels, uv: FloatArray, level: int) -> FloatArray:
+    """(K, bands) pixels of a level that hold level-0 image coordinates, read in a few large windows."""
+    tall, wide = level_shape(pixels.height, pixels.width, level)
+    rows = np.clip((uv[:, 1] / (1 << level)).astype(np.int64), 0, tall - 1)
+    cols = np.clip((uv[:, 0] / (1 << level)).astype(np.int64), 0, wide - 1)
+    out = np.zeros((len(uv), pixels.bands))
+    for r in range(0, tall, WINDOW_PX):
+        for c in range(0, wide, WINDOW_PX):
+            inside = np.flatnonzero((rows // WINDOW_PX == r // WINDOW_PX) & (cols // WINDOW_PX == c // WINDOW_PX))
+            if len(inside):
+                window = pixels.window((r, min(r + WINDOW_PX, tall)), (c, min(c + WINDOW_PX, wide)), level)
+                out[inside] = window[rows[inside] - r, cols[inside] - c]
+    return out
