@@ -125,6 +125,28 @@ def report(run_url: RunArgument) -> None:
 
 
 @app.command()
+def synth(
+    out: Annotated[Path, typer.Argument(help="Folder for the made survey")],
+    seed: Annotated[int, typer.Option(min=0, help="Everything follows from it")] = 1,
+    size: Annotated[str, typer.Option(help="Extent of the surveyed area, metres: 250 or 250x200")] = "250x250",
+    flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
+    lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
+    pose_noise: Annotated[
+        tuple[float, float],
+        typer.Option(help="What the catalog's poses are off: metres and degrees (standard deviations)"),
+    ] = (0.0, 0.0),
+    settings: SetOption = None,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+) -> None:
+    """Make a town with known truth, and survey it: images, LiDAR, catalog, truth."""
+    from cityflow.workflow.synth import make_survey, synth_parameters
+
+    made = synth_parameters(seed, size, flight, lidar, settings or [])
+    make_survey(out, made, pose_noise, scheduler, workers, console)
+
+
+@app.command()
 def parameters() -> None:
     """Every key that a workflow may set, with its default, bounds and unit."""
     from cityflow.workflow.settings import described_parameters
@@ -205,11 +227,17 @@ def catalog_create(
 
 
 @catalog_app.command("check")
-def catalog_check(catalog: Annotated[str, typer.Argument(help="Catalog folder or URL")]) -> None:
-    """Read every header and say what is missing or contradictory."""
+def catalog_check(
+    catalog: Annotated[str, typer.Argument(help="Catalog folder or URL")],
+    maps: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for maps of what the images see: GeoTIFF, GeoPackage, HTML"),
+    ] = None,
+) -> None:
+    """Read every header and say what is missing or contradictory; of images, what they will see and what will suffer."""
     from cityflow.stages.catalog_check import check_catalog
 
-    result = check_catalog(catalog)
+    result = check_catalog(catalog, maps)
     console.print(result.text(), markup=False, highlight=False, soft_wrap=True)
     if result.has_errors:
         raise typer.Exit(1)

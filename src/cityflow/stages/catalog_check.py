@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,9 +19,12 @@ from cityflow.io.las import Dropped, Sample, sample
 from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
-from cityflow.io.stac import Asset, Catalog, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
 from cityflow.io.vector import listing, read_outlines
+from cityflow.orientation.views import View, footprint
+from cityflow.stages.catalog_check_images import check_images
 from cityflow.stages.catalog_findings import CheckReport, Finding, Level
+from cityflow.stages.catalog_maps import write_maps
 
 SPARSE_PER_M2 = 2.0
 """Below this a roof plane of 10 m² has fewer than 20 points."""
@@ -45,6 +48,7 @@ class _Seen:
     samples: dict[str, Sample] = field(default_factory=dict)
     outlines: list[Outline] = field(default_factory=list)
     outside: int = 0
+    bad_images: list[str] = field(default_factory=list)
 
     def say(self, level: Level, where: str, problem: str, remedy: str = "") -> None:
         self.findings.append(Finding(level, where, problem, remedy))
@@ -53,8 +57,12 @@ class _Seen:
         self.say(Level.ERROR, error.where or where, error.problem, error.remedy)
 
 
-def check_catalog(catalog: str | Path | Catalog) -> CheckReport:
-    """Read every header, take every checksum, compare.
+def check_catalog(catalog: str | Path | Catalog, maps: str | Path | None = None) -> CheckReport:
+    """Read every header, take every checksum, compare; of images, say what their flight will see.
+
+    Parameters
+    ----------
+    maps : a folder for maps of that
 
     Raises
     ------
@@ -74,28 +82,47 @@ def check_catalog(catalog: str | Path | Catalog) -> CheckReport:
     if known.outlines is not None:
         _check_outlines(known.outlines, known, seen)
     _check_whole(known, seen)
+    rows = _summary(known, seen)
+    if known.images:
+        found = check_images(known, seen.bad_images)
+        seen.findings += found.findings
+        rows = _with_images(rows, found.summary)
+        if maps is not None:
+            write_maps(maps, known, found)
     order = {level: i for i, level in enumerate(Level)}
     findings = sorted(seen.findings, key=lambda f: order[f.level])
-    return CheckReport(known.title, tuple(findings), _summary(known, seen))
+    return CheckReport(known.title, tuple(findings), rows)
+
+
+def _with_images(rows: dict[str, str], images: Mapping[str, str]) -> dict[str, str]:
+    """What is said of images stands before licence and outlines."""
+    last = ("outlines", "licence")
+    first = {key: value for key, value in rows.items() if key not in last}
+    return first | dict(images) | {key: value for key, value in rows.items() if key in last}
 
 
 def _check_file(asset: Asset, seen: _Seen) -> None:
-    """Is it there, and is it the file that the catalog was made from?"""
+    """Is it there, and is it the file that the catalog was made from? A run goes on without an image, but not without another file."""
+    level, before = Level.WARNING if isinstance(asset, ImageAsset) else Level.ERROR, len(seen.findings)
+    _compare_file(asset, level, seen)
+    if isinstance(asset, ImageAsset) and len(seen.findings) > before:
+        seen.bad_images.append(asset.name)
+
+
+def _compare_file(asset: Asset, level: Level, seen: _Seen) -> None:
     try:
         checksum, size = sha256_of(asset.href)
     except FileNotFoundError:
-        seen.say(Level.ERROR, asset.href, "the file is missing", "put it back, or make the catalog again without it")
+        seen.say(level, asset.href, "the file is missing", "put it back, or make the catalog again without it")
         return
     except OSError as error:
-        seen.say(Level.ERROR, asset.href, f"the file cannot be read ({error})", "check its permissions or address")
+        seen.say(level, asset.href, f"the file cannot be read ({error})", "check its permissions or address")
         return
     if size < asset.size:
         problem = f"the file is cut off or another: {size:,} bytes instead of {asset.size:,}"
-        seen.say(Level.ERROR, asset.href, problem, MADE_AGAIN)
+        seen.say(level, asset.href, problem, MADE_AGAIN)
     elif checksum != asset.checksum:
-        seen.say(
-            Level.ERROR, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN
-        )
+        seen.say(level, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN)
 
 
 def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: _Seen) -> None:
@@ -234,7 +261,9 @@ def _check_outlines(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
 def _check_places(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
     """Outlines that no LiDAR file's extent covers; those partly covered are told apart."""
     extents = [a.bounds for a in catalog.lidar] or [r.bounds for r in catalog.rasters.values()]
-    survey = shapely.union_all([shapely.box(*bounds) for bounds in extents])
+    parts = [shapely.box(*bounds) for bounds in extents]
+    parts += [footprint(View(a.oriented, a.heights)) for a in catalog.images if not catalog.lidar]
+    survey = shapely.union_all(parts)
     polygons = np.array([o.polygon for o in seen.outlines], object)
     placed = ~shapely.is_empty(polygons)
     shapely.prepare(survey)
@@ -250,11 +279,11 @@ def _check_places(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
             Level.ERROR,
             asset.href,
             "all outlines stand outside the survey",
-            "check the CRS of the outlines and of the LiDAR files",
+            "check the CRS of the outlines and of the survey",
         )
     elif outside:
         problem = f"outlines outside the survey: {len(outside)} ({listing(outside)})"
-        seen.say(Level.WARNING, asset.href, problem, "they are refused in a run; add LiDAR files, or remove them")
+        seen.say(Level.WARNING, asset.href, problem, "they are refused in a run; extend the survey, or remove them")
     partly = names[placed & meets & ~inside].tolist()
     if partly:
         problem = f"outlines over the edge of the survey: {len(partly)} ({listing(partly)})"
@@ -299,13 +328,14 @@ def _check_whole(catalog: Catalog, seen: _Seen) -> None:
     elif reference.vertical_epsg is None:
         remedy = "make the catalog again with a compound CRS, such as EPSG:7415"
         seen.say(Level.WARNING, catalog.href, f"{reference.code} does not say what heights refer to", remedy)
-    if not catalog.lidar:
-        seen.say(Level.ERROR, catalog.href, "there is no LiDAR file", "make the catalog again with --lidar")
+    if not catalog.lidar and not catalog.images:
+        remedy = "make the catalog again with --lidar or --images"
+        seen.say(Level.ERROR, catalog.href, "there is neither a LiDAR file nor an image", remedy)
     if catalog.licence in ("", "other") and not catalog.attribution:
         seen.say(
             Level.NOTE, catalog.href, "neither licence nor attribution is stated", "give --licence and --attribution"
         )
-    undated = [a.name for a in catalog.lidar if not a.date]
+    undated = [a.name for a in catalog.lidar if not a.date] + [a.name for a in catalog.images if not a.date]
     if undated:
         seen.say(Level.NOTE, listing(undated), "no date is known", "give the day of the survey with --date")
 
@@ -319,8 +349,11 @@ def _summary(catalog: Catalog, seen: _Seen) -> dict[str, str]:
         "heights": vertical_datum(catalog.reference),
         "extent": f"{x_min:,.1f} to {x_max:,.1f}, {y_min:,.1f} to {y_max:,.1f} ({x_max - x_min:,.0f} × {y_max - y_min:,.0f} m)",
         "date": catalog.date or "unknown",
-        "LiDAR": f"{len(seen.headers)} of {len(catalog.lidar)} files readable, {points:,} points",
     }
+    if catalog.lidar:
+        rows["LiDAR"] = f"{len(seen.headers)} of {len(catalog.lidar)} files readable, {points:,} points"
+    if catalog.sparse is not None:
+        rows["tie points"] = f"{catalog.sparse.points:,}"
     if seen.headers:
         low, high = min(h.z_range[0] for h in seen.headers.values()), max(h.z_range[1] for h in seen.headers.values())
         rows["density"] = f"{points / area:.1f} points per m² of the files' extents" if area else "unknown"

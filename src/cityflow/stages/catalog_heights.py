@@ -9,7 +9,11 @@ from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.grid import Grid
+from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.raster import read_window
+from cityflow.io.stac import Catalog, RasterAsset
 from cityflow.orientation.views import View, footprint, sees
 
 Heights = tuple[float, float]
@@ -25,6 +29,7 @@ FEWEST_POINTS = 30
 MOST_POINTS = 300_000
 ROOM_M, ROOM_SHARE = 3.0, 0.1
 """What may stand out above the highest or lie below the lowest tie point: metres, and share of the range."""
+MOST_CELLS = 500
 TALLEST_M = 100.0
 """Objects on a terrain model that nothing else tells the height of."""
 
@@ -110,3 +115,43 @@ def given_heights(low: float, high: float) -> HeightRange:
             f"heights from {low:g} to {high:g} are no range", where="--heights", remedy="give the lowest ground first"
         )
     return HeightRange((low, high), np.empty((0, 3)))
+
+
+def heights_of_rasters(catalog: Catalog) -> HeightRange | None:
+    """From the catalog's DSM, else from its DTM with `TALLEST_M` of room for what stands on it; None where it has neither.
+
+    Raises
+    ------
+    CatalogError
+        Where the raster cannot be read.
+    """
+    asset = catalog.rasters.get("dsm") or catalog.rasters.get("dtm")
+    if asset is None:
+        return None
+    xyz = raster_points(asset, catalog.reference)
+    if not len(xyz):
+        return None
+    if asset.kind == "dtm":
+        xyz = np.concatenate([xyz, xyz + np.array([0.0, 0.0, TALLEST_M])])
+    return HeightRange(with_room(xyz[:, 2]), xyz[np.lexsort((xyz[:, 2], xyz[:, 1], xyz[:, 0]))])
+
+
+def raster_points(asset: RasterAsset, reference: Reference) -> FloatArray:
+    """(N, 3) heights of a raster as points, at most `MOST_CELLS` along a side."""
+    x_min, y_min, x_max, y_max = asset.bounds
+    grid = Grid.covering(asset.bounds, max(asset.cell, (x_max - x_min) / MOST_CELLS, (y_max - y_min) / MOST_CELLS))
+    z = read_window(asset.href, grid, reference)
+    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    known = np.isfinite(z)
+    return np.column_stack([x[known], y[known], z[known]])
+
+
+def low_points(xyz: FloatArray, cell_m: float = 10.0) -> FloatArray:
+    """(M, 3) the lowest tie point of each cell that is no blunder: nearly ground."""
+    kept = xyz[~blunders(xyz)]
+    if not len(kept):
+        return kept
+    order = np.argsort(kept[:, 2], kind="stable")
+    cells = np.floor(kept[order, :2] / cell_m).astype(np.int64)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    return np.asarray(kept[order][np.sort(first)])

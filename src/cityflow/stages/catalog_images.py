@@ -21,8 +21,16 @@ from cityflow.io.oriented_images import LeftOut, OrientationModel
 from cityflow.io.reference import crs_of
 from cityflow.io.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset, sha256_of
 from cityflow.io.vector import listing
+from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.views import View, footprint
-from cityflow.stages.catalog_heights import HeightRange, given_heights, heights_of_points
+from cityflow.stages.catalog_heights import (
+    HeightRange,
+    given_heights,
+    heights_of_points,
+    heights_of_rasters,
+    low_points,
+    raster_points,
+)
 from cityflow.stages.catalog_orientation import ImageSource, read_model
 
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
@@ -64,15 +72,19 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     names = unit_names([name for name, _ in found], taken)
     left_out = [*model.left_out, *missing]
     kept: list[ImageAsset] = []
-    heights = _heights(source, model)
+    heights = _heights(source, model, catalog)
+    plausible, doubts = _plausible(model.images, heights)
     oriented = {i.name: i for i in model.images}
     for (name, path), unit in zip(found, names, strict=True):
+        if name in doubts:
+            left_out.append(doubts[name])
+            continue
         try:
             asset = _described(path, replace(oriented[name], name=unit), heights, date)
             kept.append(replace(asset, pixel_mm=model.pixel_mm.get(name, 0.0)))
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
-    notes = [*model.notes, *_unused(found, files), *_in_words(left_out)]
+    notes = [*model.notes, *plausible, *_datum(model, catalog), *_unused(found, files), *_in_words(left_out)]
     _refuse_too_few(kept, left_out, source)
     sparse, made = _sparse(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)
@@ -216,17 +228,41 @@ def _rounded(bounds: Sequence[float]) -> Bounds:
     return x_min, y_min, x_max, y_max
 
 
-def _heights(source: ImageSource, model: OrientationModel) -> HeightRange:
+def _heights(source: ImageSource, model: OrientationModel, catalog: Catalog) -> HeightRange:
     if source.heights is not None:
         return given_heights(*source.heights)
     try:
         return heights_of_points(model.sparse)
     except ValueError as error:
+        heights = heights_of_rasters(catalog)
+        if heights is not None:
+            return heights
         raise CatalogError(
             f"nothing tells how high ground and buildings are ({error})",
             where=str(source.folder),
             remedy="give the lowest ground and the highest object with --heights MIN,MAX",
         ) from error
+
+
+def _plausible(images: Sequence[OrientedImage], heights: HeightRange) -> tuple[list[str], dict[str, LeftOut]]:
+    """Doubts about the whole, in words, and images that cannot be where or as the model has them."""
+    notes: list[str] = []
+    single: dict[str, LeftOut] = {}
+    for name, problem, remedy in implausible(images, heights.whole[0]):
+        if name == SURVEY:
+            notes.append(f"doubtful orientation: {problem} → {remedy}")
+        else:
+            single.setdefault(name, LeftOut(name, problem, remedy))
+    return notes, single
+
+
+def _datum(model: OrientationModel, catalog: Catalog) -> list[str]:
+    """Tie points against the terrain, where one is given."""
+    dtm = catalog.rasters.get("dtm")
+    if dtm is None or not len(model.sparse):
+        return []
+    doubt = datum_doubt(low_points(model.sparse), raster_points(dtm, catalog.reference))
+    return [f"heights: {doubt[1]} → {doubt[2]}"] if doubt else []
 
 
 def _unused(found: list[tuple[str, Path]], files: _Files) -> list[str]:

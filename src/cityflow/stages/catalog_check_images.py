@@ -1,0 +1,212 @@
+"""The pre-flight of oriented images: files, poses, resolution, overlap, and which products will suffer where."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.grid import Grid
+from cityflow.core.local_frame import LocalFrame
+from cityflow.errors import CatalogError
+from cityflow.io.fetch import local_file
+from cityflow.io.images import check_against, image_header
+from cityflow.io.las import read_points
+from cityflow.io.stac import Catalog, ImageAsset
+from cityflow.io.vector import listing
+from cityflow.orientation.coverage import Coverage, coverage
+from cityflow.orientation.look_directions import LookParameters, look_directions
+from cityflow.orientation.overlap import Overlap, overlaps
+from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
+from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
+from cityflow.orientation.views import View, footprints, gsd
+from cityflow.stages.catalog_findings import Finding, Level
+from cityflow.stages.catalog_heights import low_points, raster_points
+
+MAP_CELLS = 300
+"""Cells along the longer side of the maps."""
+STEPS_PER_CELL = 2.0
+"""A cell is no smaller than this many pixels on the ground."""
+EXPOSURE_GAP = 0.25
+"""Groups of exposures are told apart by this gap in the logarithm to base 2 of the gain."""
+LEFT_OUT = "it is left out of a run; mend it and make the catalog again"
+
+
+@dataclass(frozen=True, slots=True)
+class Preflight:
+    """What is known of a flight before it is matched.
+
+    Attributes
+    ----------
+    findings : in order of images, then of the whole
+    summary : rows for the report
+    maps : on the ground;  frames : look directions;  footprints : by image
+    """
+
+    findings: tuple[Finding, ...]
+    summary: Mapping[str, str]
+    maps: Coverage
+    frames: tuple[LocalFrame, ...]
+    footprints: Mapping[str, shapely.Polygon]
+
+
+def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
+    """Look at every image's header, and at what all of them see together.
+
+    Parameters
+    ----------
+    unusable : names of images whose files are already known to be bad
+    """
+    bad = set(unusable)
+    groups = _files(a for a in catalog.images if a.name not in bad)
+    findings = [
+        Finding(Level.WARNING, listing(n), problem, remedy or LEFT_OUT) for (problem, remedy), n in groups.items()
+    ]
+    bad.update(name for names in groups.values() for name in names)
+    assets = [a for a in catalog.images if a.name not in bad]
+    views = [View(a.oriented, a.heights) for a in assets]
+    frames = look_directions([v.image for v in views], LookParameters())
+    ground = dict(zip((v.name for v in views), footprints(views), strict=True))
+    lapped = overlaps(views, frames)
+    maps = coverage(
+        views, frames, _grid(views, ground), float(np.median([v.heights[0] for v in views])) if views else 0.0
+    )
+    inside = _that_matters(catalog, views, maps)
+    findings += _poses(catalog, views)
+    if len(views) < 2:
+        findings.append(
+            Finding(Level.ERROR, catalog.href, f"{len(views)} usable images; heights need two", "add images")
+        )
+    for short in shortfalls(maps, inside, ShortfallParameters(), lapped):
+        place = " ".join(f"{v:.0f}" for v in short.places[0]) if short.places else ""
+        where = f"around {place}" if place else catalog.title
+        findings.append(Finding(Level.WARNING, where, short.sentence, "add images there, or expect less there"))
+    summary = _summary(assets, views, frames, (maps, lapped, inside))
+    return Preflight(tuple(findings), summary, maps, frames, ground)
+
+
+def _files(assets: Iterator[ImageAsset]) -> Mapping[tuple[str, str], list[str]]:
+    """Headers against cameras: problem and remedy → images."""
+    groups: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for asset in assets:
+        try:
+            with local_file(asset.href) as path:
+                check_against(image_header(path), asset.oriented.camera)
+        except CatalogError as error:
+            groups[error.problem, error.remedy].append(asset.name)
+        except OSError:
+            groups["the file cannot be read", LEFT_OUT].append(asset.name)
+    return groups
+
+
+def _poses(catalog: Catalog, views: Sequence[View]) -> Iterator[Finding]:
+    images = [v.image for v in views]
+    ground = float(np.median([v.heights[0] for v in views])) if views else None
+    groups: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for name, problem, remedy in implausible(images, ground):
+        groups[problem, remedy].append(catalog.title if name == SURVEY else name)
+    for (problem, remedy), names in groups.items():
+        yield Finding(Level.WARNING, listing(names), problem, remedy)
+    dtm = catalog.rasters.get("dtm")
+    if dtm is not None and catalog.sparse is not None:
+        doubt = datum_doubt(low_points(sparse_points(catalog)), raster_points(dtm, catalog.reference))
+        if doubt:
+            yield Finding(Level.WARNING, dtm.href, doubt[1], doubt[2])
+
+
+def sparse_points(catalog: Catalog) -> FloatArray:
+    """(N, 3) tie points of a catalog; empty where it has none."""
+    if catalog.sparse is None:
+        return np.empty((0, 3))
+    with local_file(catalog.sparse.href) as path:
+        return read_points(path).xyz
+
+
+def _grid(views: Sequence[View], ground: Mapping[str, shapely.Polygon]) -> Grid:
+    """Over the footprints of what looks steeply down; the far reaches of obliques would only make the maps large."""
+    steep = [v for v in views if np.degrees(v.image.tilt) <= 60.0] or list(views)
+    shapes = [ground[v.name] for v in steep if not ground[v.name].is_empty]
+    if not shapes:
+        return Grid(0.0, 1.0, 1.0, 1, 1)
+    x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(shapes, object)).tolist()
+    finest = STEPS_PER_CELL * float(np.median([gsd(v) for v in steep]))
+    cell = max(max(x_max - x_min, y_max - y_min) / MAP_CELLS, finest if np.isfinite(finest) else 0.0)
+    step = 10.0 ** np.floor(np.log10(cell))
+    return Grid.covering((x_min, y_min, x_max, y_max), float(step * np.ceil(cell / step)))
+
+
+def _that_matters(catalog: Catalog, views: Sequence[View], maps: Coverage) -> BoolArray:
+    """Where outlines are, else between the places that the images' axes look at."""
+    if catalog.outlines is not None:
+        area = shapely.box(*catalog.outlines.bounds)
+    else:
+        area = shapely.MultiPoint([p for p in map(_looked_at, views) if p is not None]).convex_hull.buffer(
+            maps.grid.cell
+        )
+    x, y = np.meshgrid(maps.grid.x_centres(), maps.grid.y_centres())
+    inside = shapely.contains_xy(area, x, y)
+    return np.asarray(inside if inside.any() else maps.views > 0)
+
+
+def _looked_at(view: View) -> tuple[float, float] | None:
+    centre, axis = view.image.centre, view.image.axis
+    if axis[2] > -0.35 or centre[2] <= view.heights[0]:
+        return None
+    x, y = centre[:2] + axis[:2] * (centre[2] - view.heights[0]) / -axis[2]
+    return float(x), float(y)
+
+
+def exposure_groups(assets: Sequence[ImageAsset]) -> list[list[str]]:
+    """Names of images of like exposure, the darkest first, as their gains tell."""
+    level = {a.name: float(np.mean(np.log2(np.maximum(a.gain, 1e-6)))) for a in assets}
+    groups: list[list[str]] = []
+    last = -np.inf
+    for name in sorted(level, key=lambda n: (-level[n], n)):
+        if not groups or last - level[name] > EXPOSURE_GAP:
+            groups.append([])
+        groups[-1].append(name)
+        last = level[name]
+    return groups
+
+
+def _summary(
+    assets: Sequence[ImageAsset],
+    views: Sequence[View],
+    frames: Sequence[LocalFrame],
+    seen: tuple[Coverage, Sequence[Overlap], BoolArray],
+) -> dict[str, str]:
+    maps, lapped, inside = seen
+    cameras = Counter(a.oriented.camera for a in assets)
+    rows = {"images": f"{len(assets)}, {sum(a.size for a in assets) / 1e6:,.1f} MB"}
+    rows["cameras"] = "; ".join(
+        f"{n} of {c.width} × {c.height}, f = {c.fx:,.0f} px, {'no distortion' if c.is_pinhole else c.kind}"
+        for c, n in cameras.items()
+    )
+    rows["look directions"] = ", ".join(f"{f.name} {len(f.images)}" for f in frames)
+    if views:
+        sizes = np.array([gsd(v) for v in views])
+        rows["GSD"] = _range(sizes[np.isfinite(sizes)] * 100, "cm")
+        rows["tilt"] = _range(np.degrees([v.image.tilt for v in views]), "°")
+        rows["heights in view"] = f"{min(v.heights[0] for v in views):.1f} to {max(v.heights[1] for v in views):.1f} m"
+    counted = maps.views[inside]
+    if counted.size:
+        rows["views"] = (
+            f"{np.median(counted):.0f} per ground cell in the median, {counted.min()} to {counted.max()}; cells of {maps.grid.cell:g} m"
+        )
+    rows["overlap"] = ", ".join(
+        f"{o.direction} {np.median(o.forward):.0%} forward, {np.median(o.side):.0%} sideways" for o in lapped
+    )
+    groups = exposure_groups(assets)
+    if len(groups) > 1:
+        rows["exposures"] = "; ".join(f"{len(g)} ({listing(g)})" for g in groups)
+    return rows
+
+
+def _range(values: FloatArray, unit: str) -> str:
+    if not len(values):
+        return "unknown"
+    return f"{values.min():.1f} to {values.max():.1f} {unit}, {np.median(values):.1f} in the median"
