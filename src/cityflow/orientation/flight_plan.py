@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
@@ -21,10 +21,14 @@ from cityflow.orientation.look_directions import looking
 from cityflow.orientation.masters import MasterParameters, candidates, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
 from cityflow.orientation.thinning import surplus_masters
-from cityflow.orientation.views import View
+from cityflow.orientation.views import View, sees
 
 MOST_SAMPLES = 48
 """Cells of a base at which its partners are judged."""
+
+
+ROUNDS = 4
+"""How often ground that no partner sees is offered to the next image."""
 
 
 class FlightPlanParameters(Parameters):
@@ -168,17 +172,36 @@ class FlightPlan:
         frame, members = self.directions[direction]
         p = self.parameters.masters
         found = candidates(self.around.views, members, looking(frame), p.cell_m)
-        banned = set[int]()
-        while True:
-            surplus = surplus_masters(self.around.views, found, banned, p)
-            chosen = choose_masters(found, banned | surplus, p)
+        known: dict[int, tuple[bytes, Pairing]] = {}
+        for last in (*(False,) * (ROUNDS - 1), True):
+            surplus = surplus_masters(self.around.views, found, p)
+            chosen = choose_masters(found, surplus, p.masters_per_cell)
             masters = Masters(found.cell[chosen], found.view[chosen])
-            fresh = {k: self._pair(k, masters.cell[masters.view == k]) for k in np.unique(masters.view).tolist()}
-            alone = {k for k, pairing in fresh.items() if not pairing.chosen}
-            if not alone:
-                self._pairings.update(fresh)
-                return masters
-            banned |= alone
+            useless = self._pair_masters(masters, known)
+            if last or not useless.any():
+                break
+            # others may see with a partner what these cannot
+            kept = np.ones(len(found.view), bool)
+            kept[chosen[useless]] = False
+            found = found.take(kept)
+        masters = Masters(masters.cell[~useless], masters.view[~useless])
+        self._pairings.update({k: known[k][1] for k in np.unique(masters.view).tolist()})
+        return masters
+
+    def _pair_masters(self, masters: Masters, known: dict[int, tuple[bytes, Pairing]]) -> BoolArray:
+        """(n,) which pairs of cell and master are useless, as no partner sees the cell; partners of all masters go to `known`."""
+        useless = np.zeros(len(masters.view), bool)
+        order = np.argsort(masters.view, kind="stable")
+        views, first = np.unique(masters.view[order], return_index=True)
+        for k, part in zip(views.tolist(), np.split(order, first[1:]) if len(views) else [], strict=True):
+            cells = masters.cell[part]
+            if k not in known or known[k][0] != cells.tobytes():
+                known[k] = cells.tobytes(), self._pair(k, cells)
+            pairing = known[k][1]
+            middle = self._middles(cells, self.around.views[k].heights[0])
+            seen = [sees(self.around.views[j].image, middle) for j in pairing.chosen]
+            useless[part] = ~np.any(seen, axis=0) if seen else True
+        return useless
 
     def _pairing(self, k: int) -> Pairing:
         if k not in self._pairings:
@@ -193,5 +216,8 @@ class FlightPlan:
     def _on_cells(self, view: View, cells: IntArray) -> FloatArray:
         """(n, 3) centres of some of the cells, on the ground and at the highest object, metres."""
         chosen = cells[:: -(-len(cells) // MOST_SAMPLES)]
-        xy = (chosen + 0.5) * self.parameters.masters.cell_m
-        return np.concatenate([np.column_stack([xy, np.full(len(xy), h)]) for h in view.heights])
+        return np.concatenate([self._middles(chosen, height) for height in view.heights])
+
+    def _middles(self, cells: IntArray, height: float) -> FloatArray:
+        xy = (cells + 0.5) * self.parameters.masters.cell_m
+        return np.column_stack([xy, np.full(len(xy), height)])

@@ -7,13 +7,13 @@ The ray and not the perspective centre decides, because it is the ray that passe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.views import View, footprint, sees
 
@@ -57,6 +57,15 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.first) - 1
 
+    @property
+    def number(self) -> IntArray:
+        """(P,) running number of the cell of each pair."""
+        return np.repeat(np.arange(len(self)), np.diff(self.first))
+
+    def take(self, kept: BoolArray) -> Candidates:
+        """The pairs that `kept` (P,) marks."""
+        return _grouped(self.cell[kept], self.view[kept], self.cost_deg[kept])
+
 
 def candidates(views: Sequence[View], members: Sequence[int], look: FloatArray, cell_m: float) -> Candidates:
     """All pairs of a cell and a view of it.
@@ -70,13 +79,16 @@ def candidates(views: Sequence[View], members: Sequence[int], look: FloatArray, 
     parts = [_cells_of(views[k], look, cell_m) for k in members]
     counts = [len(cost) for _, cost in parts]
     if sum(counts) == 0:
-        return Candidates(np.empty((0, 2), np.int64), np.empty(0, np.int64), np.empty(0), np.zeros(1, np.int64))
+        return _grouped(np.empty((0, 2), np.int64), np.empty(0, np.int64), np.empty(0))
     cell = np.concatenate([cells for cells, _ in parts])
     cost = np.concatenate([costs for _, costs in parts])
     view = np.repeat(np.asarray(members, np.int64), counts)
     order = np.lexsort((view, cost, cell[:, 0], cell[:, 1]))
-    cell, view, cost = cell[order], view[order], cost[order]
-    new = np.concatenate([[True], np.any(np.diff(cell, axis=0) != 0, axis=1)])
+    return _grouped(cell[order], view[order], cost[order])
+
+
+def _grouped(cell: IntArray, view: IntArray, cost: FloatArray) -> Candidates:
+    new = np.any(np.diff(cell, axis=0, prepend=cell[:1] - 1) != 0, axis=1)
     return Candidates(cell, view, cost, np.append(np.flatnonzero(new), len(cell)))
 
 
@@ -103,10 +115,9 @@ def _cells_of(view: View, look: FloatArray, cell_m: float) -> tuple[IntArray, Fl
     return cells[steep], cost[steep]
 
 
-def choose_masters(found: Candidates, banned: set[int], parameters: MasterParameters) -> IntArray:
-    """Positions in `found` of the pairs that are master and cell: the best views of each cell that are not banned."""
-    allowed = ~np.isin(found.view, np.fromiter(banned, np.int64, len(banned)))
-    cell_of = np.repeat(np.arange(len(found)), np.diff(found.first))
+def choose_masters(found: Candidates, surplus: Collection[int], masters_per_cell: int) -> IntArray:
+    """Positions in `found` of the pairs that are master and cell: the best views of each cell that are not `surplus`."""
+    allowed = ~np.isin(found.view, np.array(sorted(surplus), np.int64))
     before: IntArray = np.cumsum(allowed) - allowed
-    rank: IntArray = before - before[found.first[cell_of]] if len(found) else before
-    return np.flatnonzero(allowed & (rank < parameters.masters_per_cell))
+    rank: IntArray = before - before[found.first[:-1]][found.number] if len(found) else before
+    return np.flatnonzero(allowed & (rank < masters_per_cell))

@@ -13,13 +13,15 @@ import numpy as np
 import shapely
 from pydantic import Field
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import Parameters
-from cityflow.orientation.views import View, footprints, inside_directions, sees
+from cityflow.orientation.views import View, field_of_view, footprints, sees
 
 ANOTHER_SIDE_DEG = 12.0
 """Partners whose parallaxes differ by this many degrees hide different ground to a good part."""
+MOST_CANDIDATES = 40
+"""Images with the best angles that are looked at closely as partners of a base."""
 LEAST_GAIN = 0.08
 """A partner that adds less than this share of a perfect one is not worth its matching."""
 
@@ -43,14 +45,18 @@ class Neighbourhood:
     ----------
     views : sorted by name
     centres, axes : (N, 3) float64, world
+    rotations : (N, 3, 3) float64, camera_from_world
     focal_px : (N,) float64
+    fields : (N, 2, 2) float64, least and largest x/z, y/z of the rays
     tree : of the footprints on the lowest ground; empty ones are never found
     """
 
     views: tuple[View, ...]
     centres: FloatArray
     axes: FloatArray
+    rotations: FloatArray
     focal_px: FloatArray
+    fields: FloatArray
     footprints: tuple[shapely.Polygon, ...]
     tree: shapely.STRtree
 
@@ -62,7 +68,9 @@ class Neighbourhood:
             ordered,
             np.array([v.image.centre for v in ordered]).reshape(-1, 3),
             np.array([v.image.axis for v in ordered]).reshape(-1, 3),
+            np.array([v.image.rotation for v in ordered]).reshape(-1, 3, 3),
             np.array([np.sqrt(v.image.camera.fx * v.image.camera.fy) for v in ordered]),
+            np.array([field_of_view(v.image.camera) for v in ordered]).reshape(-1, 2, 2),
             ground,
             shapely.STRtree(ground),
         )
@@ -118,27 +126,33 @@ def _comparable(
 ) -> tuple[IntArray, str]:
     """Those of `others` that might do, judged at one point with room to spare; and why the rest do not."""
     turned = np.degrees(np.arccos(np.clip(around.axes[others] @ around.axes[base], -1, 1)))
+    nothing = others[:0]
     alike = turned <= parameters.largest_turn_deg
     if not alike.any():
-        return others[
-            :0
-        ], f"the images that see the same ground look elsewhere: axes differ by {turned.min():.0f}° or more"
+        return nothing, f"images that see the same ground look elsewhere: axes differ by {turned.min():.0f}° or more"
     others = others[alike]
     rays, own = around.centres[others] - point, around.centres[base] - point
     far, near = np.linalg.norm(rays, axis=1), float(np.linalg.norm(own))
     angle = np.degrees(np.arccos(np.clip(rays @ own / np.maximum(far * near, 1e-12), -1, 1)))
     met = (angle <= 2.5 * parameters.good_angle_deg[1]) & (np.linalg.norm(rays - own, axis=1) > 1e-6 * near)
     if not met.any():
-        return others[
-            :0
-        ], f"its rays meet those of {len(others)} others at {angle.min():.0f}° or more, or from the same place"
+        return nothing, f"its rays meet those of others at {angle.min():.0f}° or more, or they come from one place"
     others, octaves = others[met], _octaves(around, base, others[met], far[met], near)
     scaled = octaves <= 2 * np.log2(parameters.largest_scale_ratio)
     if not scaled.any():
-        return others[:0], f"scales differ by {2 ** octaves.min():.1f} or more from those that see the same ground"
+        return nothing, f"scales differ by {2 ** octaves.min():.1f} or more from those that see the same ground"
     others = others[scaled]
-    apart = np.array([not _epipole_inside(around, base, int(k)) for k in others])
-    return others[apart], "the images that see the same ground stand along its line of sight"
+    apart = ~_epipoles_inside(around, base, others)
+    angle = np.degrees(np.arccos(np.clip(unit_rays(around, others, point) @ (own / near), -1, 1)))
+    best = np.lexsort((others, -np.round(angle_quality(angle, parameters) * apart, 3)))[:MOST_CANDIDATES]
+    others, apart = others[best], apart[best]
+    return np.sort(others[apart]), "the images that see the same ground stand along its line of sight"
+
+
+def unit_rays(around: Neighbourhood, others: IntArray, point: FloatArray) -> FloatArray:
+    """(m, 3) unit vectors from a point to projection centres."""
+    rays = around.centres[others] - point
+    return np.asarray(rays / np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-12))
 
 
 def _octaves(
@@ -148,10 +162,19 @@ def _octaves(
     return np.asarray(np.abs(np.log2(np.maximum(scale, 1e-9))))
 
 
-def _epipole_inside(around: Neighbourhood, one: int, other: int) -> bool:
-    """Whether one image sees the other's projection centre or its opposite: then no rectification keeps the image whole."""
-    line = around.centres[other] - around.centres[one]
-    return any(inside_directions(around.views[k].image, np.array([line, -line])).any() for k in (one, other))
+def _epipoles_inside(around: Neighbourhood, base: int, others: IntArray) -> BoolArray:
+    """(m,) whether one image sees the other's projection centre or its opposite: then no rectification keeps the image whole."""
+    line = around.centres[others] - around.centres[base]
+    inside = np.zeros(len(others), bool)
+    for rotations, fields in (
+        (around.rotations[[base]], around.fields[[base]]),
+        (around.rotations[others], around.fields[others]),
+    ):
+        local = np.einsum("mij,mj->mi", np.broadcast_to(rotations, (len(others), 3, 3)), line)
+        depth = np.where(np.abs(local[:, 2]) > 1e-9, local[:, 2], 1e-9)
+        normal = local[:, :2] / depth[:, None]
+        inside |= np.all((normal >= fields[:, 0]) & (normal <= fields[:, 1]), axis=1)
+    return inside
 
 
 def _pairs(

@@ -6,7 +6,7 @@ neighbours see that strip nearly as well, one window less is matched. A master i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,20 +97,17 @@ class _Thinning:
         return True
 
 
-def surplus_masters(
-    views: Sequence[View], found: Candidates, banned: Collection[int], parameters: MasterParameters
-) -> set[int]:
+def surplus_masters(views: Sequence[View], found: Candidates, parameters: MasterParameters) -> set[int]:
     """Views that should not be masters, as others see their cells at most `detour_deg` worse than the best view does.
 
     Parameters
     ----------
     views : of the survey
     found : cells and the views of them in one direction
-    banned : views that cannot be masters
     """
     if len(found) == 0 or parameters.max_overlap >= 1 or parameters.detour_deg == 0:
         return set()
-    cell, others = _others(found, banned, parameters.detour_deg)
+    cell, others = _others(found, parameters.detour_deg)
     state = _Thinning(views, cell, others, parameters)
     for _ in range(MOST_ROUNDS):
         if sum(state.give_up(k) for k in state.poorest()) == 0:
@@ -119,15 +116,11 @@ def surplus_masters(
     return {v for v in seen if not state.open.get(v)}
 
 
-def _others(found: Candidates, banned: Collection[int], detour_deg: float) -> tuple[IntArray, IntArray]:
-    """(C, 2) cells that have a view, and (C, MOST_OTHERS) their views within reach of the best, best first; -1 beyond."""
-    cell_of = np.repeat(np.arange(len(found)), np.diff(found.first))
-    allowed = np.flatnonzero(~np.isin(found.view, np.array(sorted(banned), np.int64)))
-    cell_of, view, cost = cell_of[allowed], found.view[allowed], found.cost_deg[allowed]
-    kept, first = np.unique(cell_of, return_index=True)
-    counts = np.diff(np.append(first, len(cell_of)))
-    rank = np.arange(len(cell_of)) - np.repeat(first, counts)
-    near = (rank < MOST_OTHERS) & (cost <= np.repeat(cost[first], counts) + detour_deg)
-    others = np.full((len(kept), MOST_OTHERS), -1, np.int64)
-    others[np.repeat(np.arange(len(kept)), counts)[near], rank[near]] = view[near]
-    return found.cell[found.first[kept]], others
+def _others(found: Candidates, detour_deg: float) -> tuple[IntArray, IntArray]:
+    """(C, 2) cells, and (C, MOST_OTHERS) their views within reach of the best, best first; -1 beyond."""
+    start, number = found.first[:-1], found.number
+    rank = np.arange(len(found.view)) - start[number]
+    near = (rank < MOST_OTHERS) & (found.cost_deg <= found.cost_deg[start][number] + detour_deg)
+    others = np.full((len(found), MOST_OTHERS), -1, np.int64)
+    others[number[near], rank[near]] = found.view[near]
+    return found.cell[start], others

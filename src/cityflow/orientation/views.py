@@ -96,13 +96,9 @@ def sees(image: OrientedImage, xyz: FloatArray, margin_px: float = 0.0) -> BoolA
     return np.asarray(near & image.holds(uv, margin_px))
 
 
-def inside_directions(image: OrientedImage, directions: FloatArray) -> BoolArray:
-    """Which (n, 3) world directions lie within the image's field of view."""
-    local = directions @ image.rotation.T
-    depth = np.where(local[:, 2] > 1e-9, local[:, 2], np.nan)
-    low, high = _extent(image.camera)
-    normal = local[:, :2] / depth[:, None]
-    return np.asarray(np.all((normal >= low) & (normal <= high), axis=1))
+def field_of_view(camera: Camera) -> tuple[FloatArray, FloatArray]:
+    """Least and largest x/z, y/z of a camera's rays, each (2,), with a little room."""
+    return _extent(camera)
 
 
 @lru_cache(maxsize=4096)
