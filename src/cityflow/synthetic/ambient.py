@@ -6,6 +6,8 @@ interpolated between them. Points of the lattice are found as an image comes acr
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from pydantic import Field
@@ -56,10 +58,11 @@ class SkyLattice:
         complete = False
         while not complete:
             room = len(self.keys) // 2 - self.count
-            new = np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 3))
+            slots, faces, places = np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 3))
+            new = slots, faces, places
             count, complete = _claim(points, triangle, surfaces, self.leaf, step, self.keys, new)
-            slots, faces, places = (n[:count] for n in new)
-            self.values[slots] = self._cast(places, surfaces.normal[faces], self.leaf[faces])
+            on = faces[:count]
+            self.values[slots[:count]] = self._cast(places[:count], surfaces.normal[on], self.leaf[on])
             self.count += count
             if not complete:
                 self._grow()
@@ -99,7 +102,7 @@ def _hemisphere(count: int) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)
-def _mixed(h: int) -> int:
+def _mixed(h: Any) -> Any:
     """63 bits that look random."""
     v = np.uint64(h)
     v ^= v >> np.uint64(31)
@@ -111,7 +114,7 @@ def _mixed(h: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _face_key(k: int, surfaces: Surfaces) -> int:
+def _face_key(k: int, surfaces: Surfaces) -> Any:
     """The same for triangles of one seed in one plane."""
     h = _mixed(surfaces.seed[k] + 7)
     for j in range(3):
@@ -120,7 +123,7 @@ def _face_key(k: int, surfaces: Surfaces) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _leaf_key(point: FloatArray) -> int:
+def _leaf_key(point: FloatArray) -> Any:
     """The same for all leaves in one cube."""
     h = np.int64(3)
     for j in range(3):
@@ -129,7 +132,7 @@ def _leaf_key(point: FloatArray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _slot(keys: IntArray, key: int) -> int:
+def _slot(keys: IntArray, key: Any) -> Any:
     """Where a key stands, or the empty place where it belongs."""
     mask = len(keys) - 1
     at = key & mask

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba import njit
@@ -52,7 +52,7 @@ class Scene:
         # whole metres, so that nothing is rounded when it is taken off
         self.origin: FloatArray = np.floor((mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2)
         self.surfaces = _surfaces(mesh, self.origin)
-        self._tensor = o3d.core.Tensor
+        self._tensor = cast(Any, o3d.core.Tensor)
         self._tree = o3d.t.geometry.RaycastingScene(nthreads=threads)
         local = np.ascontiguousarray(mesh.vertices - self.origin, np.float32)
         self._tree.add_triangles(self._tensor(local), self._tensor(np.ascontiguousarray(mesh.triangles, np.uint32)))

@@ -104,11 +104,12 @@ class View:
         """(bottom - top, width, bands) light; n × n samples only in pixels that see more than one thing."""
         width = self.image.camera.width
         shape = bottom - top + 2, width + 2
-        directions = self.field.lattice(np.arange(top - 1, bottom + 1) + 0.5, np.arange(-1, width + 1) + 0.5)
+        directions = self.field.lattice(_middles(top - 1, bottom + 1), _middles(-1, width + 1))
         triangle, depth = self.scene.first_hits(self.centre, directions)
         lit = self._sunlit(directions, triangle, depth, np.zeros(1, np.int64))
         pixel = 1.0 / self.image.camera.fx
-        simple = simple_pixels(*(a.reshape(shape) for a in (triangle, depth, lit)), self.scene.surfaces, pixel)
+        seen = triangle.reshape(shape), depth.reshape(shape), lit.reshape(shape)
+        simple: BoolArray = simple_pixels(*seen, self.scene.surfaces, pixel)
         inner = np.zeros(shape, bool)
         inner[1:-1, 1:-1] = simple
         chosen = np.flatnonzero(inner)
@@ -126,7 +127,7 @@ class View:
         # neighbouring samples look for different spots of the sun's disc, so shadows get soft edges
         lit = self._sunlit(directions, triangle, depth, 1 + np.arange(n * n) % 4)
         light = self._light(directions, triangle, depth, lit, 1.0 / self.image.camera.fx / n)
-        return np.asarray(light.reshape(len(row), n * n, -1).mean(axis=1))
+        return np.asarray(light.reshape(len(row), n * n, self.p.bands).mean(axis=1))
 
     def _light(
         self, directions: FloatArray, triangle: IntArray, depth: FloatArray, lit: BoolArray, pixel: float
@@ -158,6 +159,10 @@ class View:
         return lit
 
 
+def _middles(start: int, stop: int) -> FloatArray:
+    return np.arange(start, stop, dtype=np.float64) + 0.5
+
+
 def _sun_spots(sun: FloatArray) -> FloatArray:
     """(5, 3) directions to the middle and to four spots of the sun's disc."""
     right = np.cross(sun, [0.3, 0.5, 0.81])
@@ -178,13 +183,11 @@ def truth_depth(mesh: TownMesh | Scene, image: OrientedImage) -> tuple[Float32Ar
     scene = mesh if isinstance(mesh, Scene) else Scene(mesh)
     height, width = image.camera.height, image.camera.width
     depth, triangle = np.empty((height, width), np.float32), np.empty((height, width), np.int64)
-    field, columns = RayField(image), np.arange(width) + 0.5
+    field, columns = RayField(image), _middles(0, width)
     at_once = max(1, SAMPLES_AT_ONCE // width)
     for top in range(0, height, at_once):
         rows = min(at_once, height - top)
-        met, far = scene.first_hits(
-            image.centre - scene.origin, field.lattice(np.arange(top, top + rows) + 0.5, columns)
-        )
+        met, far = scene.first_hits(image.centre - scene.origin, field.lattice(_middles(top, top + rows), columns))
         triangle[top : top + rows] = met.reshape(rows, width)
         depth[top : top + rows] = np.where(np.isfinite(far), far, np.nan).reshape(rows, width)
     return depth, triangle

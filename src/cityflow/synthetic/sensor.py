@@ -67,8 +67,8 @@ def noisy(signal: Float32Array, p: SensorParameters, rng: np.random.Generator) -
     """Signal (1 is saturation) with shot and read noise; thousands of photons come as good as normally distributed."""
     if not p.noise:
         return signal
-    variance = np.maximum(signal, 0) / p.full_well_e + (p.read_noise_e / p.full_well_e) ** 2
-    return signal + np.sqrt(variance, dtype=np.float32) * rng.standard_normal(signal.shape, dtype=np.float32)
+    variance = np.maximum(signal, 0) / np.float32(p.full_well_e) + np.float32((p.read_noise_e / p.full_well_e) ** 2)
+    return np.asarray(signal + np.sqrt(variance) * rng.standard_normal(signal.shape, dtype=np.float32), np.float32)
 
 
 def toned(signal: Float32Array, p: SensorParameters) -> Float32Array:
@@ -76,7 +76,8 @@ def toned(signal: Float32Array, p: SensorParameters) -> Float32Array:
     clipped = np.clip(signal, 0, 1)
     if p.tone == "linear":
         return clipped
-    return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** np.float32(1 / 2.4) - np.float32(0.055))
+    curve = np.float32(1.055) * clipped ** np.float32(1 / 2.4) - np.float32(0.055)
+    return np.where(clipped <= np.float32(0.0031308), np.float32(12.92) * clipped, curve)
 
 
 def vignette(camera: Camera, loss: float, rows: slice) -> Float32Array:
