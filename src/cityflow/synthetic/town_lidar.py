@@ -74,13 +74,15 @@ class TownLidar:
 
 @dataclass(frozen=True, slots=True)
 class Strips:
-    """Parallel flight lines: unit vectors along and across, place of each line across, height of flight, half width."""
+    """Parallel flight lines: unit vectors along and across, place of each line across, height of flight, half width of
+    a strip, number of strips over a place in the mean."""
 
     along: FloatArray
     across: FloatArray
     line: FloatArray
     z: float
     half_width: float
+    cover: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,18 +107,20 @@ def town_lidar(
 
 
 def plan_strips(town: Town, p: TownLidarParameters) -> Strips:
-    """Lines over the town's bounds whose strips overlap by 30 %."""
+    """At least two lines over the town's bounds whose strips overlap by 30 %."""
     heading = np.radians(p.heading_deg)
     along, across = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
     half = p.flying_height_m * np.tan(np.radians(p.half_angle_deg))
     corners = np.array([[town.bounds[i], town.bounds[j]] for i in (0, 2) for j in (1, 3)]) @ across
     pitch = 2 * half * (1 - OVERLAP)
-    count = max(1, int(np.ceil((np.ptp(corners) - 2 * half) / pitch - 1e-9)) + 1)
+    count = max(2, int(np.ceil((np.ptp(corners) - 2 * half) / pitch - 1e-9)) + 1)
     middle = (corners.min() + corners.max()) / 2
     line = middle + (np.arange(count) - (count - 1) / 2) * pitch
+    low, high = np.maximum(line - half, corners.min()), np.minimum(line + half, corners.max())
+    cover = float(np.clip(high - low, 0, None).sum() / np.ptp(corners))
     x, y = (town.bounds[0] + town.bounds[2]) / 2, (town.bounds[1] + town.bounds[3]) / 2
     ground = float(town.terrain.z(np.asarray(x), np.asarray(y)))
-    return Strips(along, across, line, ground + p.flying_height_m, half)
+    return Strips(along, across, line, ground + p.flying_height_m, half, cover)
 
 
 def _scan_tile(
@@ -148,7 +152,7 @@ def _aims(
     rng: np.random.Generator, strips: Strips, p: TownLidarParameters, bounds: Bounds
 ) -> tuple[FloatArray, IntArray]:
     """(P, 2) where on the ground each pulse points, and its strip: a shaken lattice per strip."""
-    step = np.sqrt((1 + OVERLAP) / p.density_m2) if len(strips.line) > 1 else np.sqrt(1 / p.density_m2)
+    step = np.sqrt(strips.cover / p.density_m2)
     aims, numbers = [np.empty((0, 2))], [np.empty(0, np.int64)]
     for number, line in enumerate(strips.line):
         shape = [int(np.ceil((bounds[k + 2] - bounds[k]) / step)) for k in (0, 1)]
