@@ -24,8 +24,8 @@ class RayField:
         self.image, self.splines = image, None
         if not camera.is_pinhole:
             # a little beyond the image, since its outermost pixels are compared with their neighbours outside
-            u = np.linspace(-2.0, camera.width + 2.0, max(camera.width // SPLINE_STEP_PX, 8))
-            v = np.linspace(-2.0, camera.height + 2.0, max(camera.height // SPLINE_STEP_PX, 8))
+            u = np.linspace(-2.0, camera.width + 2.0, max(camera.width // SPLINE_STEP_PX, 24))
+            v = np.linspace(-2.0, camera.height + 2.0, max(camera.height // SPLINE_STEP_PX, 24))
             grid = np.stack(np.meshgrid(u, v), axis=-1)
             normal = camera.undistort(grid.reshape(-1, 2)).reshape(grid.shape)
             self.splines = [RectBivariateSpline(v, u, normal[..., i]) for i in range(2)]
