@@ -116,8 +116,8 @@ def plan_strips(town: Town, p: TownLidarParameters) -> Strips:
     count = max(2, int(np.ceil((np.ptp(corners) - 2 * half) / pitch - 1e-9)) + 1)
     middle = (corners.min() + corners.max()) / 2
     line = middle + (np.arange(count) - (count - 1) / 2) * pitch
-    low, high = np.maximum(line - half, corners.min()), np.minimum(line + half, corners.max())
-    cover = float(np.clip(high - low, 0, None).sum() / np.ptp(corners))
+    place = np.stack(np.meshgrid(*(np.linspace(town.bounds[k], town.bounds[k + 2], 50) for k in (0, 1))), axis=-1)
+    cover = float(np.mean(np.sum(np.abs((place @ across)[..., None] - line) <= half, axis=-1)))
     x, y = (town.bounds[0] + town.bounds[2]) / 2, (town.bounds[1] + town.bounds[3]) / 2
     ground = float(town.terrain.z(np.asarray(x), np.asarray(y)))
     return Strips(along, across, line, ground + p.flying_height_m, half, cover)
