@@ -27,7 +27,7 @@ MOST_SAMPLES = 48
 """Cells of a base at which its partners are judged."""
 
 
-ROUNDS = 4
+ROUNDS = 2
 """How often ground that no partner sees is offered to the next image."""
 
 
