@@ -186,6 +186,9 @@ def catalog_create(
         str,
         typer.Option(metavar="MIN,MAX", help="Lowest ground and highest object, metres, where nothing else tells them"),
     ] = "",
+    gains: Annotated[
+        bool, typer.Option("--gains/--no-gains", help="Make exposures of images alike; decodes each image once")
+    ] = True,
     crs: Annotated[
         str,
         typer.Option(
@@ -215,7 +218,7 @@ def catalog_create(
         colmap, opk, cameras, columns, angle_unit, rotation_order, bundler, bundler_list, metashape
     )
     made = create_catalog(
-        out, lidar=lidar or [], images=image_source(images, found, origin, heights), outlines=outlines, dsm=dsm, dtm=dtm,
+        out, lidar=lidar or [], images=image_source(images, found, origin, heights, gains), outlines=outlines, dsm=dsm, dtm=dtm,
         ortho=ortho, crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
         licence=licence, attribution=attribution, date=date, copy=copy,
     )  # fmt: skip

@@ -13,10 +13,11 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.errors import CatalogError
+from cityflow.imagery.radiometry import exposure_groups
 from cityflow.io.fetch import local_file
-from cityflow.io.images import check_against, image_header
+from cityflow.io.image_header import check_against, image_header
 from cityflow.io.las import read_points
-from cityflow.io.stac import Catalog, ImageAsset
+from cityflow.io.stac import Catalog, ImageAsset, united
 from cityflow.io.vector import listing
 from cityflow.orientation.coverage import Coverage, coverage
 from cityflow.orientation.look_directions import LookParameters, look_directions
@@ -31,8 +32,6 @@ MAP_CELLS = 300
 """Cells along the longer side of the maps."""
 STEPS_PER_CELL = 2.0
 """A cell is no smaller than this many pixels on the ground."""
-EXPOSURE_GAP = 0.25
-"""Groups of exposures are told apart by this gap in the logarithm to base 2 of the gain."""
 LEFT_OUT = "it is left out of a run; mend it and make the catalog again"
 
 
@@ -71,11 +70,12 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     views = [View(a.oriented, a.heights) for a in assets]
     frames = look_directions([v.image for v in views], LookParameters())
     ground = dict(zip((v.name for v in views), footprints(views), strict=True))
+    area = _area(catalog, views)
     lapped = overlaps(views, frames)
     maps = coverage(
-        views, frames, _grid(views, ground), float(np.median([v.heights[0] for v in views])) if views else 0.0
+        views, frames, _grid(views, area, ground), float(np.median([v.heights[0] for v in views])) if views else 0.0
     )
-    inside = _that_matters(catalog, views, maps)
+    inside = _cells_in(area, maps)
     findings += _poses(catalog, views)
     if len(views) < 2:
         findings.append(
@@ -126,27 +126,37 @@ def sparse_points(catalog: Catalog) -> FloatArray:
         return read_points(path).xyz
 
 
-def _grid(views: Sequence[View], ground: Mapping[str, shapely.Polygon]) -> Grid:
-    """Over the footprints of what looks steeply down; the far reaches of obliques would only make the maps large."""
-    steep = [v for v in views if np.degrees(v.image.tilt) <= 60.0] or list(views)
-    shapes = [ground[v.name] for v in steep if not ground[v.name].is_empty]
-    if not shapes:
+def _area(catalog: Catalog, views: Sequence[View]) -> shapely.Polygon:
+    """What matters: where outlines are, else between the places that the images' axes look at."""
+    if catalog.outlines is not None:
+        return shapely.box(*catalog.outlines.bounds)
+    places = [p for p in map(_looked_at, views) if p is not None]
+    if not places:
+        return (
+            shapely.box(*united([(*v.image.centre[:2], *v.image.centre[:2]) for v in views]))
+            if views
+            else shapely.Polygon()
+        )
+    usual = float(np.median([gsd(v) * v.image.camera.width for v in views]))
+    return shapely.MultiPoint(places).convex_hull.buffer(0.1 * usual)
+
+
+def _grid(views: Sequence[View], area: shapely.Polygon, ground: Mapping[str, shapely.Polygon]) -> Grid:
+    """Over the area that matters and as much again around it, as far as images see."""
+    shapes = [s for s in ground.values() if not s.is_empty]
+    if not shapes or area.is_empty:
         return Grid(0.0, 1.0, 1.0, 1, 1)
-    x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(shapes, object)).tolist()
-    finest = STEPS_PER_CELL * float(np.median([gsd(v) for v in steep]))
+    room = 0.5 * max(area.bounds[2] - area.bounds[0], area.bounds[3] - area.bounds[1])
+    seen = shapely.box(*shapely.total_bounds(np.array(shapes, object)).tolist())
+    box = shapely.box(*area.buffer(room).bounds).intersection(seen)
+    x_min, y_min, x_max, y_max = (box if not box.is_empty else seen).bounds
+    finest = STEPS_PER_CELL * float(np.median([gsd(v) for v in views]))
     cell = max(max(x_max - x_min, y_max - y_min) / MAP_CELLS, finest if np.isfinite(finest) else 0.0)
     step = 10.0 ** np.floor(np.log10(cell))
     return Grid.covering((x_min, y_min, x_max, y_max), float(step * np.ceil(cell / step)))
 
 
-def _that_matters(catalog: Catalog, views: Sequence[View], maps: Coverage) -> BoolArray:
-    """Where outlines are, else between the places that the images' axes look at."""
-    if catalog.outlines is not None:
-        area = shapely.box(*catalog.outlines.bounds)
-    else:
-        area = shapely.MultiPoint([p for p in map(_looked_at, views) if p is not None]).convex_hull.buffer(
-            maps.grid.cell
-        )
+def _cells_in(area: shapely.Polygon, maps: Coverage) -> BoolArray:
     x, y = np.meshgrid(maps.grid.x_centres(), maps.grid.y_centres())
     inside = shapely.contains_xy(area, x, y)
     return np.asarray(inside if inside.any() else maps.views > 0)
@@ -160,17 +170,21 @@ def _looked_at(view: View) -> tuple[float, float] | None:
     return float(x), float(y)
 
 
-def exposure_groups(assets: Sequence[ImageAsset]) -> list[list[str]]:
-    """Names of images of like exposure, the darkest first, as their gains tell."""
-    level = {a.name: float(np.mean(np.log2(np.maximum(a.gain, 1e-6)))) for a in assets}
-    groups: list[list[str]] = []
-    last = -np.inf
-    for name in sorted(level, key=lambda n: (-level[n], n)):
-        if not groups or last - level[name] > EXPOSURE_GAP:
-            groups.append([])
-        groups[-1].append(name)
-        last = level[name]
-    return groups
+def _exposures(assets: Sequence[ImageAsset]) -> dict[str, str]:
+    """Groups of like exposure as the gains tell, the brightest first; nothing where there is one."""
+    rows = {}
+    for bands in sorted({a.bands for a in assets}):
+        chosen = [a for a in assets if a.bands == bands]
+        gain = np.array([a.gain for a in chosen])
+        group = exposure_groups(gain)
+        if group.max(initial=0) == 0:
+            continue
+        members = [[a.name for a, g in zip(chosen, group, strict=True) if g == k] for k in range(int(group.max()) + 1)]
+        stops = [float(np.log2(gain[group == k]).mean()) for k in range(len(members))]
+        rows[f"exposures, {bands} bands"] = "; ".join(
+            f"{len(m)} raised by {s:+.2f} stops ({listing(m)})" for m, s in zip(members, stops, strict=True)
+        )
+    return rows
 
 
 def _summary(
@@ -200,9 +214,7 @@ def _summary(
     rows["overlap"] = ", ".join(
         f"{o.direction} {np.median(o.forward):.0%} forward, {np.median(o.side):.0%} sideways" for o in lapped
     )
-    groups = exposure_groups(assets)
-    if len(groups) > 1:
-        rows["exposures"] = "; ".join(f"{len(g)} ({listing(g)})" for g in groups)
+    rows |= _exposures(assets)
     return rows
 
 

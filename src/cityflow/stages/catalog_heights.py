@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
@@ -49,23 +49,24 @@ class HeightRange:
 
     def over(self, image: OrientedImage) -> Heights:
         """What the image may show: that of all points in the box around what its own tie points say it sees."""
-        near = self._within(image, self.whole)
+        near = self.xyz[within(self.xyz, image, self.whole)]
         seen = near[sees(image, near)]
         if len(seen) < FEWEST_POINTS:
             return self.whole
-        around = self._within(image, with_room(seen[:, 2]))
+        around = self.xyz[within(self.xyz, image, with_room(seen[:, 2]))]
         return with_room(np.concatenate([seen[:, 2], around[:, 2]]))
 
-    def _within(self, image: OrientedImage, heights: Heights) -> FloatArray:
-        """Points in the box around all that the image may see between two heights."""
-        view = View(image, heights)
-        boxes = np.array([footprint(view, z).bounds for z in heights])
-        boxes = boxes[np.isfinite(boxes).all(axis=1)]
-        if not len(boxes) or not len(self.xyz):
-            return self.xyz[:0]
-        first, last = np.searchsorted(self.xyz[:, 0], (boxes[:, 0].min(), boxes[:, 2].max()))
-        part = self.xyz[first:last]
-        return part[(part[:, 1] >= boxes[:, 1].min()) & (part[:, 1] <= boxes[:, 3].max())]
+
+def within(xyz: FloatArray, image: OrientedImage, heights: Heights) -> IntArray:
+    """Which of (N, 3) points, sorted by x, lie in the box around all that an image may see between two heights."""
+    view = View(image, heights)
+    boxes = np.array([footprint(view, z).bounds for z in heights])
+    boxes = boxes[np.isfinite(boxes).all(axis=1)]
+    if not len(boxes) or not len(xyz):
+        return np.empty(0, np.int64)
+    first, last = np.searchsorted(xyz[:, 0], (boxes[:, 0].min(), boxes[:, 2].max()))
+    y = xyz[first:last, 1]
+    return np.asarray(first + np.flatnonzero((y >= boxes[:, 1].min()) & (y <= boxes[:, 3].max())))
 
 
 def with_room(z: FloatArray) -> Heights:

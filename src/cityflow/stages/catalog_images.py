@@ -15,7 +15,7 @@ from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError
 from cityflow.io.bundler import SizeOf
-from cityflow.io.images import ImageHeader, check_against, image_header
+from cityflow.io.image_header import ImageHeader, check_against, image_header
 from cityflow.io.las_write import write_points
 from cityflow.io.oriented_images import LeftOut, OrientationModel
 from cityflow.io.reference import crs_of
@@ -23,6 +23,7 @@ from cityflow.io.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, Spa
 from cityflow.io.vector import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.views import View, footprint
+from cityflow.stages.catalog_gains import Balanced, balanced
 from cityflow.stages.catalog_heights import (
     HeightRange,
     given_heights,
@@ -84,7 +85,16 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
             kept.append(replace(asset, pixel_mm=model.pixel_mm.get(name, 0.0)))
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
-    notes = [*model.notes, *plausible, *_datum(model, catalog), *_unused(found, files), *_in_words(left_out)]
+    level = balanced(kept, model.sparse) if source.gains else Balanced(tuple(kept), (), ())
+    kept, left_out = list(level.images), [*left_out, *level.damaged]
+    notes = [
+        *model.notes,
+        *plausible,
+        *_datum(model, catalog),
+        *level.notes,
+        *_unused(found, files),
+        *_in_words(left_out),
+    ]
     _refuse_too_few(kept, left_out, source)
     sparse, made = _sparse(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)

@@ -33,6 +33,7 @@ class ImageSource:
     metashape : cameras as XML
     origin : x, y, z added to the model's coordinates, metres
     heights : lowest ground and highest object, metres; None takes them from tie points or rasters
+    gains : make exposures alike, for which every image is decoded once
     """
 
     folder: Path
@@ -43,6 +44,7 @@ class ImageSource:
     metashape: Path | None = None
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     heights: tuple[float, float] | None = None
+    gains: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +77,7 @@ class OrientationFiles:
 
 
 def image_source(
-    folder: Path | None, files: OrientationFiles, origin: str = "", heights: str = ""
+    folder: Path | None, files: OrientationFiles, origin: str = "", heights: str = "", gains: bool = True
 ) -> ImageSource | None:
     """Images and orientation as a command line names them; None where it names neither.
 
@@ -95,7 +97,7 @@ def image_source(
     low_high = _numbers(heights, 2, "--heights") if heights else None
     return ImageSource(
         folder, files.colmap, files.table, files.bundler, files.bundler_list, files.metashape, (x, y, z),
-        (low_high[0], low_high[1]) if low_high else None,
+        (low_high[0], low_high[1]) if low_high else None, gains,
     )  # fmt: skip
 
 

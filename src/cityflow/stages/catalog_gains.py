@@ -1,0 +1,121 @@
+"""Gains that make all images of a survey alike: found once, for the whole survey, so that no area of interest changes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.errors import CatalogError
+from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
+from cityflow.imagery.radiometry import RadiometryParameters, block_adjustment, exposure_groups, names_to_gains
+from cityflow.io.coarse_image import coarse_image
+from cityflow.io.oriented_images import LeftOut
+from cityflow.io.stac import ImageAsset, united
+from cityflow.io.vector import listing
+from cityflow.orientation.views import View, footprint
+from cityflow.stages.catalog_heights import low_points, within
+
+POINTS_PER_IMAGE = 400
+PROBES = 25
+"""Images on which is counted how many points one sees."""
+GRID_ALONG = 14
+"""Points on the ground along a footprint."""
+MOST_GROUND = 1_000_000
+NEAREST = 5
+"""Low tie points that tell the height of a point on the ground."""
+ALONE = RadiometryParameters(gamma_sigma=0.0, falloff_sigma=0.0)
+"""Only gains are kept, so nothing else may explain the differences."""
+
+
+@dataclass(frozen=True, slots=True)
+class Balanced:
+    """Images with their gains, those that turned out to be damaged, and what to know of it."""
+
+    images: tuple[ImageAsset, ...]
+    damaged: tuple[LeftOut, ...]
+    notes: tuple[str, ...]
+
+
+def balanced(assets: Sequence[ImageAsset], xyz: FloatArray) -> Balanced:
+    """Find the gains; every image is decoded once, at a coarse level.
+
+    Parameters
+    ----------
+    xyz : (N, 3) tie points, world metres; the lowest ground's level where there are none
+    """
+    points = _points(assets, xyz)
+    level = SampleParameters().level
+    seen: list[PointColours] = []
+    good: list[ImageAsset] = []
+    damaged = []
+    for asset in assets:
+        try:
+            pixels = coarse_image(asset.href, level)
+        except CatalogError as error:
+            damaged.append(LeftOut(asset.name, error.problem.split(":")[0], error.remedy))
+            continue
+        near = within(points, asset.oriented, asset.heights)
+        colours = point_colours(asset.oriented, pixels, points[near])
+        seen.append(replace(colours, point=near[colours.point]))
+        good.append(asset)
+    images, notes = _with_gains(good, seen)
+    return Balanced(tuple(images), tuple(damaged), tuple(notes))
+
+
+def _with_gains(assets: list[ImageAsset], seen: list[PointColours]) -> tuple[list[ImageAsset], list[str]]:
+    """Images of as many bands are balanced among themselves."""
+    done: dict[str, ImageAsset] = {}
+    notes: list[str] = []
+    for bands in sorted({a.bands for a in assets}):
+        chosen = [i for i, a in enumerate(assets) if a.bands == bands]
+        names = [assets[i].name for i in chosen]
+        balance = block_adjustment(pair_samples([seen[i] for i in chosen]), len(chosen), parameters=ALONE)
+        gains = names_to_gains(names, balance)
+        done |= {assets[i].name: replace(assets[i], gain=gains[assets[i].name]) for i in chosen}
+        notes += _in_words(names, exposure_groups(balance.gain), balance.gain)
+    return [done[a.name] for a in assets], notes
+
+
+def _in_words(names: Sequence[str], groups: IntArray, gain: FloatArray) -> list[str]:
+    """Groups of exposures, where there are several."""
+    count = int(groups.max(initial=0)) + 1
+    if count < 2:
+        return []
+    members = [[n for n, g in zip(names, groups, strict=True) if g == k] for k in range(count)]
+    stops = [float(np.log2(gain[groups == k]).mean()) for k in range(count)]
+    parts = [
+        f"{len(m)} images by {s:+.2f} ({listing(m[:3])}{' …' if len(m) > 3 else ''})"
+        for m, s in zip(members, stops, strict=True)
+    ]
+    return [f"{count} groups of exposures are made alike, in stops: {'; '.join(parts)}"]
+
+
+def _points(assets: Sequence[ImageAsset], xyz: FloatArray) -> FloatArray:
+    """(M, 3) points on which colours are compared, sorted by x: a few hundred an image, tie points and ground."""
+    if not len(assets):
+        return np.empty((0, 3))
+    order = xyz[np.lexsort((xyz[:, 2], xyz[:, 1], xyz[:, 0]))]
+    if len(order):
+        probes = assets[:: max(1, len(assets) // PROBES)]
+        usual = float(np.median([len(within(order, a.oriented, a.heights)) for a in probes]))
+        order = order[:: max(1, int(usual / POINTS_PER_IMAGE))]
+    points = np.concatenate([order, _ground(assets, low_points(xyz))])
+    return points[np.lexsort((points[:, 2], points[:, 1], points[:, 0]))]
+
+
+def _ground(assets: Sequence[ImageAsset], low: FloatArray) -> FloatArray:
+    """A grid of points on the ground: tie points are rare where images have no partner that looks alike."""
+    step = float(np.median([np.sqrt(footprint(View(a.oriented, a.heights)).area) for a in assets])) / GRID_ALONG
+    x_min, y_min, x_max, y_max = united([a.bounds for a in assets])
+    step = max(step, float(np.sqrt((x_max - x_min) * (y_max - y_min) / MOST_GROUND)), 1e-3)
+    x, y = np.meshgrid(np.arange(x_min, x_max, step), np.arange(y_min, y_max, step), indexing="ij")
+    xy = np.column_stack([x.ravel(), y.ravel()])
+    if len(low) >= NEAREST:
+        z = np.median(low[cKDTree(low[:, :2]).query(xy, NEAREST)[1], 2], axis=1)
+    else:
+        z = np.full(len(xy), float(np.median([a.heights[0] for a in assets])))
+    return np.column_stack([xy, z])
