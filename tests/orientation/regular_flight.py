@@ -30,7 +30,7 @@ def flight(
     strips: int = 3, exposures: int = 6, *, heads: str = "N", forward: float = 0.8, side: float = 0.6, seed: int = 0,
     turn_deg: float = 0.0, jitter_deg: float = 0.5, heights: tuple[float, float] = (0.0, 20.0),
 ) -> list[View]:  # fmt: skip
-    """Views flown to and fro along x (turned by `turn_deg`), obliques tilted by 45°, positions off by a metre, angles by `jitter_deg`."""
+    """Views flown back and forth along x (turned by `turn_deg`), obliques tilted by 45°, positions off by a metre, angles by `jitter_deg`."""
     rng = np.random.default_rng(seed)
     along, across = (1 - forward) * 200.0, (1 - side) * 300.0
     world = rotation_z(np.radians(turn_deg))
