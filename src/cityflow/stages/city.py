@@ -12,15 +12,30 @@ from cityflow.core.building import Status
 from cityflow.errors import CatalogError
 from cityflow.flow.gates import Gates
 from cityflow.flow.task import Json, Record, Task
-from cityflow.io.stac import Catalog
-from cityflow.stages import export, export_city, ingest, outline, reconstruct, surface
+from cityflow.io.stac_assets import Catalog
+from cityflow.stages import (
+    export,
+    export_city,
+    frame,
+    ingest,
+    ingest_image,
+    match,
+    ortho,
+    outline,
+    reconstruct,
+    surface,
+    surface_images,
+)  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.parameters import CityParameters
-from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, Survey, UnitEntry
 
 Node = tuple[str, str]
 """Stage and unit. Two stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
 that share walls with them are known'."""
+
+PICTURES = {match.STAGE: match.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task}
+"""Stages that only a survey of images has."""
 
 CITY: Node = ("export", export.CITY)
 
@@ -54,10 +69,12 @@ class CitySource:
         """What can start at once; everything else follows from `after`."""
         tiles = self.tiles_of_area()
         self._exports = {("export", name): None for name in tiles}
-        self._gates.wait(CITY, self._exports)
+        pictures = list(self._pictures(tiles))
+        self._gates.wait(CITY, [*self._exports, *pictures])
         if self.survey.outlines_given:
             yield from self._want([(ingest.STAGE, ingest.OUTLINES)])
         yield from self._want([("surface", name) for name in tiles])
+        yield from self._want(pictures)
         yield from self._want([("gather", name) for name in tiles])
 
     def tiles_of_area(self) -> list[str]:
@@ -69,9 +86,13 @@ class CitySource:
             There is none.
         """
         survey = self.survey
-        if not survey.files:
-            remedy = "make it again with --lidar: every workflow begins with points"
-            raise CatalogError("the catalog names no LiDAR file", where=survey.catalog.href, remedy=remedy)
+        if not survey.files and not (survey.door == IMAGES and survey.images.assets):
+            remedy = "make it again with --lidar or --images: every workflow begins with points"
+            raise CatalogError(
+                "the catalog names no LiDAR file and no image that can be used",
+                where=survey.catalog.href,
+                remedy=remedy,
+            )
         tiles = [name for name, tile in survey.tiles.items() if self.area.meets(tile.bounds)]
         if not tiles:
             remedy = "see `cityflow catalog check` for the extent"
@@ -99,6 +120,12 @@ class CitySource:
         return {"ingest": files if self.area.is_everywhere else 0, "surface": tiles, "outline": tiles,
                 "reconstruct": units, "export": tiles + 1}  # fmt: skip
 
+    def _pictures(self, tiles: list[str]) -> Iterator[Node]:
+        """Orthos of the tiles and of the frames that look at them."""
+        if self.survey.door == IMAGES:
+            yield from ((ortho.STAGE, name) for name in tiles)
+            yield from ((frame.STAGE, unit) for unit in self.survey.images.frame_units_over(tiles))
+
     def _open(self, event: Node) -> Iterator[Task]:
         for node in self._gates.fire(event):
             yield from self._free(node)
@@ -117,6 +144,8 @@ class CitySource:
         """The nodes whose results this one reads."""
         stage, name = node
         survey = self.survey
+        if stage in PICTURES or (stage == surface.STAGE and survey.door == IMAGES):
+            return self._needs_of_images(node)
         if stage == surface.STAGE:
             return [(ingest.STAGE, f.name) for f in survey.files_near(survey.tiles[name])]
         if stage == outline.STAGE:
@@ -136,6 +165,18 @@ class CitySource:
             *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
         ]
 
+    def _needs_of_images(self, node: Node) -> list[Node]:
+        stage, name = node
+        survey, images = self.survey, self.survey.images
+        if stage == match.STAGE:
+            flight_tile = images.flight_tile(name)
+            return [(ingest.STAGE, n) for n in (flight_tile.base, *flight_tile.partners)]
+        if stage == ortho.STAGE:
+            over = [(surface.STAGE, t) for t in survey.ring(name)]
+            return [*over, *((ingest.STAGE, n) for n in images.ortho_images(survey.tiles[name]))]
+        around = images.frame_tile(name).ground_tiles if stage == frame.STAGE else survey.ring(name)
+        return [(match.STAGE, f.name) for t in around for f in images.flight_tiles(survey.tiles[t])]
+
     def _free(self, node: Node) -> Iterator[Task]:
         """All that the node needs is there."""
         stage, name = node
@@ -146,9 +187,11 @@ class CitySource:
         elif stage == "adjoin":
             yield from self._want([("export", name)])
         elif stage == ingest.STAGE:
-            yield ingest.outlines_task(survey) if name == ingest.OUTLINES else ingest.points_task(survey, name)
+            yield self._ingest_task(name)
         elif stage == surface.STAGE:
-            yield surface.task(survey, name)
+            yield surface_images.task(survey, name) if survey.door == IMAGES else surface.task(survey, name)
+        elif stage in PICTURES:
+            yield PICTURES[stage](survey, name)
         elif stage == outline.STAGE:
             yield outline.task(survey, name)
         elif stage == reconstruct.STAGE:
@@ -159,6 +202,12 @@ class CitySource:
         else:
             units = [self._known[u] for u in self._units_of_export(name)]
             yield export.task(survey, name, self._chosen[name], units)
+
+    def _ingest_task(self, name: str) -> Task:
+        if name == ingest.OUTLINES:
+            return ingest.outlines_task(self.survey)
+        make = ingest_image.image_task if self.survey.door == IMAGES else ingest.points_task
+        return make(self.survey, name)
 
     def _units_of_export(self, tile: str) -> list[str]:
         own = self._chosen[tile]

@@ -50,7 +50,7 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
             "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
-            "cell_m": survey.parameters.surface.cell_m, **survey.said,
+            "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
         },
         limits=survey.limits(STAGE),
         in_place=True,
@@ -115,7 +115,9 @@ def _surface(workspace: Workspace, task: Task, bounds: Bounds) -> tuple[Grid, di
     city = Grid.covering(tuple(task.arguments["city"]), task.arguments["cell_m"])
     margin = MARGIN_CELLS * city.cell
     x_min, y_min, x_max, y_max = bounds
-    return read_surface(workspace.store, city, (x_min - margin, y_min - margin, x_max + margin, y_max + margin))
+    return read_surface(
+        workspace.store, task.arguments["zarr"], city, (x_min - margin, y_min - margin, x_max + margin, y_max + margin)
+    )
 
 
 def _block(workspace: Workspace, task: Task, outline: Outline, reason: str) -> Building | None:

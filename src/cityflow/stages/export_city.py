@@ -24,9 +24,10 @@ from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey
 
 VERSION = 1
-RASTERS = ("dsm", "dtm")
+RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
-    "dsm": "Digital surface model", "dtm": "Digital terrain model", "cityjson": "City model (CityJSONSeq 2.0)", "city": "City model (CityJSONSeq 2.0)",
+    "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
+    "cityjson": "City model (CityJSONSeq 2.0)", "city": "City model (CityJSONSeq 2.0)",
     "citygml": "City model (CityGML 2.0)", "obj": "City model (OBJ)", "outlines": "Outlines, units and their status",
 }  # fmt: skip
 
@@ -35,7 +36,7 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
     """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     exports = {t: survey.records[STAGE, t].outputs for t in tiles}
-    surfaces = {t: survey.products_of("surface", t) for t in tiles}
+    surfaces = {t: {**survey.products_of("surface", t), **survey.products_of("ortho", t)} for t in tiles}
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
@@ -45,7 +46,8 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
         },
         arguments={
             "outlines": list(outlines), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
-            "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
+            "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
+            "ortho": {"dtype": survey.images.dtype, "nodata": None, "bands": survey.images.bands + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
         },
         limits=survey.limits(STAGE),
@@ -106,7 +108,8 @@ def _rasters(task: Task) -> Iterator[tuple[str, bytes]]:
             if f"products/{name}/{t}.tif" in task.arguments["surfaces"][t]
         ]
         if tiles:
-            yield f"products/{name}.vrt", write_vrt(tiles, reference)
+            kind = task.arguments["ortho"] if name == "ortho" else {}
+            yield f"products/{name}.vrt", write_vrt(tiles, reference, **kind)
 
 
 def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[bytes]:

@@ -41,7 +41,7 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
         index = split_file(
             path, task.parameters["index_cell_m"], lambda cell, data: workspace.write(f"{cell}.laz", data)
         )
-        _refuse_other_file(path, task)
+        refuse_other_file(path, task)
     return workspace.outcome(
         result={
             "points": index.points,
@@ -51,7 +51,7 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
     )
 
 
-def _refuse_other_file(path: Path, task: Task) -> None:
+def refuse_other_file(path: Path, task: Task) -> None:
     """Digests promise what is in the files: one that has changed since the catalog was made would break all of them."""
     checksum, size = sha256_of(path)
     if checksum != task.inputs["file"]:
@@ -84,7 +84,7 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
     """One file of outline lines per tile, and those refused with their reasons."""
     p = task.parameters
     with local_file(task.arguments["href"]) as path:
-        _refuse_other_file(path, task)
+        refuse_other_file(path, task)
         raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
     clean, refused = clean_outlines(raw)
     noded = node_outlines(clean, p["noding_tolerance_m"])

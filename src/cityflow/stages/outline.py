@@ -8,7 +8,6 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.stages.outline_lines import entries, lines, owned
-from cityflow.stages.surface import ZARR
 from cityflow.stages.survey import Survey
 
 STAGE = "outline"
@@ -41,7 +40,7 @@ def _found_task(survey: Survey, name: str) -> Task:
         parameters=parameters["found"],
         inputs={t: survey.digest_of_result("surface", t) for t in survey.ring(name)},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
-                   "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m, "tiles": survey.ring(name)},
+                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": survey.ring(name)},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -53,7 +52,9 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     size, cell = task.arguments["tile_m"], task.arguments["cell_m"]
     tile = Tile(round(x_min / size), round(y_min / size), size)
     city = Grid.covering(tuple(task.arguments["city"]), cell)
-    grid, layers = read_layers(workspace.store.zarr_store(ZARR), city, tile.buffered(parameters.halo_m))
+    grid, layers = read_layers(
+        workspace.store.zarr_store(task.arguments["zarr"]), city, tile.buffered(parameters.halo_m)
+    )
     region = RegionSurface(grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"])
     mine = owned(find_outlines(region, parameters), size, task.arguments["tiles"]).get(tile.name, [])
     text = lines(mine)

@@ -8,10 +8,15 @@ from pydantic import Field, model_validator
 
 from cityflow.core.parameters import Parameters
 from cityflow.flow.task import Limits
+from cityflow.matching.match import MatchParameters
+from cityflow.orientation.flight_plan import FlightPlanParameters
+from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
 from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
+from cityflow.surface.true_ortho import OrthoParameters
 
 
 class TileParameters(Parameters):
@@ -30,6 +35,33 @@ class OutlineParameters(Parameters):
     found: FindParameters = FindParameters()
     noding_tolerance_m: float = Field(
         0.05, ge=1e-4, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
+    )
+
+
+class PointsParameters(Parameters):
+    """Where points come from."""
+
+    source: Literal["auto", "lidar", "images"] = Field(
+        "auto", description="LiDAR files, oriented images, or LiDAR where the catalog has some"
+    )
+
+
+class ImagesParameters(Parameters):
+    """What is made from oriented images."""
+
+    cell_m: float | None = Field(
+        None, ge=0.02, le=1, description="cell of DSM and ortho, metres; null: from the ground sampling distance"
+    )
+    most_ortho_tilt: float = Field(
+        35.0,
+        ge=0,
+        le=80,
+        description="images tilted more than this do not colour the ortho where others see the tile, degrees",
+    )
+    frames: bool = Field(True, description="tilted DSMs and oblique orthos of clusters of oblique views")
+    least_frame_tilt: float = Field(12.0, ge=0, le=90, description="clusters steeper than this get no frame, degrees")
+    frame_halo_m: float = Field(
+        2.0, ge=0, le=100, description="points this far beyond a ground tile may show in its frames, m"
     )
 
 
@@ -58,7 +90,10 @@ class ExecutionParameters(Parameters):
 
     max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
     ingest: StageLimits = StageLimits(time_s=7200)
+    match: StageLimits = StageLimits(time_s=1800)
     surface: StageLimits = StageLimits()
+    ortho: StageLimits = StageLimits()
+    frame: StageLimits = StageLimits()
     outline: StageLimits = StageLimits()
     reconstruct: StageLimits = StageLimits(time_s=300)
     export: StageLimits = StageLimits()
@@ -72,7 +107,14 @@ class CityParameters(Parameters):
     """All parameters of a run, by stage."""
 
     tiles: TileParameters = TileParameters()
+    points: PointsParameters = PointsParameters()
+    images: ImagesParameters = ImagesParameters()
+    look_directions: LookParameters = LookParameters()
+    flight: FlightPlanParameters = FlightPlanParameters()
+    match: MatchParameters = MatchParameters()
     surface: SurfaceParameters = SurfaceParameters()
+    image_surface: ImageSurfaceParameters = ImageSurfaceParameters()
+    ortho: OrthoParameters = OrthoParameters()
     outline: OutlineParameters = OutlineParameters()
     reconstruct: ReconstructParameters = ReconstructParameters()
     export: ExportParameters = ExportParameters()

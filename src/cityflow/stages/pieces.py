@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -11,12 +15,14 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.flow.store import Store
 from cityflow.io import las
+from cityflow.io.images import TiledImage, open_image
 from cityflow.io.surface_zarr import read_layers
 
 PIECES_KEPT = 24
 """Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
 
 TEXTS_KEPT = 8
+IMAGES_KEPT = 16
 
 
 def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None) -> PointCloud:
@@ -25,9 +31,22 @@ def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None
     return concatenate([c if bounds is None else c.within(bounds) for c in clouds])
 
 
-def read_surface(store: Store, city: Grid, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
-    """Layers of the run's surface over `bounds`: float heights with NaN where there is none."""
-    return read_layers(store.zarr_store("surface.zarr"), city, bounds, ("dsm", "dtm", "ndsm", "class"))
+def read_surface(store: Store, zarr: str, city: Grid, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
+    """Layers of one of the run's surfaces over `bounds`: float heights with NaN where there is none."""
+    return read_layers(store.zarr_store(zarr), city, bounds, ("dsm", "dtm", "ndsm", "class"))
+
+
+@lru_cache(maxsize=IMAGES_KEPT)
+def open_pixels(store: Store, path: str) -> TiledImage:
+    """An ingested image, read by window; a copy stays as long as the process where the store is remote."""
+    if store.is_local:
+        return open_image(store.url(path))
+    folder = Path(tempfile.mkdtemp(prefix="cityflow-image-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    local = folder / "image.tif"
+    with store.local_copy(path) as copy:
+        shutil.copyfile(copy, local)
+    return open_image(local)
 
 
 @lru_cache(maxsize=TEXTS_KEPT)

@@ -48,7 +48,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
         },
         arguments={
             "outline": [unit.path, unit.start, unit.length], "pieces": list(pieces), "unread": list(unread),
-            "city": list(survey.grid.bounds), "cell_m": survey.parameters.surface.cell_m,
+            "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
             "source": source, "classified": classified,
             "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
         },
@@ -126,7 +126,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
     """Roof points inside the outline, and the floor below it."""
     bounds = _grown(outline.polygon.bounds)
     city = Grid.covering(tuple(task.arguments["city"]), task.arguments["cell_m"])
-    grid, layers = read_surface(workspace.store, city, bounds)
+    grid, layers = read_surface(workspace.store, task.arguments["zarr"], city, bounds)
     points = read_points(workspace.store, task.arguments["pieces"], bounds)
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
-from cityflow.core.grid import Grid
-from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io.fetch import local_file
-from cityflow.io.raster import read_window, write_cog
-from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import chunk_paths, write_tile
 from cityflow.stages.pieces import read_points
-from cityflow.stages.survey import UNREAD, Survey
+from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.stages.survey import UNREAD, ZARR, Survey
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 
 STAGE = "surface"
 VERSION = 1
-ZARR = "surface.zarr"
 
 
 def task(survey: Survey, name: str) -> Task:
@@ -37,7 +29,7 @@ def task(survey: Survey, name: str) -> Task:
         STAGE, name, "cityflow.stages.surface:run", VERSION,
         parameters=_parameters(survey, name),
         inputs={
-            **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": _place(survey),
+            **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.place,
             **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
@@ -52,7 +44,7 @@ def task(survey: Survey, name: str) -> Task:
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
     parameters = _parameters(survey, record.unit)
-    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, _place(survey))
+    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, survey.place)
 
 
 def _parameters(survey: Survey, name: str) -> dict[str, Json]:
@@ -63,11 +55,6 @@ def _parameters(survey: Survey, name: str) -> dict[str, Json]:
     return parameters
 
 
-def _place(survey: Survey) -> str:
-    """The grid of the city, which decides on the chunk that is a tile's, and its CRS, which is written into every raster."""
-    return digest_of([list(survey.grid.bounds), survey.catalog.reference.code])
-
-
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer, and its DSM and DTM as GeoTIFF."""
     parameters = SurfaceParameters.model_validate(task.parameters)
@@ -76,27 +63,14 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     points = read_points(
         workspace.store, task.arguments["pieces"], (x_min - halo, y_min - halo, x_max + halo, y_max + halo)
     )
-    given = _external_dtm(task, tile_grid(bounds, parameters))
+    given = given_dtm(task, tile_grid(bounds, parameters))
     return _store(workspace, task, surface_of_tile(points, bounds, halo, parameters, given))
-
-
-def _external_dtm(task: Task, grid: Grid) -> FloatArray | None:
-    if task.arguments["dtm"] is None:
-        return None
-    with local_file(task.arguments["dtm"]) as path:
-        return read_window(path, grid, resolve(task.arguments["crs"]))
 
 
 def _store(workspace: Workspace, task: Task, surface: TileSurface) -> Outcome:
     layers = layers_of(surface)
-    digest = _digest(layers)
-    city = Grid.covering(tuple(task.arguments["city"]), surface.grid.cell)
-    write_tile(workspace.store.zarr_store(ZARR), city, surface.grid, layers)
-    for path in chunk_paths(city, surface.grid, layers):
-        workspace.note(f"{ZARR}/{path}", digest)
-    reference = resolve(task.arguments["crs"])
-    for name in ("dsm", "dtm"):
-        workspace.publish(f"products/{name}/{task.unit}.tif", write_cog(layers[name], surface.grid, reference))
+    digest = store_layers(workspace, ZARR, tuple(task.arguments["city"]), surface.grid, layers)
+    publish_rasters(workspace, task, surface.grid, {name: layers[name] for name in ("dsm", "dtm")})
     figures = {
         "points": int(surface.count.sum()),
         "dtm_method": surface.method,
@@ -113,11 +87,3 @@ def layers_of(surface: TileSurface) -> dict[str, NDArray[Any]]:
         "dsm": surface.dsm, "dsm_filled": surface.dsm_filled, "dtm": surface.dtm, "ndsm": surface.ndsm, "class": surface.klass,
         "count": surface.count.astype(np.uint32), "holes": surface.holes,
     }  # fmt: skip
-
-
-def _digest(layers: Mapping[str, NDArray[Any]]) -> str:
-    """Of the heights themselves: what downstream tasks depend on, however the store compresses them."""
-    digest = hashlib.sha256()
-    for name, layer in sorted(layers.items()):
-        digest.update(name.encode() + np.ascontiguousarray(layer).tobytes())
-    return digest.hexdigest()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,14 +10,20 @@ from typing import Any
 import shapely
 
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, tiles_over
+from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, tiles_over
 from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
-from cityflow.flow.task import Json, Limits, Record
-from cityflow.io.stac import Catalog, LidarAsset
+from cityflow.flow.task import Json, Limits, Record, digest_of
+from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset
+from cityflow.stages.image_survey import ImageSurvey
 from cityflow.stages.parameters import CityParameters
 
 UNREAD = "without the points of {}, which could not be read"
+ZARR, OVERVIEW, FRAMES = "surface.zarr", "surface.zarr/overview", "surface.zarr/frames"
+"""The rasters of a run; a surface from images has a coarser copy for what works on half a metre, and one group per local frame."""
+
+LIDAR, IMAGES = "lidar", "images"
+STAGE_MATCH = "match"
 WALL_MARGIN_M = 1.0
 """A unit waits for the surfaces this far beyond its outline."""
 
@@ -65,6 +71,9 @@ class Survey:
         self.overrides = overrides
         self.records: dict[tuple[str, str], Record] = {}
         self.files: dict[str, LidarAsset] = {f.name: f for f in sorted(catalog.lidar, key=lambda f: f.name)}
+        if self.door == IMAGES:
+            self.files = {}
+        self.images = ImageSurvey(catalog, parameters)
         self._boxes = shapely.STRtree([shapely.box(*f.bounds) for f in self.files.values()])
         self._pieces: dict[tuple[str, str], tuple[str, str]] = {}
         self._given: dict[str, dict[str, str]] = {}
@@ -73,14 +82,23 @@ class Survey:
         """Keep what later tasks ask of a record, and no more: a city has very many."""
         if record.stage == "ingest" and record.unit == "outlines":
             self._given = {_stem(path): {path: digest} for path, digest in record.outputs.items()}
-        elif record.stage == "ingest":
+        elif record.stage == self._indexed_by:
             for path, digest in record.outputs.items():
-                self._pieces[record.unit, _stem(path)] = path, digest
+                if path.startswith("work/") and path.endswith(".laz"):
+                    self._pieces[record.unit, _stem(path)] = path, digest
         kept = {k: v for k, v in record.result.items() if k in ("digest", "refused")}
         inputs = record.inputs if record.stage == "outline" else {}
         self.records[record.stage, record.unit] = replace(
             record, result=kept, parameters={}, inputs=inputs, traceback=""
         )
+
+    @property
+    def door(self) -> str:
+        """Where the points of the surface come from: ``lidar`` or ``images``."""
+        source = self.parameters.points.source
+        if source != "auto":
+            return source
+        return LIDAR if self.catalog.lidar or not self.catalog.images else IMAGES
 
     @property
     def outlines_given(self) -> bool:
@@ -89,22 +107,55 @@ class Survey:
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:
-        """Ground tiles that meet a surveyed file, south-west first."""
+        """Ground tiles that meet a surveyed file, or that images see, south-west first."""
+        if self.door == IMAGES:
+            return self.images.tiles
         size = self.parameters.tiles.tile_m
         found = {t for f in self.files.values() for t in tiles_over(f.bounds, size)}
         return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
 
     @cached_property
     def grid(self) -> Grid:
-        """The grid of surface.zarr: all tiles, so that one chunk is one tile."""
-        tiles = self.tiles.values()
-        return Grid.covering(
-            (
-                min(t.bounds[0] for t in tiles), min(t.bounds[1] for t in tiles),
-                max(t.bounds[2] for t in tiles), max(t.bounds[3] for t in tiles),
-            ),
-            self.parameters.surface.cell_m,
-        )  # fmt: skip
+        """The grid on which terrain, classes and outlines stand: all tiles, so that one chunk is one tile."""
+        return grid_over(self.tiles.values(), self.cell_m)
+
+    @cached_property
+    def product_grid(self) -> Grid:
+        """The grid of the DSM, DTM and ortho that are delivered: as fine as the images are, else `grid`."""
+        return grid_over(self.tiles.values(), self.images.cell_m) if self.door == IMAGES else self.grid
+
+    @property
+    def place(self) -> str:
+        """Digest of the grid, which decides on the chunk that is a tile's, and of its CRS, which is written into every raster."""
+        return digest_of([list(self.grid.bounds), self.catalog.reference.code])
+
+    @cached_property
+    def cell_m(self) -> float:
+        """Cell of `grid`, metres."""
+        if self.door == IMAGES:
+            return self.images.cell_m * self.images.overview_factor
+        return self.parameters.surface.cell_m
+
+    @property
+    def zarr(self) -> str:
+        """The group whose layers stand on `grid`."""
+        return OVERVIEW if self.door == IMAGES else ZARR
+
+    @property
+    def _indexed_by(self) -> str:
+        """The stage that leaves the points that buildings are made of: as they were read, or as they were matched."""
+        return "surface" if self.door == IMAGES else "ingest"
+
+    def tiled_image(self, name: str) -> str | None:
+        """Where the ingested image is written; None where it could not be read."""
+        record = self.records.get(("ingest", name))
+        return next(iter(record.outputs), None) if record and record.status is not Status.FAILED else None
+
+    def depth_maps(self, tiles: Iterable[str]) -> dict[str, tuple[str, str]]:
+        """Flight tile → path and digest of the depth map, of those over `tiles` that left one."""
+        units = [f.name for t in tiles for f in self.images.flight_tiles(self.tiles[t])]
+        found = {u: self.records[STAGE_MATCH, u].outputs for u in units if (STAGE_MATCH, u) in self.records}
+        return {u: next(iter(outputs.items())) for u, outputs in sorted(found.items()) if outputs}
 
     def ring(self, name: str) -> list[str]:
         """The tile and those of its eight neighbours that exist."""
@@ -128,13 +179,20 @@ class Survey:
         over = tiles_over((x_min - m, y_min - m, x_max + m, y_max + m), self.parameters.tiles.tile_m)
         return [t.name for t in over if t.name in self.tiles]
 
+    def unmatched(self, tiles: Iterable[str]) -> list[str]:
+        """Flight tiles over `tiles` that have failed."""
+        units = sorted(f.name for t in tiles for f in self.images.flight_tiles(self.tiles[t]))
+        found = {u: self.records.get((STAGE_MATCH, u)) for u in units}
+        return [u for u, record in found.items() if record is not None and record.status is Status.FAILED]
+
     def pieces(self, bounds: Bounds) -> dict[str, str]:
-        """Path → digest of the index pieces that meet `bounds`, of the files that do, in a fixed order.
+        """Path → digest of the index pieces that meet `bounds`, of the files or tiles that do, in a fixed order.
 
         A file that only shares a cell with `bounds` is left out: nobody has waited for it.
         """
         cells = [t.name for t in tiles_over(bounds, self.parameters.tiles.index_cell_m)]
-        keys = [(f.name, cell) for f in self.files_over(bounds) for cell in cells]
+        over = tiles_over(bounds, self.parameters.tiles.tile_m) if self.door == IMAGES else self.files_over(bounds)
+        keys = [(part.name, cell) for part in over for cell in cells]
         return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
 
     def given_outlines(self, tile: str) -> dict[str, str]:
@@ -209,7 +267,11 @@ class Survey:
     @property
     def date(self) -> str:
         """Of the newest survey, YYYY-MM-DD; empty where none is known."""
-        return max((f.date or "" for f in self.files.values()), default="")
+        return max((a.date or "" for a in self._sources), default="")
+
+    @property
+    def _sources(self) -> list[LidarAsset | ImageAsset]:
+        return list(self.images.assets.values()) if self.door == IMAGES else list(self.files.values())
 
     @property
     def said(self) -> dict[str, str]:
@@ -225,7 +287,8 @@ class Survey:
 
     def source_attributes(self, bounds: Bounds) -> dict[str, Json]:
         """What is known of the data that a unit was made from."""
-        dates = sorted({f.date for f in self.files_over(bounds) if f.date})
+        found = self._sources if self.door == IMAGES else self.files_over(bounds)
+        dates = sorted({f.date for f in found if f.date})
         return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}
 
     def limits(self, stage: str) -> Limits:

@@ -24,7 +24,10 @@ class Cost:
 
 COSTS = {
     "ingest": Cost("ingest", 1.0, 400.0, 4.0),
+    "match": Cost("match", 30.0, 1500.0, 10.0),
     "surface": Cost("surface", 6.0, 900.0, 4.0),
+    "ortho": Cost("ortho", 5.0, 1000.0, 20.0),
+    "frame": Cost("frame", 10.0, 1500.0, 20.0),
     "outline": Cost("outline", 0.2, 400.0, 0.2),
     "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
     "export": Cost("export", 5.0, 600.0, 4.0),

@@ -12,13 +12,15 @@ from rich.console import Console
 from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
-from cityflow.stages import export, ingest, outline, reconstruct, surface
+from cityflow.stages import export, frame, ingest, match, ortho, outline, reconstruct, surface
 from cityflow.stages.city import CitySource
 from cityflow.workflow.differences import why
 from cityflow.workflow.expected import COSTS, Cost
 from cityflow.workflow.prepare import prepared
 
-STAGES = (ingest.STAGE, surface.STAGE, outline.STAGE, reconstruct.STAGE, export.STAGE)
+STAGES = (
+    ingest.STAGE, match.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, outline.STAGE, reconstruct.STAGE, export.STAGE,
+)  # fmt: skip
 
 
 @dataclass
@@ -55,7 +57,7 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
         if unknown > 0:
             plans[stage].total += unknown
             plans[stage].reasons["not known before the stages ahead ran"] += unknown
-    return {stage: plans[stage] for stage in STAGES}
+    return {stage: plans[stage] for stage in STAGES if stage in plans}
 
 
 def print_plan(
@@ -68,9 +70,9 @@ def print_plan(
         costs = {s: COSTS[s].measured(ledger) if ledger else COSTS[s] for s in STAGES}
     console.print(_table(plans, costs))
     n = workers or os.cpu_count() or 1
-    seconds = sum(plans[s].to_run * costs[s].seconds for s in STAGES) / n
-    disk = sum(plans[s].to_run * costs[s].disk_mb for s in STAGES)
-    memory = max((costs[s].memory_mb for s in STAGES if plans[s].to_run), default=0.0)
+    seconds = sum(p.to_run * costs[s].seconds for s, p in plans.items()) / n
+    disk = sum(p.to_run * costs[s].disk_mb for s, p in plans.items())
+    memory = max((costs[s].memory_mb for s, p in plans.items() if p.to_run), default=0.0)
     console.print(
         f"Expected with {n} workers: {_duration(seconds)}; {memory:,.0f} MB of memory a worker; {disk:,.0f} MB of disk",
         markup=False,

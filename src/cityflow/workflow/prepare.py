@@ -11,7 +11,8 @@ from typing import Any
 from cityflow.errors import WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
-from cityflow.io.stac import Catalog, read_catalog
+from cityflow.io.stac import read_catalog
+from cityflow.io.stac_assets import Catalog
 from cityflow.stages.area import Area, parse_area
 from cityflow.stages.city import CitySource
 from cityflow.workflow.overrides import read_overrides

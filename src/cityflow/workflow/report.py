@@ -31,6 +31,11 @@ PRODUCTS = {
     "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),
     "products/dsm.vrt": ("DSM", "Surface heights, GeoTIFF tiles under one VRT"),
     "products/dtm.vrt": ("DTM", "Terrain heights, GeoTIFF tiles under one VRT"),
+    "products/ortho.vrt": (
+        "True ortho",
+        "Colours of the steepest views, GeoTIFF tiles under one VRT; the last band says where it has a colour",
+    ),
+    "products/points": ("Points", "LAZ with LAS classes, colour, base image and precision, one file per ground tile"),
     "products/catalog.json": ("STAC", "The products as a catalog"),
     "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
 }

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.stages import export, surface
-from cityflow.stages.survey import Survey
+from cityflow.stages import export, ortho, surface, surface_images
+from cityflow.stages.survey import IMAGES, Survey
 
 PRODUCTS = "products"
 
@@ -40,8 +40,12 @@ def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
         if (surface.STAGE, name) in survey.records and (export.STAGE, name) in survey.records:
             continue
         heights, city = ledger.latest(surface.STAGE, name), ledger.latest(export.STAGE, name)
-        if heights is None or not surface.is_made_alike(survey, heights):
+        kind = surface_images if survey.door == IMAGES else surface
+        if heights is None or not kind.is_made_alike(survey, heights):
             continue
         yield heights
+        picture = ledger.latest(ortho.STAGE, name)
+        if picture is not None and picture.inputs.get(f"surface {name}") == heights.result.get("digest"):
+            yield picture
         if city is not None and export.is_made_alike(survey, city, heights):
             yield city

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,17 +11,17 @@ from pathlib import Path
 from rich.console import Console
 
 from cityflow.core.building import Status
+from cityflow.core.grid import Grid
 from cityflow.errors import RunError
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.task import Record, Task
-from cityflow.io.surface_zarr import create
+from cityflow.io.surface_zarr import LAYERS, Layer, create, frame_layers, image_layers
 from cityflow.stages import reconstruct
 from cityflow.stages.city import CitySource
-from cityflow.stages.surface import ZARR
-from cityflow.stages.survey import Survey
+from cityflow.stages.survey import FRAMES, IMAGES, ZARR, Survey
 from cityflow.workflow.current import current_records
 from cityflow.workflow.prepare import Prepared, prepared
 from cityflow.workflow.report import write_run_report
@@ -116,5 +116,15 @@ def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:
 
 def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
     """The run's Zarr store, empty: made once, before tasks write their chunks; anew where the grid has changed."""
-    tile_cells = round(survey.parameters.tiles.tile_m / survey.grid.cell)
-    create(wanted.store.zarr_store(ZARR), survey.grid, tile_cells, wanted.catalog.reference, replace=True)
+
+    def made(zarr: str, grid: Grid, layers: Mapping[str, Layer] = LAYERS) -> None:
+        chunk = round(survey.parameters.tiles.tile_m / grid.cell)
+        create(wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True)
+
+    if survey.door == IMAGES:
+        kind = survey.images.bands, survey.images.dtype
+        # the root comes first: making it anew clears all groups below
+        made(ZARR, survey.product_grid, image_layers(*kind))
+        for frame in survey.images.oblique_frames:
+            made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
+    made(survey.zarr, survey.grid)

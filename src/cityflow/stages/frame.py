@@ -1,0 +1,120 @@
+"""Stage ``frame``: a tile of a local reference frame gets its tilted DSM and true oblique ortho (Dahlke 2017 §1.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cityflow.core.arrays import Float32Array
+from cityflow.core.building import Status
+from cityflow.core.depth_map import ImagePoints
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.local_frame import LocalFrame
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.stages.oriented import to_json
+from cityflow.stages.ortho import ortho_images, write_ortho
+from cityflow.stages.rasters import store_layers
+from cityflow.stages.surface_images import read_depth_points
+from cityflow.stages.survey import FRAMES, Survey
+from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
+from cityflow.surface.ortho_sampling import OrthoImage
+from cityflow.surface.true_ortho import OrthoParameters, true_ortho
+
+STAGE = "frame"
+VERSION = 1
+EMPTY = "no view of this direction has a depth here"
+EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
+
+
+def task(survey: Survey, unit: str) -> Task:
+    """One tile of one frame, from the depth maps of its direction over the ground tiles that it looks at."""
+    place = survey.images.frame_tile(unit)
+    maps = {
+        u: m
+        for u, m in survey.depth_maps(place.ground_tiles).items()
+        if survey.images.flight_tile(u).direction == place.frame.name
+    }
+    bases = sorted({survey.images.flight_tile(u).base for u in maps})
+    seen = sorted(
+        {n for u in maps for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)}
+    )
+    images = [n for n in seen if n in place.frame.images and survey.tiled_image(n) is not None]
+    shown = {n: [to_json(survey.images.views[n].image), list(survey.images.assets[n].gain)] for n in images}
+    frame = {
+        "name": place.frame.name,
+        "rotation": place.frame.frame_from_world.tolist(),
+        "origin": place.frame.origin.tolist(),
+    }
+    return Task(
+        STAGE, unit, "cityflow.stages.frame:run", VERSION,
+        parameters={
+            "fuse": survey.parameters_for(STAGE, unit, survey.parameters.image_surface.fuse),
+            "ortho": survey.parameters_for(STAGE, unit, survey.parameters.ortho),
+        },
+        inputs={
+            **dict(maps.values()),
+            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of(shown),
+            "frame": digest_of([frame, list(survey.images.frame_grid(place.frame).bounds)]),
+        },
+        arguments={
+            "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
+            "frame_grid": list(survey.images.frame_grid(place.frame).bounds), "maps": [path for path, _ in maps.values()],
+            "bases": [to_json(survey.images.views[n].image) for n in bases], "images": shown,
+            "pixels": {n: survey.tiled_image(n) for n in images}, "bands": survey.images.bands,
+        },
+        limits=survey.limits(STAGE),
+        in_place=True,
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Turn points and images into the frame, then fuse and colour as for the world."""
+    a = task.arguments
+    frame = _frame(task)
+    fusing, ortho = (
+        FuseParameters.model_validate(task.parameters["fuse"]),
+        OrthoParameters.model_validate(task.parameters["ortho"]),
+    )
+    bounds: Bounds = tuple(a["bounds"])
+    halo = max(fusing.halo_m, ortho.halo_m)
+    around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
+    core, wide = Grid.covering(bounds, a["cell_m"]), Grid.covering(around, a["cell_m"])
+    points = _in_frame(workspace, task, frame, wide.bounds)
+    if not len(points):
+        return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
+    fused = fuse(points, wide, fusing)
+    whole_surface = fill_steps(fused, fusing).astype(np.float32)
+    part = wide.slices(core)
+    images = [
+        OrthoImage(i.image.rotated(frame.frame_from_world, frame.origin), i.pixels, i.gain)
+        for i in ortho_images(workspace, task)
+    ]
+    made = true_ortho(core, whole_surface[part], (wide, whole_surface), images, ortho)
+    zarr, whole = f"{FRAMES}/{frame.name}", tuple(a["frame_grid"])
+    digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
+    digest += write_ortho(workspace, zarr, whole, core, made)
+    return workspace.outcome(
+        result={"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
+    )
+
+
+def _frame(task: Task) -> LocalFrame:
+    tree = task.arguments["frame"]
+    return LocalFrame(tree["name"], np.array(tree["rotation"]), np.array(tree["origin"]))
+
+
+def _in_frame(workspace: Workspace, task: Task, frame: LocalFrame, bounds: Bounds) -> ImagePoints:
+    """The points of the depth maps that stand over `bounds` of the frame, in the frame."""
+    a = task.arguments
+    world = read_depth_points(workspace.store, a["maps"], a["bases"], EVERYWHERE, a["bands"])
+    points = world.rotated(frame.frame_from_world, frame.origin)
+    x, y = points.xyz[:, 0], points.xyz[:, 1]
+    return points.take((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
+
+
+def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:
+    dsm = fused.dsm[part].astype(np.float32)
+    return {
+        "dsm": dsm, "dsm_filled": surface[part], "count": fused.count[part].astype(np.uint32),
+        "sigma": fused.sigma[part].astype(np.float32), "holes": np.isnan(dsm),
+    }  # fmt: skip

@@ -1,0 +1,214 @@
+"""What the driver knows of a survey that comes as oriented images: where they look, who is matched with whom, which cells that gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from shapely import MultiPoint, STRtree
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
+from cityflow.core.local_frame import LocalFrame
+from cityflow.io.stac_assets import Catalog, ImageAsset
+from cityflow.orientation.flight_plan import FlightPlan, FlightTile
+from cityflow.orientation.look_directions import look_directions, worth_a_frame
+from cityflow.orientation.views import View, footprint, gsd, sees
+from cityflow.stages.parameters import CityParameters
+
+CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
+"""Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
+
+OVERVIEW_FACTORS = {0.02: 25, 0.025: 20, 0.04: 10, 0.05: 10, 0.08: 5, 0.1: 5, 0.125: 4, 0.2: 2, 0.25: 2}
+"""Fine cells along one cell of the working grid, on which terrain, classes and outlines are found: 0.4 or 0.5 m."""
+
+CELL_M, IMAGES_A_CELL = 20.0, 6
+"""Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
+
+MOST_TILT = np.radians(40.0)
+"""The survey reaches as far as images see that look down no flatter than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTile:
+    """One tile of a local reference frame, on the frame's own lattice, and the ground tiles whose points may stand in it."""
+
+    frame: LocalFrame
+    tile: Tile
+    ground_tiles: tuple[str, ...]
+
+
+class ImageSurvey:
+    """Images, look directions and flight plan of a catalog."""
+
+    def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
+        self.parameters = parameters
+        self.assets: dict[str, ImageAsset] = {a.name: a for a in sorted(catalog.images, key=lambda a: a.name)}
+        self.views = {name: View(a.oriented, a.heights) for name, a in self.assets.items()}
+        self._units: dict[str, FlightTile] = {}
+
+    @cached_property
+    def frames(self) -> tuple[LocalFrame, ...]:
+        """Clusters of views that look the same way."""
+        return look_directions([v.image for v in self.views.values()], self.parameters.look_directions)
+
+    @cached_property
+    def frame_of(self) -> dict[str, LocalFrame]:
+        """Name of an image → its cluster."""
+        return {name: frame for frame in self.frames for name in frame.images}
+
+    @cached_property
+    def plan(self) -> FlightPlan:
+        return FlightPlan(list(self.views.values()), self.frames, self.parameters.flight)
+
+    @cached_property
+    def gsd(self) -> float:
+        """Median ground sampling distance of the images that look down steepest, metres."""
+        steep = sorted(self.views.values(), key=lambda v: (v.image.tilt, v.image.name))
+        return float(np.median([gsd(v) for v in steep[: max(1, len(steep) // 5)]]))
+
+    @cached_property
+    def cell_m(self) -> float:
+        """Cell of the rasters: as the workflow says, else the one of `CELLS_M` nearest to the ground sampling distance."""
+        return self.parameters.images.cell_m or nearest_cell(self.gsd)
+
+    @property
+    def overview_factor(self) -> int:
+        return OVERVIEW_FACTORS.get(round(self.cell_m, 6), 1)
+
+    @cached_property
+    def bands(self) -> int:
+        return max((a.bands for a in self.assets.values()), default=3)
+
+    @cached_property
+    def dtype(self) -> str:
+        """Of the orthos: 8 bits where all images have 8."""
+        return "uint16" if any(a.dtype == "uint16" for a in self.assets.values()) else "uint8"
+
+    @cached_property
+    def tiles(self) -> dict[str, Tile]:
+        """Ground tiles that some image sees that looks down steeply enough, south-west first."""
+        size = self.parameters.tiles.tile_m
+        steep = [v for v in self.views.values() if v.image.tilt <= MOST_TILT] or list(self.views.values())
+        seen = [footprint(v) for v in steep]
+        tree = STRtree(seen)
+        x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(seen, dtype=object))
+        found = [t for t in tiles_over((x_min, y_min, x_max, y_max), size) if self._is_seen(t, tree)]
+        return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
+
+    def _is_seen(self, tile: Tile, tree: STRtree) -> bool:
+        """Two views at least: one alone has no depth."""
+        if len(tree.query(shapely.box(*tile.bounds), predicate="intersects")) < 2:
+            return False
+        return bool(self.plan.flight_tiles(tile.name, tile.bounds))
+
+    def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
+        """The base images of a ground tile, each with its partners and cells."""
+        found = self.plan.flight_tiles(tile.name, tile.bounds)
+        self._units.update({f.name: f for f in found})
+        return found
+
+    def flight_tile(self, unit: str) -> FlightTile:
+        """One that `flight_tiles` has named."""
+        return self._units[unit]
+
+    def ortho_images(self, tile: Tile) -> list[str]:
+        """For every few metres of a ground tile the images that look down on it steepest; their names, sorted."""
+        most = np.radians(self.parameters.images.most_ortho_tilt)
+        near = [v for v in self._views_over(tile.bounds) if v.image.tilt <= most] or self._views_over(tile.bounds)
+        x, y = np.meshgrid(
+            *(np.arange(lo + CELL_M / 2, hi, CELL_M) for lo, hi in zip(tile.bounds[:2], tile.bounds[2:], strict=True))
+        )
+        ground = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.heights_over(tile.bounds)[0])])
+        steepness = np.array([_steepness(v, ground) for v in near]).reshape(len(near), -1)
+        order = np.argsort(-steepness, axis=0, kind="stable")[:IMAGES_A_CELL]
+        chosen = {int(i) for column in order.T for i in column}
+        return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any())
+
+    def _views_over(self, bounds: Bounds) -> list[View]:
+        return [v for v in self.views.values() if _near(v, bounds)]
+
+    def frame_named(self, name: str) -> LocalFrame:
+        return next(f for f in self.frames if f.name == name)
+
+    @cached_property
+    def oblique_frames(self) -> tuple[LocalFrame, ...]:
+        """Frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
+        chosen = self.parameters.images
+        if not chosen.frames:
+            return ()
+        tilted = [f for f in self.frames if f.frame_from_world[2, 2] < np.cos(np.radians(chosen.least_frame_tilt))]
+        return tuple(f for f in tilted if worth_a_frame(f, self.parameters.look_directions))
+
+    @cached_property
+    def frame_tiles(self) -> dict[str, FrameTile]:
+        """All tiles of all oblique frames by unit name."""
+        found: dict[str, FrameTile] = {}
+        for frame in self.oblique_frames:
+            over: dict[Tile, list[str]] = {}
+            for name, tile in self.tiles.items():
+                for frame_tile in self._frame_tiles_of(frame, tile):
+                    over.setdefault(frame_tile, []).append(name)
+            found.update(
+                {frame_unit(frame, t): FrameTile(frame, t, tuple(sorted(names))) for t, names in sorted(over.items())}
+            )
+        return found
+
+    def frame_tile(self, unit: str) -> FrameTile:
+        return self.frame_tiles[unit]
+
+    def frame_units_over(self, tiles: Sequence[str]) -> list[str]:
+        """Frame tiles that show something of these ground tiles."""
+        chosen = set(tiles)
+        return [unit for unit, f in self.frame_tiles.items() if chosen.intersection(f.ground_tiles)]
+
+    def frame_cell_m(self, frame: LocalFrame) -> float:
+        """Cell of a frame's rasters: what its images resolve."""
+        return nearest_cell(float(np.median([gsd(self.views[n]) for n in frame.images])))
+
+    def frame_grid(self, frame: LocalFrame) -> Grid:
+        """The grid over all tiles of a frame."""
+        return grid_over(
+            [f.tile for f in self.frame_tiles.values() if f.frame.name == frame.name], self.frame_cell_m(frame)
+        )
+
+    def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
+        """Frame tiles that a ground tile with all that stands on it falls on."""
+        x_0, y_0, x_1, y_1 = tile.buffered(self.parameters.images.frame_halo_m)
+        low, high = self.heights_over(tile.bounds)
+        corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
+        hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull
+        size = self.parameters.tiles.tile_m
+        return [t for t in tiles_over(hull.bounds, size) if hull.intersects(shapely.box(*t.bounds))]
+
+    def heights_over(self, bounds: Bounds) -> tuple[float, float]:
+        """Lowest ground and highest object that images over `bounds` expect, metres."""
+        chosen = [v.heights for v in self._views_over(bounds)] or [v.heights for v in self.views.values()]
+        return min(h[0] for h in chosen), max(h[1] for h in chosen)
+
+
+def frame_unit(frame: LocalFrame, tile: Tile) -> str:
+    return f"{frame.name}.{tile.name}"
+
+
+def nearest_cell(gsd_m: float) -> float:
+    """The usual cell nearest to a ground sampling distance, by ratio.
+
+    >>> nearest_cell(0.083), nearest_cell(0.14)
+    (0.08, 0.125)
+    """
+    return min(CELLS_M, key=lambda cell: abs(np.log(cell / gsd_m)))
+
+
+def _steepness(view: View, ground: FloatArray) -> FloatArray:
+    """Cosine of the angle to the vertical at which (N, 3) ground points are seen; -inf where they are not in the image."""
+    ray = ground - view.image.centre
+    cosine = -ray[:, 2] / np.linalg.norm(ray, axis=1)
+    return np.where(sees(view.image, ground), cosine, -np.inf)
+
+
+def _near(view: View, bounds: Bounds) -> bool:
+    return bool(footprint(view).intersects(shapely.box(*bounds)))

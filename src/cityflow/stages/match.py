@@ -1,0 +1,94 @@
+"""Stage ``match``: one base image over one ground tile, matched with its partners, becomes a depth map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.building import Status
+from cityflow.core.ground_cells import GroundCells
+from cityflow.errors import CityflowError
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.io.depth_map import encode_depth_map
+from cityflow.matching.match import Matched, MatchParameters, match
+from cityflow.stages.oriented import of_json, to_json
+from cityflow.stages.pieces import open_pixels
+from cityflow.stages.survey import Survey
+
+STAGE = "match"
+VERSION = 1
+DEPTHS = "depth.cfd"
+NO_PARTNER = "no partner of the base image could be read"
+
+
+def task(survey: Survey, unit: str) -> Task:
+    """The depth map of one base image over one ground tile."""
+    flight_tile = survey.images.flight_tile(unit)
+    names = [flight_tile.base, *flight_tile.partners]
+    read = {n: survey.tiled_image(n) for n in names}
+    usable = [n for n in names if read[n] is not None]
+    cells, view = flight_tile.cells, survey.images.views[flight_tile.base]
+    place = {"tile": list(cells.tile), "cell_m": cells.cell_m, "chosen": [list(c) for c in cells.chosen],
+             "heights": list(view.heights), "images": [to_json(survey.images.views[n].image) for n in names]}  # fmt: skip
+    return Task(
+        STAGE, unit, "cityflow.stages.match:run", VERSION,
+        parameters=survey.parameters_for(STAGE, unit, survey.parameters.match),
+        inputs={**{f"image {n}": survey.digest_of_result("ingest", n) for n in names}, "place": digest_of(place)},
+        arguments={**place, "pixels": {n: read[n] for n in usable}, "base": flight_tile.base,
+                   "unread": [n for n in names if read[n] is None]},
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Match, and write the depths of the pixels whose points stand in the tile."""
+    a = task.arguments
+    images = {tree["name"]: of_json(tree) for tree in a["images"]}
+    pixels = {name: open_pixels(workspace.store, path) for name, path in a["pixels"].items()}
+    _refuse_unmatchable(a["base"], pixels.keys())
+    keep = GroundCells(tuple(a["tile"]), a["cell_m"], tuple((int(c), int(r)) for c, r in a["chosen"]))
+    partners = [(images[n], pixels[n]) for n in images if n in pixels and n != a["base"]]
+    parameters = MatchParameters.model_validate(task.parameters)
+    found = match(images[a["base"]], pixels[a["base"]], partners, keep, tuple(a["heights"]), parameters)
+    if found.depth_map is not None:
+        workspace.write(DEPTHS, encode_depth_map(found.depth_map))
+    status, reason = _verdict(found, a["unread"])
+    return workspace.outcome(status, reason, _figures(found))
+
+
+def _refuse_unmatchable(base: str, read: Iterable[str]) -> None:
+    names = set(read)
+    if base not in names:
+        raise CityflowError("the base image could not be read", where=base, remedy="see the ingest of this image")
+    if len(names) < 2:
+        raise CityflowError(NO_PARTNER, where=base, remedy="see the ingest of its neighbours")
+
+
+def _verdict(found: Matched, unread: list[str]) -> tuple[Status, str]:
+    """A pair that could not be used leaves its reason in the record; only where none could be used the flight tile has failed."""
+    missing = [f"{n} could not be read" for n in unread]
+    if found.pairs and not any(p.used for p in found.pairs):
+        return Status.FAILED, "; ".join([*(f"{p.partner}: {p.reason}" for p in found.pairs), *missing])
+    return (Status.DEGRADED, "; ".join(missing)) if missing else (Status.DONE, "")
+
+
+def _figures(found: Matched) -> dict[str, Any]:
+    depth_map = found.depth_map
+    known = 0 if depth_map is None else int(np.isfinite(depth_map.depth).sum())
+    return {
+        "points": known,
+        "window": [] if depth_map is None else [depth_map.row, depth_map.col, *depth_map.depth.shape],
+        "pairs": {
+            p.partner: {"used": p.used, "reason": p.reason, "matched": round(p.matched, 4),
+                         "parallax_px": _finite(p.parallax_px), "parallax_rest_px": _finite(p.parallax_rest_px)}
+            for p in found.pairs
+        },
+        "sgm_seconds": round(found.sgm_seconds, 3),
+    }  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return round(value, 4) if np.isfinite(value) else None

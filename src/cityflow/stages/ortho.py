@@ -1,0 +1,88 @@
+"""Stage ``ortho``: the images that see a ground tile, laid over its surface, become its true ortho."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cityflow.core.building import Status
+from cityflow.core.grid import Bounds, Grid
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.io.surface_zarr import read_layers
+from cityflow.stages.oriented import of_json, to_json
+from cityflow.stages.pieces import open_pixels
+from cityflow.stages.rasters import publish_rasters, store_layers
+from cityflow.stages.survey import OVERVIEW, ZARR, Survey
+from cityflow.surface.ortho_sampling import OrthoImage
+from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
+
+STAGE = "ortho"
+VERSION = 1
+UNSEEN = "no image of the nadir views could be read over this tile"
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The ortho of one tile, from its surface, that of its ring, and the steepest views of it."""
+    tile, ring = survey.tiles[name], survey.ring(name)
+    images = [n for n in survey.images.ortho_images(tile) if survey.tiled_image(n) is not None]
+    shown = {n: [to_json(survey.images.views[n].image), list(survey.images.assets[n].gain)] for n in images}
+    return Task(
+        STAGE, name, "cityflow.stages.ortho:run", VERSION,
+        parameters=survey.parameters_for(STAGE, name, survey.parameters.ortho),
+        inputs={
+            **{f"surface {t}": survey.digest_of_result("surface", t) for t in ring},
+            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of(shown), "grid": survey.place,
+        },
+        arguments={
+            "bounds": list(tile.bounds), "product_grid": list(survey.product_grid.bounds), "cell_m": survey.product_grid.cell,
+            "working_cell_m": survey.cell_m, "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
+            "crs": survey.catalog.reference.code,
+        },
+        limits=survey.limits(STAGE),
+        in_place=True,
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Write the tile's chunk of the ortho, and the ortho as GeoTIFF."""
+    a = task.arguments
+    if not a["images"]:
+        return workspace.outcome(Status.FAILED, UNSEEN)
+    parameters = OrthoParameters.model_validate(task.parameters)
+    bounds: Bounds = tuple(a["bounds"])
+    grid = Grid.covering(bounds, a["cell_m"])
+    _, fine = read_layers(
+        workspace.store.zarr_store(ZARR), Grid.covering(tuple(a["product_grid"]), a["cell_m"]), bounds, ["dsm_filled"]
+    )
+    halo = parameters.halo_m
+    around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
+    coarse_city = Grid.covering(tuple(a["product_grid"]), a["working_cell_m"])
+    coarse, working = read_layers(workspace.store.zarr_store(OVERVIEW), coarse_city, around, ["dsm_filled"])
+    made = true_ortho(
+        grid, fine["dsm_filled"], (coarse, working["dsm_filled"]), ortho_images(workspace, task), parameters
+    )
+    digest = write_ortho(workspace, ZARR, tuple(a["product_grid"]), grid, made)
+    publish_rasters(workspace, task, grid, {"ortho": with_alpha(made)})
+    return workspace.outcome(result={"digest": digest, "seen": float(made.mask.mean())})
+
+
+def ortho_images(workspace: Workspace, task: Task) -> list[OrthoImage]:
+    """The images of a task, opened, with the gains that balance them."""
+    a = task.arguments
+    return [
+        OrthoImage(of_json(tree), open_pixels(workspace.store, a["pixels"][name]), tuple(gain))
+        for name, (tree, gain) in a["images"].items()
+    ]
+
+
+def write_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:
+    """The tile's chunk of the layers ``ortho`` and ``ortho_seen``."""
+    colour = np.ascontiguousarray(np.moveaxis(made.colour, -1, 0))
+    return store_layers(workspace, zarr, whole, grid, {"ortho": colour, "ortho_seen": made.mask})
+
+
+def with_alpha(made: Ortho) -> np.ndarray:
+    """(bands + 1, rows, cols): the last band is full where the ortho has a colour."""
+    full = np.iinfo(made.colour.dtype).max
+    alpha = np.where(made.mask, full, 0).astype(made.colour.dtype)
+    return np.concatenate([np.moveaxis(made.colour, -1, 0), alpha[None]])

@@ -1,0 +1,51 @@
+"""What surface, ortho and frame tasks share: layers into their chunks with a digest of the contents, rasters as products."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Bounds, Grid
+from cityflow.flow.task import Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.fetch import local_file
+from cityflow.io.raster import read_window, write_cog
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import chunk_paths, write_tile
+
+
+def store_layers(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
+    """Write a tile's chunk of each layer; the digest of the layers themselves, however the store compresses them."""
+    digest = _digest(layers)
+    city = Grid.covering(whole, grid.cell)
+    write_tile(workspace.store.zarr_store(zarr), city, grid, layers)
+    for path in chunk_paths(city, grid, layers):
+        workspace.note(f"{zarr}/{path}", digest)
+    return digest
+
+
+def publish_rasters(workspace: Workspace, task: Task, grid: Grid, rasters: Mapping[str, NDArray[Any]]) -> None:
+    """GeoTIFFs of a tile, a folder for each kind."""
+    reference = resolve(task.arguments["crs"])
+    for name, raster in rasters.items():
+        workspace.publish(f"products/{name}/{task.unit}.tif", write_cog(raster, grid, reference))
+
+
+def given_dtm(task: Task, grid: Grid) -> FloatArray | None:
+    """The catalog's terrain on `grid`, where it has one."""
+    if task.arguments["dtm"] is None:
+        return None
+    with local_file(task.arguments["dtm"]) as path:
+        return read_window(path, grid, resolve(task.arguments["crs"]))
+
+
+def _digest(layers: Mapping[str, NDArray[Any]]) -> str:
+    digest = hashlib.sha256()
+    for name, layer in sorted(layers.items()):
+        digest.update(name.encode() + np.ascontiguousarray(layer).tobytes())
+    return digest.hexdigest()
