@@ -37,7 +37,10 @@ class SampleParameters(Parameters):
     partners: int = Field(
         12, ge=1, description="an image is compared with so many others, those with most common points"
     )
-    bins: int = Field(3, ge=1, le=9, description="the points of a pair are summed up in so many classes of brightness")
+    bins: int = Field(
+        3, ge=1, le=9, description="the points of a pair are summed up in up to so many classes of brightness"
+    )
+    class_points: int = Field(6, ge=1, description="a class of brightness has at least so many points")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +100,7 @@ def point_colours(
 def pair_samples(seen: Sequence[PointColours], parameters: SampleParameters | None = None) -> PairSamples:
     """Compare images two by two, each with those it shares most points with."""
     asked = parameters or SampleParameters()
-    rows = [_pair_rows(i, j, seen[i], seen[j], asked.bins) for i, j in _pairs(seen, asked)]
+    rows = [_pair_rows(i, j, seen[i], seen[j], asked) for i, j in _pairs(seen, asked)]
     bands = seen[0].log_colour.shape[1] if seen else 1
     empty = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, bands)), np.empty((0, bands)), np.empty(0),
              np.empty(0), np.empty(0, np.int64), np.empty((0, bands)))  # fmt: skip
@@ -120,11 +123,10 @@ def _pairs(seen: Sequence[PointColours], asked: SampleParameters) -> list[tuple[
     return [(int(a), int(b)) for a, b in np.unique(np.column_stack([low, high]), axis=0)]
 
 
-def _pair_rows(i: int, j: int, a: PointColours, b: PointColours, bins: int) -> tuple[np.ndarray, ...]:
+def _pair_rows(i: int, j: int, a: PointColours, b: PointColours, asked: SampleParameters) -> tuple[np.ndarray, ...]:
     _, at_a, at_b = np.intersect1d(a.point, b.point, assume_unique=True, return_indices=True)
     la, lb = a.log_colour[at_a], b.log_colour[at_b]
-    order = np.argsort((la + lb).mean(axis=1), kind="stable")
-    groups = [g for g in np.array_split(order, bins) if len(g)]
+    groups = _classes((la + lb).mean(axis=1), a.radius2[at_a] - b.radius2[at_b], asked)
     ratio = la - lb
     middle = [np.median(ratio[g], axis=0) for g in groups]
     level = [np.median(la[g] + lb[g], axis=0) / 2 for g in groups]
@@ -136,6 +138,13 @@ def _pair_rows(i: int, j: int, a: PointColours, b: PointColours, bins: int) -> t
         np.array([len(g) for g in groups]),
         np.array([1.4826 * np.median(np.abs(ratio[g] - r), axis=0) for g, r in zip(groups, middle, strict=True)]),
     )  # fmt: skip
+
+
+def _classes(light: FloatArray, off_centre: FloatArray, asked: SampleParameters) -> list[IntArray]:
+    """Points nearer the middle of the one image or of the other, each by brightness: both a curve and a fall-off show between classes."""
+    bins = int(np.clip(len(light) // (2 * asked.class_points), 1, asked.bins))
+    sides = np.array_split(np.argsort(off_centre, kind="stable"), 2)
+    return [g for side in sides for g in np.array_split(side[np.argsort(light[side], kind="stable")], bins) if len(g)]
 
 
 def _at(pixels: Pixels, uv: FloatArray, level: int) -> FloatArray:
