@@ -21,7 +21,7 @@ from cityflow.orientation.look_directions import looking
 from cityflow.orientation.masters import MasterParameters, candidates, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
 from cityflow.orientation.thinning import surplus_masters
-from cityflow.orientation.views import View, sees
+from cityflow.orientation.views import View, gsd, sees
 
 MOST_SAMPLES = 48
 """Cells of a base at which its partners are judged."""
@@ -118,6 +118,11 @@ class FlightPlan:
         return {frame.name: (frame, tuple(sorted(members[frame.name]))) for frame in kept}
 
     @cached_property
+    def _median_gsd(self) -> float:
+        known = [g for g in (gsd(view) for view in self.around.views) if np.isfinite(g)]
+        return float(np.median(known)) if known else float("inf")
+
+    @cached_property
     def _direction_of(self) -> dict[int, str]:
         return {k: direction for direction, (_, members) in self.directions.items() for k in members}
 
@@ -171,7 +176,7 @@ class FlightPlan:
     def _choose(self, direction: str) -> Masters:
         frame, members = self.directions[direction]
         p = self.parameters.masters
-        found = candidates(self.around.views, members, looking(frame), p.cell_m)
+        found = candidates(self.around.views, members, looking(frame), p.cell_m, p.most_gsd_ratio * self._median_gsd)
         known: dict[int, tuple[bytes, Pairing]] = {}
         for last in (*(False,) * (ROUNDS - 1), True):
             surplus = surplus_masters(self.around.views, found, p)

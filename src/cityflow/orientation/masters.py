@@ -36,6 +36,12 @@ class MasterParameters(Parameters):
     detour_deg: float = Field(
         6.0, ge=0, le=45, description="how much worse a view may be for the sake of fewer masters, degrees"
     )
+    most_gsd_ratio: float = Field(
+        3.0,
+        ge=1,
+        le=100,
+        description="ground that an image resolves worse than this many median GSDs has no master in it",
+    )
     halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a master's ground, pixels")
 
 
@@ -67,7 +73,9 @@ class Candidates:
         return _grouped(self.cell[kept], self.view[kept], self.cost_deg[kept])
 
 
-def candidates(views: Sequence[View], members: Sequence[int], look: FloatArray, cell_m: float) -> Candidates:
+def candidates(
+    views: Sequence[View], members: Sequence[int], look: FloatArray, cell_m: float, coarsest_m: float = np.inf
+) -> Candidates:
     """All pairs of a cell and a view of it.
 
     Parameters
@@ -75,8 +83,9 @@ def candidates(views: Sequence[View], members: Sequence[int], look: FloatArray, 
     views : of the survey
     members : indices of the direction's views; of two views as good the first is better
     look : (3,) unit vector, the best direction of a ray
+    coarsest_m : cells that a view resolves worse than this are none of its own, metres per pixel
     """
-    parts = [_cells_of(views[k], look, cell_m) for k in members]
+    parts = [_cells_of(views[k], look, cell_m, coarsest_m) for k in members]
     counts = [len(cost) for _, cost in parts]
     if sum(counts) == 0:
         return _grouped(np.empty((0, 2), np.int64), np.empty(0, np.int64), np.empty(0))
@@ -92,7 +101,7 @@ def _grouped(cell: IntArray, view: IntArray, cost: FloatArray) -> Candidates:
     return Candidates(cell, view, cost, np.append(np.flatnonzero(new), len(cell)))
 
 
-def _cells_of(view: View, look: FloatArray, cell_m: float) -> tuple[IntArray, FloatArray]:
+def _cells_of(view: View, look: FloatArray, cell_m: float, coarsest_m: float) -> tuple[IntArray, FloatArray]:
     """(n, 2) cells that a view sees at least half of, and (n,) how good it is for them, degrees; less is better."""
     ground = footprint(view)
     if ground.is_empty:
@@ -108,11 +117,12 @@ def _cells_of(view: View, look: FloatArray, cell_m: float) -> tuple[IntArray, Fl
     rays = np.column_stack([(cells + 0.5) * cell_m, np.full(len(cells), view.heights[0])]) - view.image.centre
     far = np.linalg.norm(rays, axis=1)
     angle = np.degrees(np.arccos(np.clip(rays @ look / far, -1, 1)))
-    octaves = np.log2(far / np.sqrt(view.image.camera.fx * view.image.camera.fy))
-    steep = -rays[:, 2] >= far * np.cos(np.radians(GRAZING_DEG))
+    resolved = far / np.sqrt(view.image.camera.fx * view.image.camera.fy)
+    octaves = np.log2(resolved)
+    usable = (resolved <= coarsest_m) & (-rays[:, 2] >= far * np.cos(np.radians(GRAZING_DEG)))
     # rounded, so that views that are as good as each other are told apart by name and not by the last bit
     cost = np.round(angle + OCTAVE_DEG * octaves + UNSEEN_DEG * (8 - share[chosen]), 6)
-    return cells[steep], cost[steep]
+    return cells[usable], cost[usable]
 
 
 def choose_masters(found: Candidates, surplus: Collection[int], masters_per_cell: int) -> IntArray:
