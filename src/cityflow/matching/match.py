@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.camera import OrientedImage
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.depth_map import DepthMap
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels
+from cityflow.matching.edges import EdgeParameters, at_image_edges
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
 from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
@@ -21,6 +22,7 @@ from cityflow.matching.needed import PART_PX, Window, compute_blocks, parts_of_p
 from cityflow.matching.parallax import VerticalParallax, vertical_parallax
 from cityflow.matching.rectification import Rectification, UnusablePair, rectify
 from cityflow.matching.sgm import SgmClock
+from cityflow.matching.smoothing import SmoothingParameters, mixed_pixels, smoothed
 
 STRIP_PARTS = 8
 """Pixels are merged in squares of so many parts: bounds memory."""
@@ -32,6 +34,8 @@ class MatchParameters(Parameters):
 
     lattice: LatticeParameters = LatticeParameters()
     merge: MergeParameters = MergeParameters()
+    edges: EdgeParameters = EdgeParameters()
+    smoothing: SmoothingParameters = SmoothingParameters()
     plane_lean: float = Field(0.0, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
     most_parallax_px: float = Field(
         4.0,
@@ -233,23 +237,55 @@ def _depth_map(
 
 def _merged_square(
     base: OrientedImage, lattices: Sequence[PairLattice], square: Window, keep: GroundCells, parameters: MatchParameters
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    rows, cols = np.arange(square[0], square[1]) + 0.5, np.arange(square[2], square[3]) + 0.5
-    uv = np.stack(np.meshgrid(cols, rows), axis=-1)
-    normal = base.camera.undistort(uv)
-    depths, sigmas = [], []
-    for lattice in lattices:
-        x, y = lattice.pair.rectified(normal)
-        row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
-        region = lattice.region(0, (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3), known_only=True)
-        found = depths_of_pair(lattice.pair, normal, region, (row, col), parameters.merge.disparity_sigma_px)
-        depths.append(found[0])
-        sigmas.append(found[1])
+) -> tuple[Float32Array, Float32Array, ByteArray]:
+    """Depth, sigma and views of a square, those outside the cells left out."""
+    around = _widened(square, base.camera, parameters)
+    rows, cols = np.arange(around[0], around[1]) + 0.5, np.arange(around[2], around[3]) + 0.5
+    normal = base.camera.undistort(np.stack(np.meshgrid(cols, rows), axis=-1))
+    depths, sigmas = zip(*(_of_pair(lattice, normal, parameters) for lattice in lattices), strict=True)
     depth, sigma, views = merged(depths, sigmas, parameters.merge)
-    rays = np.concatenate([normal, np.ones((*normal.shape[:2], 1))], axis=-1) @ base.rotation
-    xy = base.centre[:2] + depth[..., None].astype(np.float64) * rays[..., :2]
+    gsd = _middle_gsd(base, lattices[0].heights)
+    grey = lattices[0].images[0].window((around[0], around[1]), (around[2], around[3]), 0)
+    depth = at_image_edges(depth, grey, gsd, parameters.edges)
+    depth[mixed_pixels(depth, gsd, parameters.smoothing)] = np.nan
+    depth = smoothed(depth, gsd, parameters.smoothing)
+    inner = np.s_[square[0] - around[0] : square[1] - around[0], square[2] - around[2] : square[3] - around[2]]
+    kept = _kept(base, normal[inner], depth[inner], keep)
+    return (
+        np.where(kept, depth[inner], np.float32(np.nan)), np.where(kept, sigma[inner], np.float32(np.nan)),
+        np.where(kept, views[inner], np.uint8(0)),
+    )  # fmt: skip
+
+
+def _widened(square: Window, camera: Camera, parameters: MatchParameters) -> Window:
+    """The square with all pixels that the filters of one of its own look at."""
+    edges, smoothing = parameters.edges, parameters.smoothing
+    more = 2 * edges.rounds * edges.radius_px + 2 + smoothing.radius_px
+    return (
+        max(square[0] - more, 0), min(square[1] + more, camera.height),
+        max(square[2] - more, 0), min(square[3] + more, camera.width),
+    )  # fmt: skip
+
+
+def _of_pair(
+    lattice: PairLattice, normal: FloatArray, parameters: MatchParameters
+) -> tuple[Float32Array, Float32Array]:
+    x, y = lattice.pair.rectified(normal)
+    row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
+    ends = (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3)
+    region = lattice.region(0, *ends, known_only=True)
+    return depths_of_pair(lattice.pair, normal, region, (row, col), parameters.merge.disparity_sigma_px)
+
+
+def _middle_gsd(base: OrientedImage, heights: tuple[float, float]) -> float:
+    """Metres per pixel across the ray where the optical axis meets the ground."""
+    return float((base.centre[2] - heights[0]) / -base.axis[2] / base.camera.fx)
+
+
+def _kept(base: OrientedImage, normal: FloatArray, depth: Float32Array, keep: GroundCells) -> BoolArray:
     known = np.isfinite(depth)
+    rays = np.concatenate([normal[known], np.ones((int(known.sum()), 1))], axis=-1) @ base.rotation
+    xy = base.centre[:2] + depth[known, None].astype(np.float64) * rays[:, :2]
     kept = np.zeros_like(known)
-    kept[known] = keep.holds(xy[known][:, 0], xy[known][:, 1])
-    depth[~kept], sigma[~kept], views[~kept] = np.nan, np.nan, 0
-    return depth, sigma, views
+    kept[known] = keep.holds(xy[:, 0], xy[:, 1])
+    return kept
