@@ -91,6 +91,7 @@ def read_opk(table: OpkTable) -> OrientationModel:
         ) from error
     rows, header, comma = _rows(lines)
     places = _places(table, header, rows)
+    notes = _unit_doubt(table, [fields for _, fields in rows], places, comma)
     images: list[OrientedImage] = []
     left_out: list[LeftOut] = []
     pixel_mm: dict[str, float] = {}
@@ -105,7 +106,7 @@ def read_opk(table: OpkTable) -> OrientationModel:
         if camera_id in cameras.pixel_mm:
             pixel_mm[name] = cameras.pixel_mm[camera_id]
     kept, twice = in_order(images)
-    return OrientationModel(kept, left_out=(*left_out, *twice), pixel_mm=pixel_mm)
+    return OrientationModel(kept, left_out=(*left_out, *twice), notes=notes, pixel_mm=pixel_mm)
 
 
 def _rows(lines: Sequence[str]) -> tuple[list[tuple[int, list[str]]], list[str], bool]:
@@ -180,6 +181,19 @@ def _image(
     camera_id = cameras.id_for(name, given)
     rotation = from_angles(first, second, third, table.order)
     return OrientedImage(name, cameras.cameras[camera_id], rotation, np.array([x, y, z])), camera_id
+
+
+def _unit_doubt(
+    table: OpkTable, rows: Sequence[Sequence[str]], places: Mapping[str, int], comma: bool
+) -> tuple[str, ...]:
+    """Angles beyond a full turn of the unit that they are said to be in."""
+    texts = [row[places[f]] for row in rows for f in table.angles if places[f] < len(row)]
+    largest = max((abs(_number(t, comma)) for t in texts if _is_number(t, comma)), default=0.0)
+    if largest * table.unit.radians <= 2 * np.pi * 1.001:
+        return ()
+    likely = AngleUnit.GRAD if largest <= 400.4 and table.unit is AngleUnit.DEGREE else AngleUnit.DEGREE
+    advice = f"name the unit with --angle-unit {likely}" if likely is not table.unit else "check the columns"
+    return (f"{table.path.name}: angles of up to {largest:g} are more than a full turn in {table.unit}s → {advice}",)
 
 
 def _number(text: str, comma: bool) -> float:
