@@ -20,7 +20,7 @@ from cityflow.synthetic.sampling import RayField, simple_pixels, within_pixels
 from cityflow.synthetic.sensor import SensorParameters, blurred, exposed
 from cityflow.synthetic.shading import Light, Samples, radiances
 
-SAMPLES_AT_ONCE = 400_000
+SAMPLES_AT_ONCE = 150_000
 SUN_RADIUS_RAD = 0.00465
 
 

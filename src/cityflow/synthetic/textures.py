@@ -69,8 +69,8 @@ def _cloud(table: Float32Array, s: float, t: float, footprint: float) -> float:
 def _vegetation(s: float, t: float, fp: float, grain: Float32Array, cloud: Float32Array) -> Factors:
     fine, patch = _grain(grain, s, t, fp), _cloud(cloud, s, t, fp)
     dry = _cloud(cloud, 0.37 * t + 31.0, 0.37 * s, 0.37 * fp)
-    light = 1.0 + 0.15 * fine + 0.07 * patch
-    return light * (1.0 + 0.07 * dry), light, light * (1.0 - 0.05 * dry)
+    light = 1.0 + 0.15 * fine + 0.09 * patch
+    return light * (1.0 + 0.11 * dry), light, light * (1.0 - 0.06 * dry)
 
 
 @njit(cache=True, nogil=True)
