@@ -11,7 +11,7 @@ import shapely
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.synthetic import roofs
 from cityflow.synthetic.terrain import Terrain
-from cityflow.synthetic.town_shapes import Volume, wall_profile
+from cityflow.synthetic.town_shapes import RoofLines, Volume, wall_profile
 from cityflow.synthetic.town_units import Unit
 
 IN_GROUND_M = 0.6
@@ -79,9 +79,9 @@ def _unit_walls(unit: Unit) -> list[Wall]:
     for number, volume in enumerate(unit.volumes):
         corners = unit.frame.to_world(volume.ring)
         bottom = unit.floor_m - IN_GROUND_M if volume.bottom is None else unit.base_m + volume.bottom
-        ends = np.roll(corners, -1, axis=0)
+        ends, roof = np.roll(corners, -1, axis=0), RoofLines.of(volume.faces)
         for edge, (a, b) in enumerate(zip(corners, ends, strict=True)):
-            profile = wall_profile(volume.ring[edge], volume.ring[(edge + 1) % len(volume.ring)], volume.faces)
+            profile = wall_profile(volume.ring[edge], volume.ring[(edge + 1) % len(volume.ring)], roof)
             profile[:, :2] *= float(np.hypot(*(b - a)))
             profile[:, 2:] += unit.base_m - volume.slab_m
             walls.append(Wall(unit.index, number, edge, a, b, profile, bottom, np.empty((0, 5))))

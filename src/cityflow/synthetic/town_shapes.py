@@ -170,7 +170,31 @@ def chimney(u: float, v: float, height: float, bottom: float) -> Volume:
     return Volume(ring, (LocalFace(ring, 0, 0, height, roofs.CHIMNEY),), 0.0, bottom, roofs.CHIMNEY, windows=False)
 
 
-def wall_profile(a: tuple[float, float], b: tuple[float, float], faces: tuple[LocalFace, ...]) -> FloatArray:
+@dataclass(frozen=True, slots=True)
+class RoofLines:
+    """Faces of a roof as half planes: inward unit normals (S, 2) and offsets (S,) of all sides, where the sides of each
+    face begin (F,), and slope_u, slope_v, height of each face (F, 3)."""
+
+    normal: FloatArray
+    offset: FloatArray
+    first: IntArray
+    planes: FloatArray
+
+    @classmethod
+    def of(cls, faces: tuple[LocalFace, ...]) -> RoofLines:
+        rings = [np.asarray(f.ring) for f in faces]
+        counts = np.array([len(r) for r in rings])
+        first = np.cumsum(counts) - counts
+        corner = np.concatenate(rings)
+        following = np.arange(1, len(corner) + 1)
+        following[first + counts - 1] = first
+        edge = corner[following] - corner
+        normal = np.column_stack([-edge[:, 1], edge[:, 0]]) / np.hypot(edge[:, 0], edge[:, 1])[:, None]
+        planes = np.array([(f.slope_u, f.slope_v, f.height) for f in faces])
+        return cls(normal, -np.sum(normal * corner, axis=1), first, planes)
+
+
+def wall_profile(a: tuple[float, float], b: tuple[float, float], roof: RoofLines) -> FloatArray:
     """Roof height along the wall from a to b.
 
     Returns
@@ -178,33 +202,17 @@ def wall_profile(a: tuple[float, float], b: tuple[float, float], faces: tuple[Lo
     (K, 4) pieces: share of the length where each begins and ends, and the heights there; metres
     """
     start, step = np.asarray(a), np.subtract(b, a)
-    sides = [_sides(np.asarray(f.ring)) for f in faces]
-    cuts = [np.array([0.0, 1.0])]
-    for normal, offset in sides:
-        rate = normal @ step
-        crossing = np.abs(rate) > 1e-9
-        cuts.append(-(normal[crossing] @ start + offset[crossing]) / rate[crossing])
-    t = np.unique(np.round(np.concatenate(cuts), 9))
-    t = t[(t >= 0) & (t <= 1)]
-    middle = start + ((t[:-1] + t[1:]) / 2)[:, None] * step
-    inside = np.array([np.all(middle @ n.T + o >= -1e-6, axis=1) for n, o in sides])
-    owner = np.argmax(inside, axis=0)
-    first = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
-    return _pieces(t[np.r_[first, len(t) - 1]], owner[first], (start, step), faces)
-
-
-def _pieces(
-    t: FloatArray, owner: IntArray, line: tuple[FloatArray, FloatArray], faces: tuple[LocalFace, ...]
-) -> FloatArray:
-    ends = line[0] + t[:, None] * line[1]
-    planes = np.array([[faces[i].slope_u, faces[i].slope_v, faces[i].height] for i in owner])
-    z_0 = np.sum(ends[:-1] * planes[:, :2], axis=1) + planes[:, 2]
-    z_1 = np.sum(ends[1:] * planes[:, :2], axis=1) + planes[:, 2]
-    return np.column_stack([t[:-1], t[1:], z_0, z_1])
-
-
-def _sides(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Inward unit normals (K, 2) and offsets (K,) of a convex counter-clockwise ring."""
-    edge = np.roll(ring, -1, axis=0) - ring
-    normal = np.column_stack([-edge[:, 1], edge[:, 0]]) / np.linalg.norm(edge, axis=1)[:, None]
-    return normal, -np.sum(normal * ring, axis=1)
+    rate, gap = roof.normal @ step, roof.normal @ start + roof.offset
+    crossing = np.abs(rate) > 1e-9
+    t = -gap[crossing] / rate[crossing]
+    t = np.unique(np.round(np.concatenate([[0.0, 1.0], t[(t > 0) & (t < 1)]]), 9))
+    middle = (t[:-1] + t[1:]) / 2
+    inward = gap[:, None] + rate[:, None] * middle
+    owner = np.argmax(np.minimum.reduceat(inward, roof.first, axis=0) >= -1e-6, axis=0)
+    first = np.flatnonzero(np.concatenate([[True], owner[1:] != owner[:-1]]))
+    ends = t[np.append(first, len(t) - 1)]
+    at = start + ends[:, None] * step
+    plane = roof.planes[owner[first]]
+    z_0 = np.sum(at[:-1] * plane[:, :2], axis=1) + plane[:, 2]
+    z_1 = np.sum(at[1:] * plane[:, :2], axis=1) + plane[:, 2]
+    return np.column_stack([ends[:-1], ends[1:], z_0, z_1])
