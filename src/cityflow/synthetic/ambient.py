@@ -32,11 +32,20 @@ class AmbientParameters(Parameters):
     step_m: float = Field(1.0, gt=0.05, le=10, description="distance of lattice points, metres")
 
 
+def sky_of(scene: Scene, parameters: AmbientParameters) -> SkyLattice:
+    """The lattice of a scene, with what earlier images found: its values do not depend on who asked first."""
+    known = scene.remembered.get(parameters)
+    if not isinstance(known, SkyLattice):
+        known = scene.remembered[parameters] = SkyLattice(scene, parameters)
+    return known
+
+
 class SkyLattice:
-    """Sky visibility in one image of a scene."""
+    """Sky visibility of one scene."""
 
     def __init__(self, scene: Scene, parameters: AmbientParameters) -> None:
         self.scene, self.parameters = scene, parameters
+        self.face = _faces(scene.surfaces)
         self.count = 0
         self.keys = np.full(FIRST_SLOTS, EMPTY)
         self.values = np.ones(FIRST_SLOTS, np.float32)
@@ -55,18 +64,19 @@ class SkyLattice:
         if self.parameters.rays == 0:
             return share
         step, surfaces = self.parameters.step_m, self.scene.surfaces
+        faced = np.where(triangle >= 0, self.face[triangle], -1)
         complete = False
         while not complete:
             room = len(self.keys) // 2 - self.count
             slots, faces, places = np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 3))
             new = slots, faces, places
-            count, complete = _claim(points, triangle, surfaces, self.leaf, step, self.keys, new)
+            count, complete = _claim(points, faced, surfaces, self.leaf, step, self.keys, new)
             on = faces[:count]
             self.values[slots[:count]] = self._cast(places[:count], surfaces.normal[on], self.leaf[on])
             self.count += count
             if not complete:
                 self._grow()
-        _look_up(points, triangle, surfaces, self.leaf, step, self.keys, self.values, share)
+        _look_up(points, faced, surfaces, self.leaf, step, self.keys, self.values, share)
         return share
 
     def _cast(self, places: FloatArray, normal: FloatArray, leaf: BoolArray) -> Float32Array:
@@ -93,6 +103,12 @@ class SkyLattice:
         self.keys, self.values = keys, values
 
 
+def _faces(surfaces: Surfaces) -> IntArray:
+    """(T,) first triangle of one seed in the same plane as each triangle, which stands for the face."""
+    _, first, inverse = np.unique(_plane_keys(surfaces), return_index=True, return_inverse=True)
+    return first[inverse].astype(np.int64)
+
+
 def _hemisphere(count: int) -> FloatArray:
     """(count, 3) directions about +z, dense where a level surface gets most light (cosine law)."""
     number = np.arange(count) + 0.5
@@ -114,12 +130,20 @@ def _mixed(h: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def _face_key(k: int, surfaces: Surfaces) -> Any:
+def _plane_key(k: int, surfaces: Surfaces) -> Any:
     """The same for triangles of one seed in one plane."""
     h = _mixed(surfaces.seed[k] + 7)
     for j in range(3):
         h = _mixed(h + np.int64(np.floor(surfaces.normal[k, j] * 5000.0 + 0.5)))
     return _mixed(h + np.int64(np.floor(surfaces.offset[k] * 200.0 + 0.5)))
+
+
+@njit(cache=True, nogil=True)
+def _plane_keys(surfaces: Surfaces) -> IntArray:
+    keys = np.empty(len(surfaces.seed), np.int64)
+    for k in range(len(keys)):
+        keys[k] = _plane_key(k, surfaces)
+    return keys
 
 
 @njit(cache=True, nogil=True)
@@ -178,7 +202,7 @@ def _claim(
         if last == (k, i, j):
             continue
         last = (k, i, j)
-        face = _leaf_key(points[n]) if leaf[k] else _face_key(k, surfaces)
+        face = _leaf_key(points[n]) if leaf[k] else _mixed(k)
         for corner in range(1 if leaf[k] else 4):
             ci, cj = (0, 0) if leaf[k] else (i + (corner & 1), j + (corner >> 1))
             key = _mixed(_mixed(face + ci) + cj)
@@ -189,34 +213,31 @@ def _claim(
                 return count, False
             keys[at] = key
             slots[count], faces[count] = at, k
-            _place(points[n], (ci * step - s, cj * step - t), k, surfaces, leaf, places[count])
+            _place(points[n], (ci * step, cj * step), k, surfaces, leaf, places[count])
             count += 1
     return count, True
 
 
 @njit(cache=True, nogil=True)
 def _place(
-    point: FloatArray, shift: tuple[float, float], k: int, surfaces: Surfaces, leaf: BoolArray, out: FloatArray
+    point: FloatArray, at: tuple[float, float], k: int, surfaces: Surfaces, leaf: BoolArray, out: FloatArray
 ) -> None:
-    """Where a lattice point is: `shift` from a sample along the face's axes, brought back into the face's plane."""
+    """Where a lattice point is: the middle of a cube of leaves, or `at` texture coordinates in a face's plane."""
     if leaf[k]:
         for j in range(3):
             out[j] = (np.floor(point[j] / LEAF_CUBE_M) + 0.5) * LEAF_CUBE_M
         return
-    frame = surfaces.texture[k]
-    for j in range(3):
-        out[j] = point[j] + shift[0] * frame[1, j] + shift[1] * frame[2, j]
+    frame, axis = surfaces.texture[k], np.empty(3)
     along, off = 0.0, surfaces.offset[k]
-    # the terrain's frame is level whereas its triangles slope: the way back is along the frame's own normal
     for j in range(3):
-        axis = frame[1, (j + 1) % 3] * frame[2, (j + 2) % 3] - frame[1, (j + 2) % 3] * frame[2, (j + 1) % 3]
-        along += axis * surfaces.normal[k, j]
+        out[j] = frame[0, j] + at[0] * frame[1, j] + at[1] * frame[2, j]
+        # the terrain's frame is level whereas its triangles slope: the way into the plane is along the frame's own normal
+        axis[j] = frame[1, (j + 1) % 3] * frame[2, (j + 2) % 3] - frame[1, (j + 2) % 3] * frame[2, (j + 1) % 3]
+        along += axis[j] * surfaces.normal[k, j]
         off -= surfaces.normal[k, j] * out[j]
-    if abs(along) < 0.2:
-        return
-    for j in range(3):
-        axis = frame[1, (j + 1) % 3] * frame[2, (j + 2) % 3] - frame[1, (j + 2) % 3] * frame[2, (j + 1) % 3]
-        out[j] += axis * off / along
+    if abs(along) > 0.2:
+        for j in range(3):
+            out[j] += axis[j] * off / along
 
 
 @njit(cache=True, nogil=True)
@@ -241,7 +262,7 @@ def _look_up(
         i, j = np.int64(np.floor(s / step)), np.int64(np.floor(t / step))
         if last != (k, i, j):
             last = (k, i, j)
-            face = _leaf_key(points[n]) if leaf[k] else _face_key(k, surfaces)
+            face = _leaf_key(points[n]) if leaf[k] else _mixed(k)
             for corner in range(4):
                 ci, cj = (0, 0) if leaf[k] else (i + (corner & 1), j + (corner >> 1))
                 four[corner] = values[_slot(keys, _mixed(_mixed(face + ci) + cj))]

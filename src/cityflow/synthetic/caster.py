@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -42,6 +43,10 @@ class Scene:
     ----------
     mesh : of one chunk of the town
     threads : of the ray caster
+
+    Attributes
+    ----------
+    remembered : what algorithms found out about the mesh and want to know again for the next image
     """
 
     def __init__(self, mesh: TownMesh, threads: int = 1) -> None:
@@ -49,6 +54,7 @@ class Scene:
 
         self.mesh = mesh
         self.threads = threads
+        self.remembered: dict[Hashable, object] = {}
         # whole metres, so that nothing is rounded when it is taken off
         self.origin: FloatArray = np.floor((mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2)
         self.surfaces = _surfaces(mesh, self.origin)

@@ -13,7 +13,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
 from cityflow.synthetic import noise_tiles
-from cityflow.synthetic.ambient import AmbientParameters, SkyLattice
+from cityflow.synthetic.ambient import AmbientParameters, sky_of
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Material, TownMesh
 from cityflow.synthetic.sampling import RayField, simple_pixels, within_pixels
@@ -87,7 +87,7 @@ class View:
         self.scene, self.image, self.p = scene, image, parameters
         self.field = RayField(image)
         self.centre: FloatArray = image.centre - scene.origin
-        self.sky = SkyLattice(scene, parameters.ambient)
+        self.sky = sky_of(scene, parameters.ambient)
         self.sun_side = scene.surfaces.normal @ parameters.sun
         self.leaf = scene.surfaces.material == int(Material.LEAF)
         self.spots = _sun_spots(parameters.sun)
