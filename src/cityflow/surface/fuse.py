@@ -38,9 +38,12 @@ class FuseParameters(Parameters):
     plane_cells: float = Field(
         2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
     )
-    speck_cells: int = Field(12, ge=1, le=400, description="patches of fewer cells are floaters")
+    speck_cells: int = Field(24, ge=1, le=400, description="patches of fewer cells are floaters")
     speck_step_cells: float = Field(3.0, gt=0, le=50, description="a patch ends at a step above this, cells")
     fill_m: float = Field(8.0, ge=0, le=100, description="holes are filled this far from measured cells, metres")
+    fill_slope: float = Field(
+        0.3, ge=0, le=5, description="and wider by this share of the distance between their places"
+    )
     fill_step_m: float = Field(
         0.5, gt=0, le=10, description="heights around a hole with a wider gap are two surfaces, metres"
     )
@@ -114,4 +117,4 @@ def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatA
     """(rows, cols) the surface with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
     p = parameters or FuseParameters()
     values = fused.dsm.astype(np.float64)
-    return fill_from_below(values, round(p.fill_m / fused.grid.cell), p.fill_step_m, fused.grid.cell)
+    return fill_from_below(values, round(p.fill_m / fused.grid.cell), p.fill_step_m, p.fill_slope * fused.grid.cell)

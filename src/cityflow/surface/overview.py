@@ -11,7 +11,8 @@ from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
 from cityflow.surface.cover import BUILDING, GROUND, VEGETATION
 
-FINEST_OVERVIEW_M = 0.4
+OVERVIEW_M = (0.5, 0.4)
+"""Cells of the overview, metres, the better first."""
 
 
 def overview_factor(cell_m: float) -> int:
@@ -20,9 +21,11 @@ def overview_factor(cell_m: float) -> int:
     >>> [overview_factor(c) for c in (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5)]
     [25, 20, 10, 10, 5, 5, 4, 2, 2, 1, 1]
     """
-    return (
-        max(round(0.5 / cell_m), 1) if cell_m * round(0.5 / cell_m) <= 0.5 + 1e-9 else max(int(0.5 / cell_m + 1e-9), 1)
-    )
+    for wanted in OVERVIEW_M:
+        factor = round(wanted / cell_m)
+        if factor and abs(factor * cell_m - wanted) < 1e-6 * wanted:
+            return factor
+    return max(int(OVERVIEW_M[0] / cell_m), 1)
 
 
 def overview_grid(grid: Grid, factor: int) -> Grid:

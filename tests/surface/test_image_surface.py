@@ -1,0 +1,139 @@
+"""The surface of a tile from image points: terrain, classes, points for the buildings."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cityflow.core.depth_map import ImagePoints
+from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, image_surface
+from cityflow.surface.overview import overview_factor, refined, refined_classes
+from cityflow.surface.point_classes import classify_points
+from image_point_scenes import SIZE, flight, truth
+
+CELL, FACTOR = 0.2, 2
+BOUNDS = (0.0, 0.0, SIZE, SIZE)
+
+
+@cache
+def points() -> ImagePoints:
+    return flight(3)
+
+
+@cache
+def surface() -> ImageSurface:
+    return image_surface(points(), BOUNDS, CELL, FACTOR)
+
+
+def test_grids_and_shapes() -> None:
+    fine, working = surface().fine, surface().working
+    assert fine.grid.bounds == pytest.approx(BOUNDS)
+    assert working.grid.bounds == pytest.approx(BOUNDS)
+    assert (fine.grid.cell, working.grid.cell) == (CELL, CELL * FACTOR)
+    for rasters in (fine, working):
+        for name in ("dsm", "dsm_filled", "dtm", "ndsm", "klass", "count", "holes", "sigma"):
+            assert getattr(rasters, name).shape == rasters.grid.shape
+    assert working.count.sum() == fine.count.sum() == len(points())
+
+
+def test_terrain_under_houses_and_around() -> None:
+    fine = surface().fine
+    x, y = np.meshgrid(fine.grid.x_centres(), fine.grid.y_centres())
+    wrong = fine.dtm - (0.03 * x - 0.02 * y)
+    assert np.sqrt(np.mean(wrong**2)) < 0.08
+    assert np.isfinite(fine.dsm_filled).all()
+    assert fine.ndsm == pytest.approx(fine.dsm_filled - fine.dtm)
+    assert np.array_equal(fine.holes, np.isnan(fine.dsm))
+
+
+def test_classes_of_cells() -> None:
+    fine = surface().fine
+    _, part = truth(fine.grid)
+    house, crown = fine.klass == 6, fine.klass == 5
+    assert (house & (part == 2)).sum() / (house | (part == 2)).sum() > 0.93
+    assert (crown & (part == 7)).sum() / (crown | (part == 7)).sum() > 0.75
+
+
+def test_classes_of_points() -> None:
+    cloud = points()
+    classes = classify_points(cloud, surface())
+    heights, part = truth(surface().fine.grid)
+    row, col = surface().fine.grid.indices(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    on_roof = (part[row, col] == 2) & (np.abs(cloud.xyz[:, 2] - heights[row, col]) < 0.2)
+    assert (classes[on_roof] == 6).mean() > 0.98
+    ground = 0.03 * cloud.xyz[:, 0] - 0.02 * cloud.xyz[:, 1]
+    on_ground = (part[row, col] == 0) & (np.abs(cloud.xyz[:, 2] - ground) < 0.2)
+    assert (classes[on_ground] == 2).mean() > 0.98
+    beside = (cloud.xyz[:, 0] > 9) & (cloud.xyz[:, 0] < 9.2) & (cloud.xyz[:, 1] > 13) & (cloud.xyz[:, 1] < 20)
+    wall = beside & (cloud.xyz[:, 2] > 1.5) & (cloud.xyz[:, 2] < 6)
+    assert wall.sum() > 100
+    assert (classes[wall] == 6).mean() > 0.95
+
+
+def test_thinned_points_are_few_on_the_surface_and_classified() -> None:
+    thinned = surface().thinned
+    assert 15 < len(thinned) / SIZE**2 <= 25, "cells of 0.2 m: one point each at most"
+    row, col = surface().fine.grid.indices(thinned.xyz[:, 0], thinned.xyz[:, 1])
+    assert thinned.xyz[:, 2] == pytest.approx(surface().fine.dsm[row, col], abs=1e-5)
+    assert np.array_equal(thinned.classification, surface().fine.klass[row, col])
+
+
+def test_given_terrain_is_taken() -> None:
+    given = np.full(surface().working.grid.shape, -1.0)
+    found = image_surface(points(), BOUNDS, CELL, FACTOR, None, given)
+    assert found.method == "external"
+    assert found.working.dtm == pytest.approx(-1.0)
+    # beyond the tile the terrain is still an estimate, which shows in half a coarse cell
+    assert found.fine.dtm[2:-2, 2:-2] == pytest.approx(-1.0)
+
+
+def test_two_tiles_are_one() -> None:
+    left = image_surface(points(), (0.0, 0.0, 12.0, SIZE), CELL, FACTOR)
+    both = surface()
+    half = left.fine.grid.cols
+    for name in ("dsm", "dsm_filled", "dtm", "klass", "count"):
+        a, b = getattr(left.fine, name), getattr(both.fine, name)[:, :half]
+        assert np.array_equal(a, b, equal_nan=name not in ("klass", "count")), name
+
+
+def test_halo_is_the_sum_of_its_parts() -> None:
+    p = ImageSurfaceParameters()
+    assert p.halo_m == p.dtm.halo_m + p.fuse.halo_m
+
+
+def test_factor_gives_working_cells_of_about_half_a_metre() -> None:
+    wanted = {
+        0.02: 25,
+        0.025: 20,
+        0.04: 10,
+        0.05: 10,
+        0.08: 5,
+        0.1: 5,
+        0.125: 4,
+        0.2: 2,
+        0.25: 2,
+        0.4: 1,
+        0.5: 1,
+        1.0: 1,
+    }
+    assert {cell: overview_factor(cell) for cell in wanted} == wanted
+
+
+def test_refined_goes_through_the_middles() -> None:
+    coarse = np.add.outer(np.arange(4.0), 2 * np.arange(5.0))
+    fine = refined(coarse, 3)
+    assert fine[1::3, 1::3] == pytest.approx(coarse)
+    assert fine[4, 1:13] == pytest.approx(1 + 2 * np.arange(12) / 3, abs=1e-6)
+
+
+def test_refined_classes_follow_the_fine_heights() -> None:
+    klass = np.array([[2, 6], [2, 6]], np.uint8)
+    ndsm = np.zeros((8, 8), np.float32)
+    ndsm[:, 3:] = 5.0  # the wall stands a cell further west than the coarse raster can say
+    ndsm[0, 7] = 0.1
+    fine = refined_classes(klass, ndsm, 4, 2.0)
+    assert (fine[:, :3] == 2).all()
+    assert (fine[1:, 3:] == 6).all()
+    assert fine[0, 7] == 2
