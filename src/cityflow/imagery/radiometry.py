@@ -147,7 +147,8 @@ class _System:
         return np.asarray(self.matrix @ solution - self.target)
 
     def balance(self, solution: FloatArray) -> Balance:
-        gain = np.exp(solution[: self.gains].reshape(self.images, self.bands))
+        # the fall-off brightens every picture, by a third of it on average over the image, where it could saturate: the gains take that back
+        gain = np.exp(solution[: self.gains].reshape(self.images, self.bands) - solution[-1] / 3.0)
         curves = 1.0 + solution[self.gains : -1].reshape(-1, self.bands)
         after = _spread(self.residuals(solution))
         return Balance(gain, curves[self.groups], float(solution[-1]), _spread(self.target), after)

@@ -10,15 +10,15 @@ from numba import njit
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 
-COLUMNS = 27
+COLUMNS = 30
 _CENTRE, _FOCAL, _LENS, _SIZE, _KIND, _REACH = 9, 12, 16, 24, 26, 27
 BEYOND = 1.05
 """Distortion is trusted this much farther out than the image's corners: beyond, its polynomial may fold back into the image."""
 
 
 def packed(images: Sequence[OrientedImage], origin: FloatArray) -> FloatArray:
-    """(N, 28) rotation, centre from `origin`, fx fy cx cy, eight coefficients, width, height, fisheye or not, greatest x²/z² + y²/z²."""
-    rows = np.zeros((len(images), COLUMNS + 1))
+    """(N, 30) rotation, centre from `origin`, fx fy cx cy, eight coefficients, width, height, fisheye or not, greatest tan², tan across, tan down."""
+    rows = np.zeros((len(images), COLUMNS))
     for row, image in zip(rows, images, strict=True):
         camera = image.camera
         row[:_CENTRE] = image.rotation.ravel()
@@ -27,7 +27,7 @@ def packed(images: Sequence[OrientedImage], origin: FloatArray) -> FloatArray:
         row[_LENS : _LENS + len(camera.distortion)] = camera.distortion
         row[_SIZE:_KIND] = camera.width, camera.height
         row[_KIND] = camera.kind == FISHEYE
-        row[_REACH] = _reach(camera)
+        row[_REACH:] = _reach(camera)
     return rows
 
 
@@ -39,22 +39,23 @@ def facing(cameras: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
     low, high : (3,) its corners, metres from the cameras' origin
     """
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    towards = middle - cameras[:, _CENTRE:_FOCAL]
-    distance = np.linalg.norm(towards, axis=1)
-    along = np.einsum("ij,ij->i", towards, cameras[:, 6:9]) / np.maximum(distance, 1e-9)
-    off_axis = np.arccos(np.clip(along, -1.0, 1.0))
-    grown = np.arctan(np.sqrt(cameras[:, _REACH])) + np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
-    return np.asarray(np.flatnonzero((off_axis <= grown) | (distance <= radius)))
+    local = np.einsum("nij,nj->ni", cameras[:, :_CENTRE].reshape(-1, 3, 3), middle - cameras[:, _CENTRE:_FOCAL])
+    tangent = cameras[:, _REACH + 1 :]
+    # distance of the box's middle beyond the planes through the camera and the image's left and right, upper and lower edge
+    beyond = (np.abs(local[:, :2]) - local[:, 2:] * tangent) / np.sqrt(1.0 + tangent**2)
+    return np.asarray(np.flatnonzero(np.all(beyond <= radius, axis=1) & (local[:, 2] > -radius)))
 
 
-def _reach(camera: Camera) -> float:
-    """Greatest squared tangent of an angle off the axis that the image shows."""
+def _reach(camera: Camera) -> tuple[float, float, float]:
+    """Greatest squared tangent of an angle off the axis that the image shows, and the greatest tangents across and down."""
     across, down = np.linspace(0, camera.width, 17), np.linspace(0, camera.height, 17)
     rim = np.concatenate([
         np.column_stack([across, np.zeros(17)]), np.column_stack([across, np.full(17, camera.height)]),
         np.column_stack([np.zeros(17), down]), np.column_stack([np.full(17, camera.width), down]),
     ])  # fmt: skip
-    return float(np.max(np.sum(camera.undistort(rim) ** 2, axis=1))) * BEYOND**2
+    normal = camera.undistort(rim)
+    most = np.abs(normal).max(axis=0) * BEYOND
+    return float(np.max(np.sum(normal**2, axis=1))) * BEYOND**2, float(most[0]), float(most[1])
 
 
 @njit(cache=True, nogil=True, inline="always")

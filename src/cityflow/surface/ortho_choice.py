@@ -106,9 +106,11 @@ def _fill_cell(  # type: ignore[no-untyped-def]
     found, best, total = 0, 0, 0.0
     cheapest, room = np.inf, np.inf
     while found < image.shape[0]:
-        i = int(np.argmin(bound))
-        cost = bound[i]
-        if cost == np.inf or cost >= cheapest + room:
+        i, cost = -1, np.inf
+        for k in range(bound.shape[0]):
+            if bound[k] < cost:
+                i, cost = k, bound[k]
+        if i < 0 or cost >= cheapest + room:
             break
         row = cameras[i]
         if where[i, 4] == 0.0:

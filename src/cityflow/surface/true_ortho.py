@@ -27,7 +27,7 @@ from cityflow.surface.ortho_visibility import Obstacles, obstacles
 
 __all__ = ["Ortho", "OrthoImage", "OrthoParameters", "true_ortho"]
 
-BLOCK = 256
+BLOCK = 128
 """Edge in cells of the blocks that are worked on one by one, so that windows of images stay small; has no say in the result."""
 
 
@@ -107,9 +107,10 @@ def true_ortho(
     bands, dtype = _kind(images)
     origin = np.array([grid.x_min, grid.y_max, 0.0])
     cameras = packed([i.image for i in images], origin)
-    blocking = obstacles(
-        around[0], around[1], origin, asked.widened_cells, asked.tolerance_cells * around[0].cell, asked.halo_m
-    )
+    coarse = around[0].cell
+    # a cell at the rim of the halo would be widened by what lies beyond
+    reach_m = max(asked.halo_m - (asked.widened_cells + 1) * coarse, 0.0)
+    blocking = obstacles(*around, origin, asked.widened_cells, asked.tolerance_cells * coarse, reach_m)
     limits = np.array([
         np.tan(np.radians(asked.off_nadir_deg)) ** 2, asked.rim_share, asked.margin_px, asked.seam_cells * grid.cell,
     ])  # fmt: skip
