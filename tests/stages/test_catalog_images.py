@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
+import shapely
 from PIL import Image
 from rasterio.transform import from_origin
 from scipy.ndimage import gaussian_filter
@@ -19,8 +20,9 @@ from cityflow.io.stac import read_catalog
 from cityflow.stages.catalog_check import check_catalog
 from cityflow.stages.catalog_create import CreatedCatalog, create_catalog
 from cityflow.stages.catalog_findings import Level
-from cityflow.stages.catalog_images import unit_names
+from cityflow.stages.catalog_image_files import unit_names
 from cityflow.stages.catalog_orientation import ImageSource, OrientationFiles, image_source
+from survey_files import write_outlines
 
 BORUSZYN = Path(__file__).parents[2] / "catalogs" / "boruszyn"
 ORIGIN = (340_600.0, 548_100.0, 0.0)
@@ -124,6 +126,23 @@ def test_items_follow_the_extension(survey: Path) -> None:
     assert np.radians([p["pers:omega"], p["pers:phi"], p["pers:kappa"]]) == pytest.approx((0.1, -0.15, 0.3))
     assert item["assets"]["data"]["href"].startswith("../../images/")
     assert len(json.dumps(item)) < 4000
+
+
+def test_a_forgotten_origin_is_named(survey: Path) -> None:
+    made = create_catalog(survey / "c", images=ImageSource(survey / "images", survey / "sparse"), crs="EPSG:2180")
+    assert "--origin" in _notes(made)
+    assert check_catalog(survey / "c").has_errors
+
+
+def test_outlines_are_placed_among_footprints(survey: Path) -> None:
+    x, y = ORIGIN[:2]
+    inside, outside = shapely.box(x + 20, y + 10, x + 30, y + 20), shapely.box(x + 5000, y, x + 5010, y + 10)
+    outlines = write_outlines(survey / "o.gpkg", [inside, outside], "EPSG:2180")
+    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN)
+    create_catalog(survey / "c", images=source, outlines=outlines, crs="EPSG:2180")
+    report = check_catalog(survey / "c")
+    assert not report.has_errors
+    assert report.summary["outlines"] == "2, 1 in the survey, 1 outside"
 
 
 def test_a_copied_catalog_can_be_moved(survey: Path) -> None:

@@ -4,57 +4,36 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import shapely
-from shapely import Polygon
 
-from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
-from cityflow.io.las import Dropped, Sample, sample
+from cityflow.io.las import Dropped, sample
 from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
-from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, OutlineAsset, RasterAsset, read_catalog, sha256_of
-from cityflow.io.vector import listing, read_outlines
-from cityflow.orientation.views import View, footprint
+from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.vector import listing
 from cityflow.stages.catalog_check_images import check_images
-from cityflow.stages.catalog_findings import CheckReport, Finding, Level
+from cityflow.stages.catalog_check_outlines import check_outlines
+from cityflow.stages.catalog_findings import CheckReport, Level
 from cityflow.stages.catalog_maps import write_maps
+from cityflow.stages.catalog_seen import Seen
 
 SPARSE_PER_M2 = 2.0
 """Below this a roof plane of 10 m² has fewer than 20 points."""
 TALL_M = 1500.0
 """No town has its lowest and highest point farther apart; heights in feet or blunders do."""
 OVERLAP_SHARE = 0.02
-NO_AREA_M2 = 0.01
 CLASS_NAMES = {
     0: "never classified", 1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation",
     6: "building", 7: "low noise", 9: "water", 17: "bridge", 18: "high noise", 26: "civil structure",
 }  # fmt: skip
 MADE_AGAIN = "fetch the file again, or make the catalog again if the new file is meant"
-
-
-@dataclass(slots=True)
-class _Seen:
-    """What reading the files brought to light."""
-
-    findings: list[Finding] = field(default_factory=list)
-    headers: dict[str, LasHeader] = field(default_factory=dict)
-    samples: dict[str, Sample] = field(default_factory=dict)
-    outlines: list[Outline] = field(default_factory=list)
-    outside: int = 0
-    bad_images: list[str] = field(default_factory=list)
-
-    def say(self, level: Level, where: str, problem: str, remedy: str = "") -> None:
-        self.findings.append(Finding(level, where, problem, remedy))
-
-    def fail(self, error: CatalogError, where: str) -> None:
-        self.say(Level.ERROR, error.where or where, error.problem, error.remedy)
 
 
 def check_catalog(catalog: str | Path | Catalog, maps: str | Path | None = None) -> CheckReport:
@@ -70,7 +49,7 @@ def check_catalog(catalog: str | Path | Catalog, maps: str | Path | None = None)
         Where there is no readable catalog at all.
     """
     known = catalog if isinstance(catalog, Catalog) else read_catalog(catalog)
-    seen = _Seen()
+    seen = Seen()
     for asset in known.assets:
         _check_file(asset, seen)
     for lidar in known.lidar:
@@ -80,7 +59,7 @@ def check_catalog(catalog: str | Path | Catalog, maps: str | Path | None = None)
     for raster in known.rasters.values():
         _check_raster(raster, known, seen)
     if known.outlines is not None:
-        _check_outlines(known.outlines, known, seen)
+        check_outlines(known.outlines, known, seen)
     _check_whole(known, seen)
     rows = _summary(known, seen)
     if known.images:
@@ -101,7 +80,7 @@ def _with_images(rows: dict[str, str], images: Mapping[str, str]) -> dict[str, s
     return first | dict(images) | {key: value for key, value in rows.items() if key in last}
 
 
-def _check_file(asset: Asset, seen: _Seen) -> None:
+def _check_file(asset: Asset, seen: Seen) -> None:
     """Is it there, and is it the file that the catalog was made from? A run goes on without an image, but not without another file."""
     level, before = Level.WARNING if isinstance(asset, ImageAsset) else Level.ERROR, len(seen.findings)
     _compare_file(asset, level, seen)
@@ -109,7 +88,7 @@ def _check_file(asset: Asset, seen: _Seen) -> None:
         seen.bad_images.append(asset.name)
 
 
-def _compare_file(asset: Asset, level: Level, seen: _Seen) -> None:
+def _compare_file(asset: Asset, level: Level, seen: Seen) -> None:
     try:
         checksum, size = sha256_of(asset.href)
     except FileNotFoundError:
@@ -125,7 +104,7 @@ def _compare_file(asset: Asset, level: Level, seen: _Seen) -> None:
         seen.say(level, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN)
 
 
-def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: _Seen) -> None:
+def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: Seen) -> None:
     try:
         header = read_header(asset.href)
         seen.samples[asset.name] = sample(asset.href)
@@ -146,7 +125,7 @@ def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: _Seen) -> None:
     _check_values(asset, header, catalog, seen)
 
 
-def _check_values(asset: LidarAsset, header: LasHeader, catalog: Catalog, seen: _Seen) -> None:
+def _check_values(asset: LidarAsset, header: LasHeader, catalog: Catalog, seen: Seen) -> None:
     doubt = suspicion(catalog.reference, header.bounds)
     if doubt:
         seen.say(
@@ -167,7 +146,7 @@ def _check_values(asset: LidarAsset, header: LasHeader, catalog: Catalog, seen: 
         )
 
 
-def _check_points(catalog: Catalog, seen: _Seen) -> None:
+def _check_points(catalog: Catalog, seen: Seen) -> None:
     """Classes and returns concern the survey, not each file."""
     classes, returns = _classes(seen), max((s.returns for s in seen.samples.values()), default=0)
     if seen.samples and GROUND not in classes:
@@ -187,14 +166,14 @@ def _check_points(catalog: Catalog, seen: _Seen) -> None:
         seen.say(Level.NOTE, catalog.href, problem)
 
 
-def _classes(seen: _Seen) -> Counter[int]:
+def _classes(seen: Seen) -> Counter[int]:
     total: Counter[int] = Counter()
     for each in seen.samples.values():
         total.update(each.classes)
     return total
 
 
-def _check_neighbours(catalog: Catalog, seen: _Seen) -> None:
+def _check_neighbours(catalog: Catalog, seen: Seen) -> None:
     """The same file twice, and files over the same ground."""
     by_checksum = defaultdict(list)
     for asset in catalog.lidar:
@@ -221,7 +200,7 @@ def _overlaps(catalog: Catalog) -> Iterator[tuple[LidarAsset, LidarAsset, float]
                 yield catalog.lidar[i], catalog.lidar[j], share
 
 
-def _check_raster(asset: RasterAsset, catalog: Catalog, seen: _Seen) -> None:
+def _check_raster(asset: RasterAsset, catalog: Catalog, seen: Seen) -> None:
     try:
         header = read_raster_header(asset.href)
     except CatalogError as error:
@@ -241,87 +220,7 @@ def _contains(outer: Bounds, inner: Bounds) -> bool:
     return outer[0] <= inner[0] and outer[1] <= inner[1] and outer[2] >= inner[2] and outer[3] >= inner[3]
 
 
-def _check_outlines(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
-    try:
-        outlines, notes = read_outlines(asset.href, asset.id_column, asset.id_format, catalog.reference, asset.layer)
-    except CatalogError as error:
-        if not any(f.where == asset.href and f.level is Level.ERROR for f in seen.findings):
-            seen.fail(error, asset.href)
-        return
-    seen.outlines = outlines
-    for note in notes:
-        seen.say(Level.NOTE, asset.href, note)
-    if asset.id_column is None:
-        remedy = "name a column with --id-column to keep the source's ids"
-        seen.say(Level.NOTE, asset.href, "no id column: ids come from the geometry", remedy)
-    _check_places(asset, catalog, seen)
-    _check_shapes(asset, seen)
-
-
-def _check_places(asset: OutlineAsset, catalog: Catalog, seen: _Seen) -> None:
-    """Outlines that no LiDAR file's extent covers; those partly covered are told apart."""
-    extents = [a.bounds for a in catalog.lidar] or [r.bounds for r in catalog.rasters.values()]
-    parts = [shapely.box(*bounds) for bounds in extents]
-    parts += [footprint(View(a.oriented, a.heights)) for a in catalog.images if not catalog.lidar]
-    survey = shapely.union_all(parts)
-    polygons = np.array([o.polygon for o in seen.outlines], object)
-    placed = ~shapely.is_empty(polygons)
-    shapely.prepare(survey)
-    meets = shapely.intersects(survey, polygons)
-    boxes = shapely.box(*shapely.bounds(polygons).T)
-    # Adjoining files leave gaps of a point spacing between their extents, which are no holes in the survey.
-    inside = shapely.covers(survey.buffer(1.0), boxes)
-    names = np.array([o.id or f"feature {i}" for i, o in enumerate(seen.outlines, 1)])
-    outside = names[placed & ~meets].tolist()
-    seen.outside = len(outside)
-    if placed.any() and len(outside) == int(placed.sum()):
-        seen.say(
-            Level.ERROR,
-            asset.href,
-            "all outlines stand outside the survey",
-            "check the CRS of the outlines and of the survey",
-        )
-    elif outside:
-        problem = f"outlines outside the survey: {len(outside)} ({listing(outside)})"
-        seen.say(Level.WARNING, asset.href, problem, "they are refused in a run; extend the survey, or remove them")
-    partly = names[placed & meets & ~inside].tolist()
-    if partly:
-        problem = f"outlines over the edge of the survey: {len(partly)} ({listing(partly)})"
-        seen.say(Level.WARNING, asset.href, problem, "their roofs will lack points")
-
-
-def _check_shapes(asset: OutlineAsset, seen: _Seen) -> None:
-    polygons = np.array([o.polygon for o in seen.outlines], object)
-    names = np.array([o.id or f"feature {i}" for i, o in enumerate(seen.outlines, 1)])
-    finite = np.array([bool(np.isfinite(shapely.get_coordinates(p)).all()) for p in polygons])
-    usable = finite & ~shapely.is_empty(polygons)
-    # A figure of eight has the signed area zero; only mended does it show what it encloses.
-    mended = shapely.make_valid(np.where(usable, polygons, Polygon()))
-    flat = usable & (shapely.area(mended) < NO_AREA_M2)
-    invalid = usable & ~flat & ~shapely.is_valid(polygons)
-    refused, repaired = "they are refused in a run", "they are repaired where that is possible"
-    for found, problem, remedy in (
-        (names[~finite].tolist(), "with coordinates that are no finite numbers", refused),
-        (names[invalid].tolist(), "that cross themselves or are invalid otherwise", repaired),
-        (names[flat].tolist(), "without area", refused),
-        (_repeated(polygons, names, usable), "that repeat another", refused),
-    ):
-        if found:
-            seen.say(Level.WARNING, asset.href, f"outlines {problem}: {len(found)} ({listing(found)})", remedy)
-
-
-def _repeated(polygons: np.ndarray, names: np.ndarray, usable: np.ndarray) -> list[str]:
-    known: set[bytes] = set()
-    twice = []
-    for i in np.flatnonzero(usable).tolist():
-        key = shapely.to_wkb(shapely.normalize(polygons[i]))
-        if key in known:
-            twice.append(str(names[i]))
-        known.add(key)
-    return twice
-
-
-def _check_whole(catalog: Catalog, seen: _Seen) -> None:
+def _check_whole(catalog: Catalog, seen: Seen) -> None:
     reference = catalog.reference
     if reference.is_local:
         seen.say(Level.NOTE, catalog.href, "a local frame: products carry no CRS")
@@ -340,7 +239,7 @@ def _check_whole(catalog: Catalog, seen: _Seen) -> None:
         seen.say(Level.NOTE, listing(undated), "no date is known", "give the day of the survey with --date")
 
 
-def _summary(catalog: Catalog, seen: _Seen) -> dict[str, str]:
+def _summary(catalog: Catalog, seen: Seen) -> dict[str, str]:
     x_min, y_min, x_max, y_max = catalog.bounds
     points = sum(h.points for h in seen.headers.values())
     area = sum((h.bounds[2] - h.bounds[0]) * (h.bounds[3] - h.bounds[1]) for h in seen.headers.values())
@@ -372,7 +271,7 @@ def _summary(catalog: Catalog, seen: _Seen) -> dict[str, str]:
     return rows
 
 
-def _classes_in_words(seen: _Seen) -> str:
+def _classes_in_words(seen: Seen) -> str:
     classes = _classes(seen)
     total = sum(classes.values())
     return ", ".join(f"{c} {CLASS_NAMES.get(c, '')}".strip() + f" {n / total:.1%}" for c, n in sorted(classes.items()))

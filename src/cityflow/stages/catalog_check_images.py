@@ -17,6 +17,7 @@ from cityflow.imagery.radiometry import exposure_groups
 from cityflow.io.fetch import local_file
 from cityflow.io.image_header import check_against, image_header
 from cityflow.io.las import read_points
+from cityflow.io.reference import suspicion
 from cityflow.io.stac import Catalog, ImageAsset, united
 from cityflow.io.vector import listing
 from cityflow.orientation.coverage import Coverage, coverage
@@ -27,6 +28,7 @@ from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
 from cityflow.orientation.views import View, footprints, gsd
 from cityflow.stages.catalog_findings import Finding, Level
 from cityflow.stages.catalog_heights import low_points, raster_points
+from cityflow.stages.catalog_images import box_of
 
 MAP_CELLS = 300
 """Cells along the longer side of the maps."""
@@ -76,6 +78,7 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
         views, frames, _grid(views, area, ground), float(np.median([v.heights[0] for v in views])) if views else 0.0
     )
     inside = _cells_in(area, maps)
+    findings += _place(catalog)
     findings += _poses(catalog, views)
     if len(views) < 2:
         findings.append(
@@ -101,6 +104,13 @@ def _files(assets: Iterator[ImageAsset]) -> Mapping[tuple[str, str], list[str]]:
         except OSError:
             groups["the file cannot be read", LEFT_OUT].append(asset.name)
     return groups
+
+
+def _place(catalog: Catalog) -> list[Finding]:
+    """Whether the images' places can be coordinates of the CRS."""
+    doubt = suspicion(catalog.reference, box_of([a.oriented.centre for a in catalog.images]))
+    remedy = "make the catalog again with the right --crs, and with --origin where something was subtracted"
+    return [Finding(Level.ERROR, catalog.href, f"images: {doubt}", remedy)] if doubt else []
 
 
 def _poses(catalog: Catalog, views: Sequence[View]) -> Iterator[Finding]:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud
+from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.bundler import SizeOf
 from cityflow.io.image_header import ImageHeader, check_against, image_header
 from cityflow.io.las_write import write_points
 from cityflow.io.oriented_images import LeftOut, OrientationModel
-from cityflow.io.reference import crs_of
+from cityflow.io.reference import crs_of, suspicion
 from cityflow.io.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset, sha256_of
 from cityflow.io.vector import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
@@ -32,14 +33,13 @@ from cityflow.stages.catalog_heights import (
     low_points,
     raster_points,
 )
+from cityflow.stages.catalog_image_files import ImageFiles, matched, refuse_cut_off, sizes_of, unit_names
 from cityflow.stages.catalog_orientation import ImageSource, read_model
 
-IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
 SPARSE_FILE = "sparse.laz"
 MOST_SPARSE = 2_000_000
 """Tie points kept in the catalog; of more, every n-th."""
 FEWEST_IMAGES = 2
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +66,10 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     """
     if not source.folder.is_dir():
         raise CatalogError("no such folder of images", where=str(source.folder), remedy="check --images")
-    files = _Files.of(source.folder)
-    model = read_model(source, catalog.reference, _sizes(files)).moved(source.origin)
+    files = ImageFiles.of(source.folder)
+    model = read_model(source, catalog.reference, sizes_of(files)).moved(source.origin)
     taken = {a.name for a in catalog.assets} | {OUTLINES, SPARSE, *RASTERS}
-    found, missing = _found(model.images, files, source.folder)
+    found, missing = matched(model.images, files, source.folder)
     names = unit_names([name for name, _ in found], taken)
     left_out = [*model.left_out, *missing]
     kept: list[ImageAsset] = []
@@ -89,6 +89,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     kept, left_out = list(level.images), [*left_out, *level.damaged]
     notes = [
         *model.notes,
+        *_place(model.images, catalog.reference),
         *plausible,
         *_datum(model, catalog),
         *level.notes,
@@ -98,97 +99,6 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     _refuse_too_few(kept, left_out, source)
     sparse, made = _sparse(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)
-
-
-def _sizes(files: _Files) -> SizeOf:
-    """Size of an image by its name in a model, None where there is none or it cannot be read."""
-
-    def size_of(name: str) -> tuple[int, int] | None:
-        path = files.of_name(name)
-        try:
-            header = image_header(path) if path is not None else None
-        except CatalogError:
-            return None
-        return (header.width, header.height) if header is not None else None
-
-    return size_of
-
-
-@dataclass(frozen=True, slots=True)
-class _Files:
-    """The image files of a folder and how a model may call them."""
-
-    all: tuple[Path, ...]
-    by_path: dict[str, Path]
-    by_name: dict[str, Path]
-    by_stem: dict[str, Path]
-
-    @classmethod
-    def of(cls, folder: Path) -> _Files:
-        files = sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in IMAGE_SUFFIXES)
-        by_path = {p.relative_to(folder).as_posix(): p for p in files}
-        return cls(
-            tuple(files), by_path, _only({p: p.name.lower() for p in files}), _only({p: p.stem.lower() for p in files})
-        )
-
-    def of_name(self, name: str) -> Path | None:
-        """By relative path, else by file name, else by stem, where only one fits."""
-        plain = Path(name.replace("\\", "/"))
-        by_file = self.by_path.get(plain.as_posix()) or self.by_name.get(plain.name.lower())
-        return by_file or self.by_stem.get(plain.name.lower()) or self.by_stem.get(plain.stem.lower())
-
-
-def _found(
-    images: Sequence[OrientedImage], files: _Files, folder: Path
-) -> tuple[list[tuple[str, Path]], list[LeftOut]]:
-    """Model's names with their files, and those that have none or another image's."""
-    found: dict[Path, str] = {}
-    missing = []
-    for image in images:
-        path = files.of_name(image.name)
-        if path is None:
-            problem = f"the image is in the model, but not in {folder.name}/"
-            missing.append(LeftOut(image.name, problem, "put the file there and make the catalog again"))
-        elif path in found:
-            problem = f"its file would be {path.name}, which is {found[path]}'s"
-            missing.append(LeftOut(image.name, problem, "give each image a file of its own"))
-        else:
-            found[path] = image.name
-    return [(name, path) for path, name in found.items()], missing
-
-
-def _only(keys: dict[Path, str]) -> dict[str, Path]:
-    count = Counter(keys.values())
-    return {key: path for path, key in keys.items() if count[key] == 1}
-
-
-def unit_names(names: Sequence[str], taken: Iterable[str] = ()) -> list[str]:
-    """Names for images that are fit for files and tasks, each once.
-
-    The extension goes, unless two images differ by nothing else; folders become part of the name where file names repeat.
-
-    >>> unit_names(["a/1.jpg", "b/1.jpg", "b/2.jpg"])
-    ['a-1', 'b-1', '2']
-    """
-    plain = [n.replace("\\", "/") for n in names]
-    shapes = [
-        [Path(n).stem for n in plain],
-        [str(Path(n).with_suffix("")) if Path(n).suffix else n for n in plain],
-        plain,
-    ]
-    safe = [[_UNSAFE.sub("-", n).strip("-.") or "image" for n in shape] for shape in shapes]
-    used, result = set(taken), []
-    counts = [Counter(shape) for shape in safe]
-    for i in range(len(plain)):
-        choices = [s[i] for s, c in zip(safe, counts, strict=True) if c[s[i]] == 1]
-        name = next((c for c in choices if c not in used), "")
-        number = 1
-        while not name or name in used:
-            number += 1
-            name = f"{safe[2][i]}-{number}"
-        used.add(name)
-        result.append(name)
-    return result
 
 
 def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str) -> ImageAsset:
@@ -208,23 +118,6 @@ def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str
     return ImageAsset(
         image.name, str(path), checksum, size, _rounded(seen.bounds), image, (low, high), header.bands, header.dtype, ones, day
     )  # fmt: skip
-
-
-def refuse_cut_off(path: Path) -> None:
-    """A JPEG ends with a mark of its own, perhaps followed by a little padding.
-
-    Raises
-    ------
-    CatalogError
-        Where it does not.
-    """
-    if path.suffix.lower() not in (".jpg", ".jpeg"):
-        return
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 4096))
-        tail = file.read()
-    if b"\xff\xd9" not in tail:
-        raise CatalogError("the file is cut off", where=str(path), remedy="copy the file again, or leave the image out")
 
 
 def _day(header: ImageHeader) -> str:
@@ -254,6 +147,20 @@ def _heights(source: ImageSource, model: OrientationModel, catalog: Catalog) -> 
         ) from error
 
 
+def _place(images: Sequence[OrientedImage], reference: Reference) -> list[str]:
+    """Whether the images' places can be coordinates of the CRS."""
+    if not images:
+        return []
+    doubt = suspicion(reference, box_of([i.centre for i in images]))
+    return [f"images: {doubt} → check --crs, and add what was subtracted with --origin X,Y,Z"] if doubt else []
+
+
+def box_of(centres: Sequence[FloatArray]) -> Bounds:
+    """The box around places in plan."""
+    low, high = np.min(centres, axis=0), np.max(centres, axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
 def _plausible(images: Sequence[OrientedImage], heights: HeightRange) -> tuple[list[str], dict[str, LeftOut]]:
     """Doubts about the whole, in words, and images that cannot be where or as the model has them."""
     notes: list[str] = []
@@ -275,7 +182,7 @@ def _datum(model: OrientationModel, catalog: Catalog) -> list[str]:
     return [f"heights: {doubt[1]} → {doubt[2]}"] if doubt else []
 
 
-def _unused(found: list[tuple[str, Path]], files: _Files) -> list[str]:
+def _unused(found: list[tuple[str, Path]], files: ImageFiles) -> list[str]:
     known = {p for _, p in found}
     spare = [p.name for p in files.all if p not in known]
     return [f"{len(spare)} images have no orientation and are not used ({listing(spare)})"] if spare else []

@@ -1,0 +1,29 @@
+"""What a check has seen of a catalog so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cityflow.core.building import Outline
+from cityflow.errors import CatalogError
+from cityflow.io.las import Sample
+from cityflow.io.las_header import LasHeader
+from cityflow.stages.catalog_findings import Finding, Level
+
+
+@dataclass(slots=True)
+class Seen:
+    """What reading the files brought to light."""
+
+    findings: list[Finding] = field(default_factory=list)
+    headers: dict[str, LasHeader] = field(default_factory=dict)
+    samples: dict[str, Sample] = field(default_factory=dict)
+    outlines: list[Outline] = field(default_factory=list)
+    outside: int = 0
+    bad_images: list[str] = field(default_factory=list)
+
+    def say(self, level: Level, where: str, problem: str, remedy: str = "") -> None:
+        self.findings.append(Finding(level, where, problem, remedy))
+
+    def fail(self, error: CatalogError, where: str) -> None:
+        self.say(Level.ERROR, error.where or where, error.problem, error.remedy)
