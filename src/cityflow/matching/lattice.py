@@ -32,6 +32,9 @@ class LatticeParameters(Parameters):
     margin_px: float = Field(
         4.0, ge=1, le=64, description="what a range of disparities goes beyond the coarser level's, in its pixels"
     )
+    trim: float = Field(
+        0.002, ge=0, le=0.1, description="share of the coarser level's disparities left out at either end of a range"
+    )
     most_disparities: int = Field(512, ge=64, le=4096, description="bound of a block's range: bounds memory")
     sgm: SgmParameters = SgmParameters()
     subpixel: SubpixelParameters = SubpixelParameters()
@@ -141,10 +144,12 @@ class PairLattice:
         guide = self._guide(level, block)
         if guide.size < 20:
             return widest
-        margin = 2 * self.parameters.margin_px
-        return self._rounded(
-            max(2 * float(guide.min()) - margin, widest[0]), min(2 * float(guide.max()) + margin, widest[1])
+        least, most = (
+            2 * float(d) for d in np.percentile(guide, [100 * self.parameters.trim, 100 - 100 * self.parameters.trim])
         )
+        margin = 2 * self.parameters.margin_px
+        low, high = max(least - margin, widest[0]), min(most + margin, widest[1])
+        return self._rounded(low, high) if low < high else widest
 
     def _guide(self, level: int, block: Block) -> Float32Array:
         """Known disparities of the coarser level in the block and a little around it."""

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
 from cityflow.core.parameters import Parameters
-from cityflow.matching.rectification import Rectification
+from cityflow.matching.rectification import LEAST_FAN, Rectification
 
 
 class MergeParameters(Parameters):
@@ -43,7 +43,7 @@ def depths_of_pair(
     depth, sigma : (h, w) float32, metres; NaN where unknown
     """
     geometry = np.array([*pair.turn, pair.focal, pair.fan, *pair.origin, *pair.baseline, *pair.plane])
-    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px)
+    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px, LEAST_FAN)
 
 
 @njit(cache=True, nogil=True)
@@ -76,7 +76,7 @@ def _disparity_at(disparity, y, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _depths(normal, disparity, first_row, first_col, g, sigma_px):  # type: ignore[no-untyped-def]
+def _depths(normal, disparity, first_row, first_col, g, sigma_px, least_fan):  # type: ignore[no-untyped-def]
     h, w = normal.shape[0], normal.shape[1]
     depth = np.full((h, w), np.nan, np.float32)
     sigma = np.full((h, w), np.nan, np.float32)
@@ -84,7 +84,10 @@ def _depths(normal, disparity, first_row, first_col, g, sigma_px):  # type: igno
         for j in range(w):
             u = g[2] * (g[0] * normal[i, j, 0] + g[1] * normal[i, j, 1])
             v = g[2] * (g[0] * normal[i, j, 1] - g[1] * normal[i, j, 0])
-            v_row = v / (1.0 - u * g[3])
+            fan = 1.0 - u * g[3]
+            if fan < least_fan:
+                continue
+            v_row = v / fan
             d = _disparity_at(disparity, v_row - g[5] - 0.5 - first_row, u - g[4] - 0.5 - first_col)
             if np.isnan(d):
                 continue

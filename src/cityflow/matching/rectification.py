@@ -18,7 +18,9 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CityflowError
 
 LEAST_FAN = 0.3
-"""Least stretch of the fan inside the base image: below it the epipole is in the image or so near that rows are blown up threefold."""
+"""Least stretch of the fan: the base image is left out from where its epipole is so near that rows are blown up threefold."""
+LEAST_SHARE = 0.25
+"""Share of the base image that must be left."""
 FURTHEST = 30.0
 """Rays that meet the reference plane further off than this, in units of the camera's distance from the plane, look at the horizon."""
 
@@ -70,7 +72,8 @@ class Rectification:
         c, s = self.turn
         u = self.focal * (c * normal[..., 0] + s * normal[..., 1])
         v = self.focal * (c * normal[..., 1] - s * normal[..., 0])
-        return u - self.origin[0], v / np.maximum(1.0 - u * self.fan, 1e-3) - self.origin[1]
+        # beyond the lattice anything will do that stays there
+        return u - self.origin[0], v / np.maximum(1.0 - u * self.fan, 0.5 * LEAST_FAN) - self.origin[1]
 
     def base_pixels(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Rectified coordinates → (…, 2) image coordinates in the base; NaN far outside."""
@@ -180,14 +183,22 @@ def _reference_plane(base: OrientedImage, height: float, lean: float, where: str
 
 
 def _on_lattice(draft: Rectification, where: str) -> Rectification:
-    """The same with an origin and a size that take in the whole base image."""
-    border = draft.base.camera.undistort(_border(draft.base.camera))
-    u = draft.focal * (draft.turn[0] * border[:, 0] + draft.turn[1] * border[:, 1])
-    if float(np.min(1.0 - u * draft.fan)) < LEAST_FAN:
+    """The same with an origin and a size that take in the base image as far as the fan allows."""
+    camera = draft.base.camera
+    across, down = np.meshgrid(np.linspace(0.0, camera.width, 33), np.linspace(0.0, camera.height, 33))
+    inside = camera.undistort(np.stack([across, down], axis=-1)).reshape(-1, 2)
+    all_of_it = np.concatenate([_within(draft, camera.undistort(_border(camera))), _within(draft, inside)])
+    if len(_within(draft, inside)) < LEAST_SHARE * len(inside):
         raise UnusablePair("the epipole lies in or near the base image", where=where, remedy="choose another partner")
-    x, y = draft.rectified(border)
+    x, y = draft.rectified(all_of_it)
     origin = (float(np.floor(x.min())), float(np.floor(y.min())))
     return replace(draft, origin=origin, cols=int(np.ceil(x.max()) - origin[0]), rows=int(np.ceil(y.max()) - origin[1]))
+
+
+def _within(draft: Rectification, normal: FloatArray) -> FloatArray:
+    """Those of (N, 2) normalised coordinates of the base where the fan is wide enough."""
+    u = draft.focal * (draft.turn[0] * normal[:, 0] + draft.turn[1] * normal[:, 1])
+    return normal[1.0 - u * draft.fan >= LEAST_FAN]
 
 
 def _border(camera: Camera) -> FloatArray:
