@@ -27,13 +27,20 @@ class FuseParameters(Parameters):
     """How points become the surface."""
 
     radius_cells: float = Field(
-        1.1, ge=0.5, le=4, description="points this near to a cell's centre speak for it, cells"
+        1.4, ge=0.5, le=4, description="points this near to a cell's centre speak for it, cells"
     )
-    wide_radius_cells: float = Field(1.8, ge=0.5, le=6, description="and this near where there are none, cells")
+    wide_radius_cells: float = Field(1.6, ge=0.5, le=6, description="and this near where there are none, cells")
     band_cells: float = Field(2.5, ge=0.5, le=20, description="points of one surface lie within this height, cells")
     band_sigmas: float = Field(3.0, ge=0, le=20, description="but at least this many expected standard deviations")
     half_views: float = Field(1.0, ge=0, le=10, description="this many agreeing partners give a point half its weight")
-    upright: float = Field(2.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
+    upright: float = Field(1.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
+    lower_share: float = Field(
+        0.5,
+        ge=0,
+        le=10,
+        description="of two surfaces in a cell the lower one is taken from this share of the weight on",
+    )
+    step_m: float = Field(0.5, gt=0, le=20, description="two surfaces in a cell are at least this far apart, metres")
     least_support: float = Field(0.03, ge=0, le=10, description="weight of points below which a cell is a hole")
     plane_cells: float = Field(
         2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
@@ -107,7 +114,14 @@ def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, count, nothing.copy())
     band = p.band_cells * grid.cell
-    found = modes(placed, grid.shape, (p.radius_cells, p.wide_radius_cells), (band, p.band_sigmas), p.least_support)
+    found = modes(
+        placed,
+        grid.shape,
+        (p.radius_cells, p.wide_radius_cells),
+        (band, p.band_sigmas),
+        p.least_support,
+        (p.lower_share, p.step_m),
+    )
     z = on_planes(found, p.plane_cells, band / 2)
     z[~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)] = np.nan
     return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))

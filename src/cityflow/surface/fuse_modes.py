@@ -48,6 +48,7 @@ def modes(
     radii: tuple[float, float],
     band: tuple[float, float],
     least_support: float,
+    lower: tuple[float, float],
 ) -> Modes:
     """The mode of each cell.
 
@@ -58,7 +59,7 @@ def modes(
     z = np.full(shape, np.nan)
     floats = np.zeros((5, *shape), np.float32)
     images = np.zeros(shape, np.uint8)
-    _all_modes(columns, shape, radii, band, least_support, z, floats, images)
+    _all_modes(columns, shape, radii, band, least_support, lower, z, floats, images)
     u, v, support, share, sigma = floats
     return Modes(z, u, v, support, share, sigma, images)
 
@@ -66,7 +67,7 @@ def modes(
 @njit(cache=True, nogil=True)
 def _all_modes(
     columns: Columns, shape: tuple[int, int], radii: tuple[float, float], band: tuple[float, float], least: float,
-    z: FloatArray, floats: Float32Array, images: ByteArray,
+    lower: tuple[float, float],    z: FloatArray, floats: Float32Array, images: ByteArray,
 ) -> None:  # fmt: skip
     most = MOST_POINTS
     buffer = (np.empty(most, np.int64), np.empty(most), np.empty(most), np.empty(most), np.empty(most))
@@ -77,7 +78,7 @@ def _all_modes(
                 if n > 0:
                     sort_by_height(buffer, n)
                     thick = max(band[0], band[1] * _mean_sigma(columns[5], buffer, n))
-                    first, last = fullest(buffer, n, thick)
+                    first, last = lower_one(buffer, fullest(buffer, n, thick), thick, lower)
                     _describe(r, c, columns, (first, last, n), thick, buffer, z, floats, images)
                 if floats[2, r, c] >= least:
                     break
@@ -134,8 +135,8 @@ def sort_by_height(buffer: Buffer, n: int) -> None:
 
 
 @njit(cache=True, nogil=True)
-def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int]:
-    """First and one past last entry of the window of `band` metres with most weight; of equals the highest."""
+def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int, float]:
+    """First and one past last entry of the window of `band` metres with most weight, and this weight; of equals the highest."""
     height, weight = buffer[1], buffer[2]
     best, first, last = -1.0, 0, 0
     total, low = 0.0, 0
@@ -146,6 +147,28 @@ def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int]:
             low += 1
         if total >= best - 1e-9:
             best, first, last = total, low, high + 1
+    return first, last, best
+
+
+@njit(cache=True, nogil=True)
+def lower_one(
+    buffer: Buffer, chosen: tuple[int, int, float], band: float, lower: tuple[float, float]
+) -> tuple[int, int]:
+    """The window chosen, or the fullest of those that end `lower[1]` metres or more below it, where that has `lower[0]` of its weight.
+
+    Dense matching widens what stands in front by a pixel or two and never what lies behind: where both speak, the one behind is right more often
+    than its weight says.
+    """
+    first, last, weight = chosen
+    height = buffer[1]
+    below = 0
+    while below < first and height[below] < height[first] - lower[1]:
+        below += 1
+    if below == 0:
+        return first, last
+    low, high, found = fullest(buffer, below, band)
+    if found >= lower[0] * weight:
+        return low, high
     return first, last
 
 
