@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import Field
@@ -20,7 +20,7 @@ from cityflow.matching.lattice import LatticeParameters, PairLattice
 from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
 from cityflow.matching.needed import PART_PX, Window, compute_blocks, parts_of_pair, parts_shape, window_of
 from cityflow.matching.parallax import VerticalParallax, vertical_parallax
-from cityflow.matching.rectification import Rectification, UnusablePair, rectify
+from cityflow.matching.rectification import UnusablePair, rectify
 from cityflow.matching.sgm import SgmClock
 from cityflow.matching.smoothing import SmoothingParameters, mixed_pixels, smoothed
 
@@ -36,7 +36,7 @@ class MatchParameters(Parameters):
     merge: MergeParameters = MergeParameters()
     edges: EdgeParameters = EdgeParameters()
     smoothing: SmoothingParameters = SmoothingParameters()
-    plane_lean: float = Field(0.0, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
+    plane_lean: float = Field(0.6, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
     most_parallax_px: float = Field(
         4.0,
         gt=0,
@@ -149,34 +149,25 @@ def _prepared(
         return None, PairReport(partner.name, False, f"only {share:.1%} of the pixels could be matched", matched=share)
     parallax = vertical_parallax(draft, level)
     if parallax is None:
-        return draft, PairReport(partner.name, True, "vertical parallax not measured: too little texture")
+        reason = f"vertical parallax could not be measured: too few patches match ({share:.1%} of the pixels do)"
+        return None, PairReport(partner.name, False, reason, matched=share)
     report = PairReport(
         partner.name, True, "", abs(parallax.median_px), parallax.ninety_px, parallax.rest_px, matched=share
     )
     if _too_far(parallax, parameters):
         reason = f"vertical parallax {parallax.ninety_px:.2f} px (90 %), {parallax.rest_px:.2f} px after correction"
-        return None, _with(report, used=False, reason=reason)
+        return None, replace(report, used=False, reason=reason)
     if not parameters.correct_parallax:
         return draft, report
     # coarse levels stay as they were matched: the correction is a fraction of their pixels
     blocks = {key: found for key, found in draft.blocks.items() if key[0] >= level}
     ranges = {key: found for key, found in draft.ranges.items() if key[0] >= level}
-    return PairLattice(_corrected(pair, parallax), images, heights, parameters.lattice, clock, ranges, blocks), report
+    return PairLattice(pair.moved(parallax.offset), images, heights, parameters.lattice, clock, ranges, blocks), report
 
 
 def _too_far(parallax: VerticalParallax, parameters: MatchParameters) -> bool:
     rest = parallax.rest_px if parameters.correct_parallax else abs(parallax.median_px)
     return parallax.ninety_px > parameters.most_parallax_px or rest > 0.25 * parameters.most_parallax_px
-
-
-def _corrected(pair: Rectification, parallax: VerticalParallax) -> Rectification:
-    return pair.moved(parallax.offset)
-
-
-def _with(report: PairReport, **changes: object) -> PairReport:
-    from dataclasses import replace
-
-    return replace(report, **changes)  # type: ignore[arg-type]
 
 
 def _matched_share(lattice: PairLattice, level: int) -> float:
@@ -206,7 +197,7 @@ def _completed(report: PairReport, lattices: Sequence[PairLattice]) -> PairRepor
             blocks = [b for (level, _), b in lattice.blocks.items() if level == 0]
             if found and blocks:
                 known = sum(int(np.isfinite(b).sum()) for b in blocks) / sum(b.size for b in blocks)
-                return _with(report, disparities=(min(r[0] for r in found), max(r[1] for r in found)), matched=known)
+                return replace(report, disparities=(min(r[0] for r in found), max(r[1] for r in found)), matched=known)
     return report
 
 
@@ -274,7 +265,9 @@ def _of_pair(
     row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
     ends = (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3)
     region = lattice.region(0, *ends, known_only=True)
-    return depths_of_pair(lattice.pair, normal, region, (row, col), parameters.merge.disparity_sigma_px)
+    p = parameters.merge
+    most = p.most_sigma_gsd * _middle_gsd(lattice.pair.base, lattice.heights)
+    return depths_of_pair(lattice.pair, normal, region, (row, col), p.disparity_sigma_px, most)
 
 
 def _middle_gsd(base: OrientedImage, heights: tuple[float, float]) -> float:

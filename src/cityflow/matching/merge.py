@@ -21,13 +21,24 @@ class MergeParameters(Parameters):
         3.0, gt=0, le=10, description="depths agree within so many of their common standard deviations"
     )
     views_at_least: int = Field(1, ge=1, le=8, description="partners that must agree where as many see the pixel")
+    most_sigma_gsd: float = Field(
+        8.0,
+        gt=0,
+        le=1000,
+        description="depths of a pair that are expected to be less precise are left out, ground pixels",
+    )
     lone_factor: float = Field(
         2.0, ge=1, le=10, description="a depth of one partner only is expected to be so many times less precise"
     )
 
 
 def depths_of_pair(
-    pair: Rectification, normal: FloatArray, disparity: Float32Array, corner: tuple[int, int], sigma_px: float
+    pair: Rectification,
+    normal: FloatArray,
+    disparity: Float32Array,
+    corner: tuple[int, int],
+    sigma_px: float,
+    most_sigma: float,
 ) -> tuple[Float32Array, Float32Array]:
     """Depth and its expected standard deviation at base pixels.
 
@@ -37,13 +48,14 @@ def depths_of_pair(
     disparity : (rows, cols) float32 disparities at level 0 of a region of the rectified lattice
     corner : row and column of that region's first pixel
     sigma_px : standard deviation of a disparity
+    most_sigma : depths with a larger standard deviation are left out, metres
 
     Returns
     -------
     depth, sigma : (h, w) float32, metres; NaN where unknown
     """
     geometry = np.array([*pair.turn, pair.focal, pair.fan, *pair.origin, *pair.baseline, *pair.plane])
-    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px, LEAST_FAN)
+    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px, LEAST_FAN, most_sigma)
 
 
 @njit(cache=True, nogil=True)
@@ -76,7 +88,7 @@ def _disparity_at(disparity, y, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _depths(normal, disparity, first_row, first_col, g, sigma_px, least_fan):  # type: ignore[no-untyped-def]
+def _depths(normal, disparity, first_row, first_col, g, sigma_px, least_fan, most_sigma):  # type: ignore[no-untyped-def]
     h, w = normal.shape[0], normal.shape[1]
     depth = np.full((h, w), np.nan, np.float32)
     sigma = np.full((h, w), np.nan, np.float32)
@@ -92,9 +104,10 @@ def _depths(normal, disparity, first_row, first_col, g, sigma_px, least_fan):  #
             if np.isnan(d):
                 continue
             z = _depth(u, v_row, d, g)
-            if z > 0:
+            spread = abs(_depth(u, v_row, d + 0.5, g) - _depth(u, v_row, d - 0.5, g)) * sigma_px
+            if z > 0 and spread <= most_sigma:
                 depth[i, j] = z
-                sigma[i, j] = abs(_depth(u, v_row, d + 0.5, g) - _depth(u, v_row, d - 0.5, g)) * sigma_px
+                sigma[i, j] = spread
     return depth, sigma
 
 

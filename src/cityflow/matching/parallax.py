@@ -11,7 +11,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.matching.lattice import PairLattice
 from cityflow.matching.resample import resampled
 
-PATCH_PX = 24
+PATCH_PX = 16
 LEAST_PATCHES = 12
 LEAST_TEXTURE = 40.0
 
@@ -76,7 +76,7 @@ def _patches(lattice: PairLattice, level: int, block: tuple[int, int]) -> FloatA
     drawn = cv2.remap(
         partner.astype(np.float32), cols - np.nan_to_num(disparity) + np.float32(high), rows, cv2.INTER_LINEAR
     )
-    shift, good = _row_shift(base.astype(np.float32), drawn, known)
+    shift, good = _row_shift(base.astype(np.float32), np.asarray(drawn, np.float32), known)
     at_row, at_col = np.nonzero(good)
     step = float(1 << level)
     return np.column_stack([
@@ -84,7 +84,7 @@ def _patches(lattice: PairLattice, level: int, block: tuple[int, int]) -> FloatA
     ])  # fmt: skip
 
 
-def _row_shift(base: Float32Array, drawn: Float32Array, known: BoolArray) -> tuple[Float32Array, BoolArray]:
+def _row_shift(base: Float32Array, drawn: Float32Array, known: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Shift of rows per patch: drawn(row + shift) = base(row); and which patches have enough texture."""
     smooth = [cv2.GaussianBlur(image, (0, 0), 1.0) for image in (base, drawn)]
     slope = [np.gradient(image, axis=0) for image in smooth]

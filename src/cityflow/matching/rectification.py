@@ -19,7 +19,7 @@ from cityflow.errors import CityflowError
 
 LEAST_FAN = 0.3
 """Least stretch of the fan: the base image is left out from where its epipole is so near that rows are blown up threefold."""
-LEAST_SHARE = 0.25
+LEAST_SHARE = 0.7
 """Share of the base image that must be left."""
 FURTHEST = 30.0
 """Rays that meet the reference plane further off than this, in units of the camera's distance from the plane, look at the horizon."""
