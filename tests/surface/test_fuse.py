@@ -139,3 +139,15 @@ def test_nothing_gives_holes() -> None:
     assert np.isnan(found.dsm).all()
     assert not found.count.any()
     assert np.isnan(fill_steps(found)).all()
+
+
+def test_points_without_place_or_precision_do_no_harm() -> None:
+    cloud = level(0.02)
+    xyz, sigma, views = cloud.xyz.copy(), cloud.sigma.copy(), cloud.views.copy()
+    xyz[::50, 2], xyz[1::50, 0] = np.nan, np.inf
+    sigma[2::50], views[3::50] = np.nan, 0
+    spoilt = ImagePoints(xyz, cloud.colour, cloud.image, views, sigma, cloud.names, cloud.centres)
+    found = fuse(spoilt, Grid.covering((0, 0, 40 * CELL, 40 * CELL), CELL))
+    assert np.nanmax(np.abs(found.dsm - 10)) < 0.1
+    assert np.isfinite(found.dsm).mean() > 0.99
+    assert np.isfinite(found.sigma[np.isfinite(found.dsm)]).all()

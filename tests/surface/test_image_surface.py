@@ -137,3 +137,38 @@ def test_refined_classes_follow_the_fine_heights() -> None:
     assert (fine[:, :3] == 2).all()
     assert (fine[1:, 3:] == 6).all()
     assert fine[0, 7] == 2
+
+
+def test_a_tile_without_points_is_no_data() -> None:
+    empty = points().take(np.zeros(len(points()), bool))
+    found = image_surface(empty, BOUNDS, CELL, FACTOR)
+    assert np.isnan(found.fine.dtm).all()
+    assert found.fine.holes.all()
+    assert not found.fine.klass.any()
+    assert len(found.thinned) == 0
+    assert len(classify_points(empty, found)) == 0
+
+
+def test_points_in_one_corner_only() -> None:
+    x, y = points().xyz[:, 0], points().xyz[:, 1]
+    found = image_surface(points().take((x < 2) & (y < 2)), BOUNDS, CELL, FACTOR)
+    assert np.isfinite(found.fine.dtm[-9:, :9]).all()
+    assert np.isnan(found.fine.dtm[:20, -20:]).all(), "where nothing was seen nothing is known"
+
+
+@pytest.mark.parametrize("bands", [1, 3, 4])
+def test_bands_and_depth_of_colour(bands: int) -> None:
+    """Grey images have roughness only; near infrared decides where it is there."""
+    cloud = points()
+    crown = cloud.colour[:, 1] > cloud.colour[:, 0] + 20
+    values = {
+        1: cloud.colour[:, :1],
+        3: cloud.colour.astype(np.uint16) * 200,
+        4: np.column_stack([np.full((len(cloud), 3), 100), np.where(crown, 220, 90)]).astype(np.uint8),
+    }
+    made = ImagePoints(cloud.xyz, values[bands], cloud.image, cloud.views, cloud.sigma, cloud.names, cloud.centres)
+    fine = image_surface(made, BOUNDS, CELL, FACTOR).fine
+    _, part = truth(fine.grid)
+    assert ((fine.klass == 6) & (part == 2)).sum() / (part == 2).sum() > 0.95
+    if bands > 1:
+        assert ((fine.klass == 5) & (part == 7)).sum() / (part == 7).sum() > 0.8

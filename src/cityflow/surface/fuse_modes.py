@@ -76,14 +76,37 @@ def _all_modes(
             for radius in radii:
                 n = gather(r, c, shape, columns, radius, buffer)
                 if n > 0:
-                    sort_by_height(buffer, n)
                     thick = max(band[0], band[1] * _mean_sigma(columns[5], buffer, n))
-                    first, last = lower_one(buffer, fullest(buffer, n, thick), thick, lower)
-                    _describe(r, c, columns, (first, last, n), thick, buffer, z, floats, images)
+                    if _is_one_surface(buffer, n, thick):
+                        centre = _mean_height(buffer, n)
+                    else:
+                        sort_by_height(buffer, n)
+                        first, last = lower_one(buffer, fullest(buffer, n, thick), thick, lower)
+                        centre = weighted_median(buffer[1], buffer[2], first, last)
+                    _describe(r, c, columns, (centre, thick), n, buffer, z, floats, images)
                 if floats[2, r, c] >= least:
                     break
             if floats[2, r, c] < least:
                 z[r, c], floats[4, r, c] = np.nan, np.nan
+
+
+@njit(cache=True, nogil=True)
+def _is_one_surface(buffer: Buffer, n: int, band: float) -> bool:
+    """Whether all points lie within the band: then there is nothing to choose, and nothing to sort."""
+    height = buffer[1]
+    low, high = height[0], height[0]
+    for i in range(1, n):
+        low, high = min(low, height[i]), max(high, height[i])
+    return bool(high - low <= band)
+
+
+@njit(cache=True, nogil=True)
+def _mean_height(buffer: Buffer, n: int) -> float:
+    height, weight = buffer[1], buffer[2]
+    total, mean = 0.0, 0.0
+    for i in range(n):
+        total, mean = total + weight[i], mean + weight[i] * (height[i] - height[0])
+    return height[0] + mean / max(total, 1e-12)
 
 
 @njit(cache=True, nogil=True)
@@ -192,14 +215,13 @@ def weighted_median(height: FloatArray, weight: FloatArray, first: int, last: in
 
 @njit(cache=True, nogil=True)
 def _describe(
-    r: int, c: int, columns: Columns, window: tuple[int, int, int], band: float, buffer: Buffer,
+    r: int, c: int, columns: Columns, surface: tuple[float, float], n: int, buffer: Buffer,
     z: FloatArray, floats: Float32Array, images: ByteArray,
 ) -> None:  # fmt: skip
-    """Means of the points within half a band of the window's median, and their precision."""
-    first, last, n = window
+    """Means of the points of a surface (its middle height, and its thickness), and their precision."""
+    centre, band = surface
     at, height, weight, east, south = buffer
     sigma, image = columns[5], columns[6]
-    centre = weighted_median(height, weight, first, last)
     total, inner, s_z, s_zz, s_u, s_v, s_s = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     seen = np.uint64(0)
     for i in range(n):
