@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.grid import Bounds
 from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, image_surface
 from cityflow.surface.overview import overview_factor, refined, refined_classes
 from cityflow.surface.point_classes import classify_points
@@ -172,3 +173,21 @@ def test_bands_and_depth_of_colour(bands: int) -> None:
     assert ((fine.klass == 6) & (part == 2)).sum() / (part == 2).sum() > 0.95
     if bands > 1:
         assert ((fine.klass == 5) & (part == 7)).sum() / (part == 7).sum() > 0.8
+
+
+def test_points_may_be_read_strip_by_strip(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, read = surface(), []
+    monkeypatch.setattr("cityflow.surface.fuse.STRIP_ROWS", 40)
+    monkeypatch.setattr("cityflow.surface.image_surface.STRIP_ROWS", 75)
+
+    def source(bounds: Bounds) -> ImagePoints:
+        x, y = points().xyz[:, 0], points().xyz[:, 1]
+        inside = (x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3])
+        read.append(int(inside.sum()))
+        return points().take(inside)
+
+    found = image_surface(source, BOUNDS, CELL, FACTOR)
+    assert max(read) < len(points())
+    for name in ("dsm", "dsm_filled", "dtm", "klass", "count", "sigma"):
+        assert getattr(found.fine, name).tobytes() == getattr(whole.fine, name).tobytes(), name
+    assert found.working.klass.tobytes() == whole.working.klass.tobytes()

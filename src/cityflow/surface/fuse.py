@@ -5,6 +5,7 @@ Each cell takes the height that most evidence near its centre agrees on; neighbo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from pydantic import Field
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
-from cityflow.core.grid import Grid
+from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.surface.fuse_cells import cell_points, expected_precision
 from cityflow.surface.fuse_fill import fill_from_below
@@ -21,6 +22,14 @@ from cityflow.surface.fuse_modes import modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
 
 STRIP_ROWS = 1024
+
+PointSource = ImagePoints | Callable[[Bounds], ImagePoints]
+"""Points, or who reads those within bounds (more do no harm): then no more than a strip of them is in memory."""
+
+
+def points_within(source: PointSource, bounds: Bounds) -> ImagePoints:
+    """All points that a source has within bounds, and perhaps others."""
+    return source if isinstance(source, ImagePoints) else source(bounds)
 
 
 class FuseParameters(Parameters):
@@ -83,7 +92,7 @@ class Fused:
     sigma: Float32Array
 
 
-def fuse(points: ImagePoints, grid: Grid, parameters: FuseParameters | None = None) -> Fused:
+def fuse(points: PointSource, grid: Grid, parameters: FuseParameters | None = None) -> Fused:
     """The surface over `grid` of points in its frame (heights count towards the cameras).
 
     Cells nearer than `halo_cells` to the edge of the grid may differ from those of a larger one. Works strip by strip, so that memory does not grow
@@ -96,16 +105,20 @@ def fuse(points: ImagePoints, grid: Grid, parameters: FuseParameters | None = No
         last = min(first + STRIP_ROWS, grid.rows)
         low, high = max(first - p.halo_cells, 0), min(last + p.halo_cells, grid.rows)
         strip = Grid(grid.x_min, grid.y_max - low * grid.cell, grid.cell, high - low, grid.cols)
-        part = _fused_strip(points, strip, p)
+        part = _fused_strip(points_within(points, _grown(strip)), strip, p)
         inner = slice(first - low, last - low)
         dsm[first:last], count[first:last], sigma[first:last] = part.dsm[inner], part.count[inner], part.sigma[inner]
     return Fused(grid, dsm, count, sigma)
 
 
+def _grown(grid: Grid) -> Bounds:
+    x_min, y_min, x_max, y_max = grid.bounds
+    return x_min - grid.cell, y_min - grid.cell, x_max + grid.cell, y_max + grid.cell
+
+
 def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
-    _, y_min, _, y_max = grid.bounds
-    y, margin = points.xyz[:, 1], grid.cell
-    inside = (y > y_min - margin) & (y < y_max + margin)
+    _, y_min, _, y_max = _grown(grid)
+    inside = (points.xyz[:, 1] > y_min) & (points.xyz[:, 1] < y_max)
     points = points if inside.all() else points.take(inside)
     quality, sigma = expected_precision(points, (grid.cell, p.half_views, p.upright))
     placed = cell_points(points, grid, quality, sigma)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
-from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
@@ -17,7 +16,15 @@ from cityflow.surface import dtm as dtm_methods
 from cityflow.surface.colour_vegetation import ColourVegetationParameters, colour_vegetation
 from cityflow.surface.cover import CoverParameters, classify
 from cityflow.surface.dtm import DtmParameters
-from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
+from cityflow.surface.fuse import (
+    STRIP_ROWS,
+    Fused,
+    FuseParameters,
+    PointSource,
+    fill_steps,
+    fuse,
+    points_within,
+)
 from cityflow.surface.noise import NoiseParameters, is_noise
 from cityflow.surface.overview import (
     reduced_median,
@@ -100,7 +107,7 @@ class ImageSurface:
 
 
 def image_surface(
-    points: ImagePoints,
+    points: PointSource,
     bounds: Bounds,
     cell_m: float,
     factor: int,
@@ -111,7 +118,7 @@ def image_surface(
 
     Parameters
     ----------
-    points : world points over the tile and `halo_m` around it
+    points : world points over the tile and `halo_m` around it, or who reads them within bounds
     bounds : of the tile; multiples of the working cell
     cell_m, factor : cell of the fine rasters, metres, and how many of them make one of the working grid (`overview_factor`)
     external_dtm : (rows, cols) terrain on the tile's own working grid, metres; replaces the estimate where it is not NaN
@@ -122,7 +129,7 @@ def image_surface(
     core = Grid(work_core.x_min, work_core.y_max, cell_m, work_core.rows * factor, work_core.cols * factor)
     fused = fuse(points, grid, p.fuse)
     filled = fill_steps(fused, p.fuse)
-    colour = surface_colour(points, fused.dsm, grid, factor, COLOUR_REACH_CELLS * cell_m)
+    colour = _colour(points, fused, factor)
     cloud = _cloud(fused, p)
     part = work.slices(work_core)
     terrain = _terrain(cloud, reduced_median(fused.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
@@ -130,6 +137,19 @@ def image_surface(
     fine = _fine((fused, filled), coarse, (grid, core), factor, p)
     method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
     return ImageSurface(fine, _cut(coarse, work_core), _classified(cloud.within(bounds), fine), method)
+
+
+def _colour(points: PointSource, fused: Fused, factor: int) -> NDArray[np.float32] | None:
+    """(rows, cols, bands) colour of the surface on the working grid, strip by strip; None for grey images."""
+    grid, parts = fused.grid, []
+    rows = max(STRIP_ROWS // factor, 1) * factor
+    for first in range(0, grid.rows, rows):
+        last = min(first + rows, grid.rows)
+        strip = Grid(grid.x_min, grid.y_max - first * grid.cell, grid.cell, last - first, grid.cols)
+        inside = points_within(points, strip.bounds)
+        parts.append(surface_colour(inside, fused.dsm[first:last], strip, factor, COLOUR_REACH_CELLS * grid.cell))
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known) if len(known) == len(parts) else None
 
 
 def _with_halo(bounds: Bounds, halo: float, cell: float) -> Grid:
