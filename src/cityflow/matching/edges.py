@@ -58,71 +58,56 @@ def near_steps(depth: Float32Array, radius: int, step: np.float32) -> BoolArray:
     return np.asarray(cv2.dilate((high - low > step).astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
 
 
-@njit(cache=True, nogil=True, fastmath=False)
+@njit(cache=True, nogil=True)
 def _chosen(depth, grey, near, radius, step, likeness, inertia):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     out = depth.copy()
     table = (np.exp(-0.5 * (np.arange(256) / likeness) ** 2) + 1e-3).astype(np.float32)
+    size = (2 * radius + 1) ** 2
+    values, looks, away = np.empty(size, np.float32), np.empty(size, np.int64), np.empty(size, np.float32)
     for i in range(radius, h - radius):
         for j in range(radius, w - radius):
-            if not near[i, j]:
+            z = depth[i, j]
+            if not near[i, j] or np.isnan(z):
                 continue
+            n = 0
             low, high = np.float32(1e9), np.float32(-1e9)
             for k in range(-radius, radius + 1):
                 for m in range(-radius, radius + 1):
-                    z = depth[i + k, j + m]
-                    if not np.isnan(z):
-                        low, high = min(low, z), max(high, z)
-            if high - low <= step:
-                continue
-            split = _split(depth, i, j, radius, low, high)
-            votes_near, votes_far = np.float32(0.0), np.float32(0.0)
-            near_z, far_z, near_w, far_w = 0.0, 0.0, 0.0, 0.0
-            own = np.int64(grey[i, j])
-            for k in range(-radius, radius + 1):
-                for m in range(-radius, radius + 1):
-                    z = depth[i + k, j + m]
-                    if np.isnan(z) or (k == 0 and m == 0):
-                        continue
-                    away = np.float32(k * k + m * m)
-                    vote = table[abs(np.int64(grey[i + k, j + m]) - own)] / (np.float32(2.0) + away)
-                    pull = vote / away
-                    if z < split:
-                        votes_near += vote
-                        near_z += pull * z
-                        near_w += pull
-                    else:
-                        votes_far += vote
-                        far_z += pull * z
-                        far_w += pull
-            z = depth[i, j]
-            if np.isnan(z):
-                continue
-            if z < split and votes_far > inertia * votes_near:
-                out[i, j] = far_z / far_w
-            elif z >= split and votes_near > inertia * votes_far:
-                out[i, j] = near_z / near_w
+                    value = depth[i + k, j + m]
+                    if not np.isnan(value) and (k != 0 or m != 0):
+                        values[n] = value
+                        looks[n] = grey[i + k, j + m]
+                        away[n] = k * k + m * m
+                        low, high = min(low, value), max(high, value)
+                        n += 1
+            if n and high - low > step:
+                out[i, j] = _vote(
+                    values[:n], looks[:n], away[:n], (low + high) / 2, z, np.int64(grey[i, j]), table, inertia
+                )
     return out
 
 
 @njit(cache=True, nogil=True)
-def _split(depth, i, j, radius, low, high):  # type: ignore[no-untyped-def]
-    """Depth between the two surfaces of a window: where the means of both sides are equally far."""
-    split = 0.5 * (low + high)
-    for _ in range(3):
-        near, far, n, f = 0.0, 0.0, 0, 0
-        for k in range(-radius, radius + 1):
-            for m in range(-radius, radius + 1):
-                z = depth[i + k, j + m]
-                if np.isnan(z):
-                    continue
-                if z < split:
-                    near += z
-                    n += 1
-                else:
-                    far += z
-                    f += 1
-        if n == 0 or f == 0:
-            break
-        split = 0.5 * (near / n + far / f)
-    return split
+def _vote(values, looks, away, split, z, own, table, inertia):  # type: ignore[no-untyped-def]
+    """Depth of a pixel after its neighbours voted: its own, or the mean of the other surface, near neighbours first."""
+    for _ in range(2):
+        near, far, count = np.float32(0.0), np.float32(0.0), 0
+        for value in values:
+            if value < split:
+                near += value
+                count += 1
+            else:
+                far += value
+        if 0 < count < len(values):
+            split = np.float32(0.5) * (near / count + far / (len(values) - count))
+    votes_own, votes_other, total, weight = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(1e-12)
+    for n in range(len(values)):
+        vote = table[abs(looks[n] - own)] / (np.float32(2.0) + away[n])
+        if (values[n] < split) == (z < split):
+            votes_own += vote
+        else:
+            votes_other += vote
+            total += vote / away[n] * (values[n] - z)
+            weight += vote / away[n]
+    return z + total / weight if votes_other > inertia * votes_own else z

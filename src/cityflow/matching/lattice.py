@@ -35,7 +35,7 @@ class LatticeParameters(Parameters):
     trim: float = Field(
         0.002, ge=0, le=0.1, description="share of the coarser level's disparities left out at either end of a range"
     )
-    most_disparities: int = Field(512, ge=64, le=4096, description="bound of a block's range: bounds memory")
+    most_disparities: int = Field(256, ge=64, le=4096, description="bound of a block's range: bounds memory")
     sgm: SgmParameters = SgmParameters()
     subpixel: SubpixelParameters = SubpixelParameters()
 

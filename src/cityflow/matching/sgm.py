@@ -30,9 +30,10 @@ class SgmParameters(Parameters):
     """What StereoSGBM is called with."""
 
     mode: Mode = Field(
-        "sgbm", description="paths that costs are summed over: five, three, or eight (hh, five times slower)"
+        "hh4",
+        description="paths that costs are summed over: 3way three (fastest), hh4 four, sgbm five in one pass, hh eight",
     )
-    window_px: int = Field(5, ge=1, le=11, description="edge of the window that costs are summed over, odd, pixels")
+    window_px: int = Field(3, ge=1, le=11, description="edge of the window that costs are summed over, odd, pixels")
     small_step: float = Field(
         8.0, gt=0, le=100, description="penalty of a disparity step of one pixel, times window area"
     )
