@@ -13,8 +13,8 @@ from cityflow.core.parameters import Parameters
 class SmoothingParameters(Parameters):
     """Bilateral filter (Frommholz 2017, section 2) and mixed pixels (Nex 2013, section 2.2)."""
 
-    radius_px: int = Field(3, ge=0, le=10, description="radius of the bilateral filter; 0 switches it off")
-    distance_px: float = Field(1.5, gt=0, le=20, description="standard deviation of its weights over pixel distance")
+    radius_px: int = Field(4, ge=0, le=10, description="radius of the bilateral filter; 0 switches it off")
+    distance_px: float = Field(2.0, gt=0, le=20, description="standard deviation of its weights over pixel distance")
     depth_gsd: float = Field(
         1.5, gt=0, le=50, description="standard deviation of its weights over depth difference, ground pixels"
     )

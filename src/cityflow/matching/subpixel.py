@@ -1,7 +1,7 @@
 """Sub-pixel disparities by least squares on the grey values.
 
 Semi-global matching leaves disparities that are drawn to whole pixels and scatter by a quarter of one. Each is averaged with its neighbours of the same
-surface; then the shift that is left between the base and the partner drawn to it is solved for in a window, twice.
+surface; then the shift that is left between the base and the partner drawn to it is solved for in a window.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ class SubpixelParameters(Parameters):
         2, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
     )
     average_px: int = Field(2, ge=0, le=8, description="radius of the window that disparities are averaged in, pixels")
-    window_px: int = Field(4, ge=1, le=12, description="radius of the window that grey values are compared in, pixels")
+    window_px: int = Field(5, ge=1, le=12, description="radius of the window that grey values are compared in, pixels")
     same_surface_px: float = Field(
         1.0, gt=0, le=5, description="disparities this near to each other belong to one surface"
     )
-    least_texture: float = Field(
-        3.0, ge=0, le=100, description="mean square gradient of a window that is worth a step, grey values squared"
+    damping: float = Field(
+        8.0, ge=0.1, le=100, description="mean square gradient at which a window's shift is halved, grey values squared"
     )
     most_shift_px: float = Field(0.75, gt=0, le=2, description="largest correction")
 
@@ -71,7 +71,7 @@ def _shift(
     terms = _terms(base, partner, disparity)
     size = (2 * p.window_px + 1,) * 2
     count, g, e, gg, ge = (cv2.boxFilter(t, -1, size, borderType=cv2.BORDER_REPLICATE) for t in terms)
-    shift = _solved(count, g, e, gg, ge, np.float32(p.least_texture))
+    shift = _solved(count, g, e, gg, ge, np.float32(p.damping))
     shift[~known] = 0.0
     return shift
 
@@ -132,7 +132,7 @@ def _terms(base, partner, disparity):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _solved(count, g, e, gg, ge, least):  # type: ignore[no-untyped-def]
+def _solved(count, g, e, gg, ge, damping):  # type: ignore[no-untyped-def]
     """Shift that minimises the squared differences about their mean in each window."""
     out = np.zeros(count.shape, np.float32)
     for i in range(count.shape[0]):
@@ -141,7 +141,6 @@ def _solved(count, g, e, gg, ge, least):  # type: ignore[no-untyped-def]
             if n < 0.3:
                 continue
             variance = (gg[i, j] - g[i, j] * g[i, j] / n) / n
-            if variance > least:
-                shift = (ge[i, j] - g[i, j] * e[i, j] / n) / n / variance
-                out[i, j] = min(max(shift, np.float32(-0.5)), np.float32(0.5))
+            shift = (ge[i, j] - g[i, j] * e[i, j] / n) / n / (variance + damping)
+            out[i, j] = min(max(shift, np.float32(-0.5)), np.float32(0.5))
     return out
