@@ -27,6 +27,7 @@ from cityflow.matching.smoothing import SmoothingParameters, mixed_pixels, smoot
 STRIP_PARTS = 8
 """Pixels are merged in squares of so many parts: bounds memory."""
 PARALLAX_LEVEL = 2
+UNMEASURED_SHARE = 0.3
 
 
 class MatchParameters(Parameters):
@@ -149,8 +150,10 @@ def _prepared(
         return None, PairReport(partner.name, False, f"only {share:.1%} of the pixels could be matched", matched=share)
     parallax = vertical_parallax(draft, level)
     if parallax is None:
-        reason = f"vertical parallax could not be measured: too few patches match ({share:.1%} of the pixels do)"
-        return None, PairReport(partner.name, False, reason, matched=share)
+        # much that matches both ways is no accident, even where no patch has texture across the rows
+        reason = f"vertical parallax could not be measured; {share:.1%} of the pixels match"
+        good = share >= UNMEASURED_SHARE
+        return draft if good else None, PairReport(partner.name, good, reason, matched=share)
     report = PairReport(
         partner.name, True, "", abs(parallax.median_px), parallax.ninety_px, parallax.rest_px, matched=share
     )

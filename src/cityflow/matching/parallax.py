@@ -13,7 +13,7 @@ from cityflow.matching.resample import resampled
 
 PATCH_PX = 16
 LEAST_PATCHES = 12
-LEAST_TEXTURE = 40.0
+LEAST_TEXTURE = 12.0
 
 
 @dataclass(frozen=True, slots=True)
