@@ -39,5 +39,5 @@ def test_the_same_map_gives_the_same_bytes() -> None:
 
 
 def test_other_bytes_are_refused() -> None:
-    with pytest.raises(CityflowError, match="no depth map"):
+    with pytest.raises(CityflowError, match="no file of arrays"):
         decode_depth_map(b"something else")

@@ -17,6 +17,7 @@ from cityflow.stages import (
     export,
     export_city,
     frame,
+    fuse,
     ingest,
     ingest_image,
     match,
@@ -34,7 +35,7 @@ Node = tuple[str, str]
 """Stage and unit. Two stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
 that share walls with them are known'."""
 
-PICTURES = {match.STAGE: match.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task}
+PICTURES = {match.STAGE: match.task, fuse.STAGE: fuse.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task}
 """Stages that only a survey of images has."""
 
 CITY: Node = ("export", export.CITY)
@@ -174,7 +175,10 @@ class CitySource:
         if stage == ortho.STAGE:
             over = [(surface.STAGE, t) for t in survey.ring(name)]
             return [*over, *((ingest.STAGE, n) for n in images.ortho_images(survey.tiles[name]))]
-        around = images.frame_tile(name).ground_tiles if stage == frame.STAGE else survey.ring(name)
+        wanted = survey.parameters.image_surface
+        if stage == surface.STAGE:
+            return [(fuse.STAGE, t) for t in survey.near(name, wanted.context_m)]
+        around = survey.near(name, wanted.fuse.halo_m) if stage == fuse.STAGE else images.frame_tile(name).ground_tiles
         return [(match.STAGE, f.name) for t in around for f in images.flight_tiles(survey.tiles[t])]
 
     def _free(self, node: Node) -> Iterator[Task]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cityflow.core.arrays import Float32Array
@@ -11,17 +13,16 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.stages.fuse import DepthReader
 from cityflow.stages.oriented import to_json
-from cityflow.stages.ortho import ortho_images, write_ortho
+from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
 from cityflow.stages.rasters import store_layers
-from cityflow.stages.surface_images import read_depth_points
 from cityflow.stages.survey import FRAMES, Survey
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
-from cityflow.surface.ortho_sampling import OrthoImage
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 
 STAGE = "frame"
-VERSION = 1
+VERSION = 2
 EMPTY = "no view of this direction has a depth here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 
@@ -39,7 +40,7 @@ def task(survey: Survey, unit: str) -> Task:
         {n for u in maps for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)}
     )
     images = [n for n in seen if n in place.frame.images and survey.tiled_image(n) is not None]
-    shown = {n: [to_json(survey.images.views[n].image), list(survey.images.assets[n].gain)] for n in images}
+    shown = shown_images(survey, images)
     frame = {
         "name": place.frame.name,
         "rotation": place.frame.frame_from_world.tolist(),
@@ -86,8 +87,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     whole_surface = fill_steps(fused, fusing).astype(np.float32)
     part = wide.slices(core)
     images = [
-        OrthoImage(i.image.rotated(frame.frame_from_world, frame.origin), i.pixels, i.gain)
-        for i in ortho_images(workspace, task)
+        replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in ortho_images(workspace, task)
     ]
     made = true_ortho(core, whole_surface[part], (wide, whole_surface), images, ortho)
     zarr, whole = f"{FRAMES}/{frame.name}", tuple(a["frame_grid"])
@@ -106,7 +106,7 @@ def _frame(task: Task) -> LocalFrame:
 def _in_frame(workspace: Workspace, task: Task, frame: LocalFrame, bounds: Bounds) -> ImagePoints:
     """The points of the depth maps that stand over `bounds` of the frame, in the frame."""
     a = task.arguments
-    world = read_depth_points(workspace.store, a["maps"], a["bases"], EVERYWHERE, a["bands"])
+    world = DepthReader(workspace.store, a["maps"], a["bases"], a["bands"], EVERYWHERE)(EVERYWHERE)
     points = world.rotated(frame.frame_from_world, frame.origin)
     x, y = points.xyz[:, 0], points.xyz[:, 1]
     return points.take((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.image_tiles import tile_image
@@ -45,4 +45,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         tiled = Path(folder) / TILED
         tile_image(path, tiled)
         workspace.write_file(TILED, tiled)
-    return workspace.outcome(result={"width": header.width, "height": header.height, "bands": header.bands})
+    digest = digest_of(list(workspace.outputs.values()))
+    return workspace.outcome(
+        result={"digest": digest, "width": header.width, "height": header.height, "bands": header.bands}
+    )

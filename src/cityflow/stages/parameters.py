@@ -91,6 +91,7 @@ class ExecutionParameters(Parameters):
     max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
     ingest: StageLimits = StageLimits(time_s=7200)
     match: StageLimits = StageLimits(time_s=1800)
+    fuse: StageLimits = StageLimits()
     surface: StageLimits = StageLimits()
     ortho: StageLimits = StageLimits()
     frame: StageLimits = StageLimits()

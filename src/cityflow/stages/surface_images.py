@@ -1,52 +1,52 @@
-"""Stage ``surface``, for images: the depth maps of a ground tile and its ring become its chunk of every layer, and its points."""
+"""Stage ``surface``, for images: the fused surface of a ground tile and its ring becomes its chunk of every layer; its points get classes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from cityflow.core.building import Status
-from cityflow.core.depth_map import ImagePoints, joined, points_of
 from cityflow.core.grid import Bounds, Grid, tiles_over
 from cityflow.core.points import PointCloud
-from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
-from cityflow.io.depth_map import decode_depth_map
 from cityflow.io.las_image_points import write_image_points
 from cityflow.io.las_write import write_points
 from cityflow.io.reference import crs_of, resolve
-from cityflow.stages.oriented import of_json, to_json
+from cityflow.stages import fuse
+from cityflow.stages.oriented import to_json
 from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.stages.survey import OVERVIEW, ZARR, Survey
-from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, image_surface
+from cityflow.surface.fused_tile import side_by_side
+from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 
 STAGE = "surface"
 VERSION = 1
-UNMATCHED = "without the depths of {}"
 PIECE_SCALE_M = 0.001
 
 
 def task(survey: Survey, name: str) -> Task:
-    """The surface of one tile, from the depth maps of the tile and its ring."""
-    maps = survey.depth_maps(survey.ring(name))
-    images = sorted({survey.images.flight_tile(u).base for u in maps})
+    """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
+    ring = survey.near(name, survey.parameters.image_surface.context_m)
+    fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
+    maps = survey.depth_maps([name])
+    images = [to_json(survey.images.views[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
     dtm = survey.catalog.rasters.get("dtm")
-    failed = survey.unmatched([name])
+    missing = {
+        t: survey.records[fuse.STAGE, t].reason for t in ring if survey.records[fuse.STAGE, t].status is Status.FAILED
+    }
     return Task(
         STAGE, name, "cityflow.stages.surface_images:run", VERSION,
-        parameters=survey.parameters_for(STAGE, name, survey.parameters.image_surface),
+        parameters=_parameters(survey, name),
         inputs={
-            **dict(maps.values()), **{f"failed {u}": "missing" for u in failed},
-            "poses": digest_of([to_json(survey.images.views[i].image) for i in images]), "grid": survey.place,
-            **({"dtm": dtm.checksum} if dtm else {}),
+            **fused, **dict(maps.values()), **{f"missing {t}": why for t, why in missing.items()}, "poses": digest_of(images),
+            "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
-            "bounds": list(survey.tiles[name].bounds), "maps": [path for path, _ in maps.values()],
-            "images": [to_json(survey.images.views[i].image) for i in images], "failed": failed,
+            "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
+            "maps": [path for path, _ in maps.values()], "images": images, "degraded": survey.reason_of(fuse.STAGE, name),
             "cell_m": survey.product_grid.cell, "factor": survey.images.overview_factor,
             "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
             "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code, "bands": survey.images.bands,
@@ -56,43 +56,45 @@ def task(survey: Survey, name: str) -> Task:
     )  # fmt: skip
 
 
+def _parameters(survey: Survey, name: str) -> dict[str, Json]:
+    """Those of the stage; how points are fused has been another's matter."""
+    tree = survey.parameters_for(STAGE, name, survey.parameters.image_surface)
+    return {k: v for k, v in tree.items() if k != "fuse"}
+
+
+def is_made_alike(survey: Survey, record: Record) -> bool:
+    """Whether an earlier surface has the version, parameters and grid that it would have now."""
+    found = (record.version, dict(record.parameters), record.inputs.get("grid"))
+    return found == (VERSION, _parameters(survey, record.unit), survey.place)
+
+
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer on both grids, its DSM and DTM, its classified points, and thinned points for buildings."""
     a = task.arguments
     parameters = ImageSurfaceParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
-    halo = parameters.halo_m
-    around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
-    points = read_depth_points(workspace.store, a["maps"], a["images"], around, a["bands"])
+    context = parameters.context_m
+    around = (bounds[0] - context, bounds[1] - context, bounds[2] + context, bounds[3] + context)
+    wide = side_by_side([fuse.read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
     working = Grid.covering(bounds, a["cell_m"] * a["factor"])
-    surface = image_surface(points, bounds, a["cell_m"], a["factor"], parameters, given_dtm(task, working))
+    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))
     digest = _write_rasters(workspace, task, surface)
-    core = points.take(_within(points, bounds))
-    classes = classify_points(core, surface)
-    crs = crs_of(resolve(a["crs"]))
-    workspace.publish(f"products/points/{task.unit}.laz", write_image_points(core, classes, crs=crs))
+    points = _write_points(workspace, task, surface, bounds)
     _write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
-    figures = {"points": len(core), "dtm_method": surface.method, "completeness": float(1 - surface.fine.holes.mean())}
-    status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(a["failed"]))) if a["failed"] else (Status.DONE, "")
-    return workspace.outcome(status, reason, {"digest": digest, **figures})
+    figures = {"points": points, "dtm_method": surface.method, "completeness": float(1 - surface.fine.holes.mean())}
+    without = [fuse.UNMATCHED.format(f"tile {t}") for t in a["missing"]] + ([a["degraded"]] if a["degraded"] else [])
+    return workspace.outcome(
+        Status.DEGRADED if without else Status.DONE, "; ".join(without), {"digest": digest, **figures}
+    )
 
 
-def read_depth_points(
-    store: Store, paths: list[str], images: list[Mapping[str, Any]], bounds: Bounds, bands: int
-) -> ImagePoints:
-    """The points of depth maps that stand within `bounds`, in a fixed order."""
-    oriented = {tree["name"]: of_json(tree) for tree in images}
-    parts = []
-    for _, data in store.read_many(paths):
-        depth_map = decode_depth_map(data)
-        points = points_of(depth_map, oriented[depth_map.image])
-        parts.append(points.take(_within(points, bounds)))
-    return joined(parts, bands)
-
-
-def _within(points: ImagePoints, bounds: Bounds) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    x, y = points.xyz[:, 0], points.xyz[:, 1]
-    return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
+def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bounds: Bounds) -> int:
+    """The tile's own points with their classes; how many."""
+    a = task.arguments
+    core = fuse.DepthReader(workspace.store, a["maps"], a["images"], a["bands"], bounds)(bounds)
+    data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(a["crs"])))
+    workspace.publish(f"products/points/{task.unit}.laz", data)
+    return len(core)
 
 
 def _write_rasters(workspace: Workspace, task: Task, surface: ImageSurface) -> str:
@@ -117,9 +119,3 @@ def _write_pieces(workspace: Workspace, cloud: PointCloud, bounds: Bounds, cell_
         part = cloud.within(cell.bounds)
         if len(part):
             workspace.write(f"{cell.name}.laz", write_points(part, PIECE_SCALE_M))
-
-
-def is_made_alike(survey: Survey, record: Record) -> bool:
-    """Whether an earlier surface has the version, parameters and grid that it would have now."""
-    parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.image_surface)
-    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, survey.place)

@@ -163,6 +163,14 @@ class Survey:
         around = [f"{tile.col + i}_{tile.row + j}" for j in (-1, 0, 1) for i in (-1, 0, 1)]
         return [n for n in around if n in self.tiles]
 
+    def near(self, name: str, reach_m: float) -> list[str]:
+        """The tile and all others that lie within `reach_m` of it, south-west first."""
+        return [
+            t.name
+            for t in tiles_over(self.tiles[name].buffered(reach_m), self.parameters.tiles.tile_m)
+            if t.name in self.tiles
+        ]
+
     def files_over(self, bounds: Bounds) -> list[LidarAsset]:
         """Files whose extents meet `bounds`, by name."""
         assets = list(self.files.values())
@@ -232,6 +240,16 @@ class Survey:
         if record is None:
             return "missing"
         return str(record.result.get("digest") or f"{record.status}: {record.reason}")
+
+    def outputs_of(self, stage: str, unit: str) -> dict[str, str]:
+        """Path → digest of what a task left; nothing where it has not run or failed."""
+        record = self.records.get((stage, unit))
+        return dict(record.outputs) if record is not None else {}
+
+    def reason_of(self, stage: str, unit: str) -> str:
+        """Why a task did less than it should; empty where all is well."""
+        record = self.records.get((stage, unit))
+        return record.reason if record is not None and record.status is not Status.DONE else ""
 
     def outline_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines of a tile; none where the tile has none."""

@@ -16,28 +16,18 @@ from cityflow.surface import dtm as dtm_methods
 from cityflow.surface.colour_vegetation import ColourVegetationParameters, colour_vegetation
 from cityflow.surface.cover import CoverParameters, classify
 from cityflow.surface.dtm import DtmParameters
-from cityflow.surface.fuse import (
-    STRIP_ROWS,
-    Fused,
-    FuseParameters,
-    PointSource,
-    fill_steps,
-    fuse,
-    points_within,
-)
+from cityflow.surface.fuse import Fused, FuseParameters, PointSource
+from cityflow.surface.fused_tile import FusedTile, fine_grid, fused_tile
 from cityflow.surface.noise import NoiseParameters, is_noise
 from cityflow.surface.overview import (
     reduced_median,
     refined,
     refined_classes,
-    surface_colour,
     thinned_cells,
 )
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.surveyed import SurveyedParameters, surveyed
 
-COLOUR_REACH_CELLS = 3.0
-"""Points this near to the surface give it its colour."""
 LEAST_SHARE = 0.25
 """A coarse cell is known where this share of its fine cells is."""
 LAYERS = ("dsm", "dsm_filled", "dtm", "ndsm", "klass", "count", "holes", "sigma")
@@ -60,10 +50,15 @@ class ImageSurfaceParameters(Parameters):
     )
 
     @property
-    def halo_m(self) -> float:
-        """Points are needed this far around a tile for its result not to depend on the tiling, metres."""
+    def context_m(self) -> float:
+        """The fused surface is needed this far around a tile for its result not to depend on the tiling, metres."""
         parts = (self.dtm, self.vegetation, self.cover, self.surveyed)
-        return max(part.halo_m for part in parts) + self.fuse.halo_m
+        return max(part.halo_m for part in parts)
+
+    @property
+    def halo_m(self) -> float:
+        """And points this far, metres."""
+        return self.context_m + self.fuse.halo_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,12 +119,24 @@ def image_surface(
     external_dtm : (rows, cols) terrain on the tile's own working grid, metres; replaces the estimate where it is not NaN
     """
     p = parameters or ImageSurfaceParameters()
-    work_core, work = Grid.covering(bounds, cell_m * factor), _with_halo(bounds, p.halo_m, cell_m * factor)
-    grid = Grid(work.x_min, work.y_max, cell_m, work.rows * factor, work.cols * factor)
-    core = Grid(work_core.x_min, work_core.y_max, cell_m, work_core.rows * factor, work_core.cols * factor)
-    fused = fuse(points, grid, p.fuse)
-    filled = fill_steps(fused, p.fuse)
-    colour = _colour(points, fused, factor)
+    around = _grown(bounds, p.context_m)
+    return surface_of_fused(fused_tile(points, around, cell_m, factor, p.fuse), bounds, p, external_dtm)
+
+
+def surface_of_fused(
+    wide: FusedTile, bounds: Bounds, parameters: ImageSurfaceParameters, external_dtm: FloatArray | None = None
+) -> ImageSurface:
+    """Surface of a tile from what is fused already.
+
+    Parameters
+    ----------
+    wide : the fused surface of the tile and `parameters.context_m` around it
+    bounds, external_dtm : see `image_surface`
+    """
+    p, factor, fused, filled = parameters, wide.factor, wide.surface, wide.filled
+    grid, core = fused.grid, fine_grid(bounds, fused.grid.cell, wide.factor)
+    work, work_core = _working(grid, factor), _working(core, factor)
+    colour = wide.colour if wide.colour.shape[2] else None
     cloud = _cloud(fused, p)
     part = work.slices(work_core)
     terrain = _terrain(cloud, reduced_median(fused.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
@@ -139,22 +146,12 @@ def image_surface(
     return ImageSurface(fine, _cut(coarse, work_core), _classified(cloud.within(bounds), fine), method)
 
 
-def _colour(points: PointSource, fused: Fused, factor: int) -> NDArray[np.float32] | None:
-    """(rows, cols, bands) colour of the surface on the working grid, strip by strip; None for grey images."""
-    grid, parts = fused.grid, []
-    rows = max(STRIP_ROWS // factor, 1) * factor
-    for first in range(0, grid.rows, rows):
-        last = min(first + rows, grid.rows)
-        strip = Grid(grid.x_min, grid.y_max - first * grid.cell, grid.cell, last - first, grid.cols)
-        inside = points_within(points, strip.bounds)
-        parts.append(surface_colour(inside, fused.dsm[first:last], strip, factor, COLOUR_REACH_CELLS * grid.cell))
-    known = [part for part in parts if part is not None]
-    return np.concatenate(known) if len(known) == len(parts) else None
+def _working(fine: Grid, factor: int) -> Grid:
+    return Grid(fine.x_min, fine.y_max, fine.cell * factor, fine.rows // factor, fine.cols // factor)
 
 
-def _with_halo(bounds: Bounds, halo: float, cell: float) -> Grid:
-    x_min, y_min, x_max, y_max = bounds
-    return Grid.covering((x_min - halo, y_min - halo, x_max + halo, y_max + halo), cell)
+def _grown(bounds: Bounds, by: float) -> Bounds:
+    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
 
 
 def _cloud(fused: Fused, p: ImageSurfaceParameters) -> PointCloud:
@@ -185,7 +182,7 @@ def _terrain(
 
 
 def _coarse(
-    heights: tuple[Fused, FloatArray],
+    heights: tuple[Fused, Float32Array],
     known: tuple[FloatArray, NDArray[np.float32] | None],
     cloud: PointCloud,
     work: Grid,
@@ -208,7 +205,11 @@ def _coarse(
 
 
 def _fine(
-    heights: tuple[Fused, FloatArray], coarse: Rasters, grids: tuple[Grid, Grid], factor: int, p: ImageSurfaceParameters
+    heights: tuple[Fused, Float32Array],
+    coarse: Rasters,
+    grids: tuple[Grid, Grid],
+    factor: int,
+    p: ImageSurfaceParameters,
 ) -> Rasters:
     """Rasters of the core at full resolution; terrain and classes from the coarse ones."""
     (fused, filled), (grid, core) = heights, grids

@@ -1,0 +1,58 @@
+"""Named arrays with a few words about them as one file: what tasks hand to each other. Blosc blocks behind a JSON header."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numcodecs import Blosc, blosc
+from numpy.typing import NDArray
+
+from cityflow.errors import CityflowError
+
+MAGIC = b"CFARR1\n"
+
+
+def encode_arrays(arrays: Mapping[str, NDArray[Any]], said: Mapping[str, Any]) -> bytes:
+    """Arrays in the order given, `said` as JSON; the same contents give the same bytes."""
+    blosc.use_threads = False
+    header: dict[str, Any] = {"said": dict(said), "arrays": {}}
+    blocks = []
+    for name, array in arrays.items():
+        stored = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+        # blosc takes no more than 2 GB at once
+        block = Blosc(cname="zstd", clevel=3, shuffle=Blosc.SHUFFLE).encode(stored) if stored.size else b""
+        header["arrays"][name] = [stored.dtype.str, list(stored.shape), len(block)]
+        blocks.append(block)
+    text = json.dumps(header).encode()
+    return MAGIC + struct.pack("<I", len(text)) + text + b"".join(blocks)
+
+
+def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Writable arrays by name, and what was said of them.
+
+    Raises
+    ------
+    CityflowError
+        These are other bytes.
+    """
+    start = len(MAGIC) + 4
+    if data[: len(MAGIC)] != MAGIC:
+        raise CityflowError("this is no file of arrays", where="work", remedy="run the stage that wrote it again")
+    length = struct.unpack("<I", data[len(MAGIC) : start])[0]
+    header = json.loads(data[start : start + length])
+    place, arrays = start + length, {}
+    for name, (dtype, shape, size) in header["arrays"].items():
+        arrays[name] = _array(data[place : place + size], dtype, shape)
+        place += size
+    return arrays, header["said"]
+
+
+def _array(block: bytes, dtype: str, shape: list[int]) -> NDArray[Any]:
+    if not block:
+        return np.empty(shape, dtype)
+    # blosc decodes into a read-only buffer; whoever reads the array may change it
+    return np.asarray(np.frombuffer(Blosc().decode(block), dtype).reshape(shape).copy())
