@@ -83,6 +83,15 @@ def _notes(made: CreatedCatalog) -> str:
     return "\n".join(made.notes)
 
 
+def _evened(made: CreatedCatalog, grey: float) -> np.ndarray:
+    """What each image's balance makes of a thing that it shows by its exposure, mean of the bands, in the middle of the image."""
+    shown = []
+    for asset, exposure in zip(made.catalog.images, EXPOSURES, strict=True):
+        gamma = np.array(asset.gamma or (1.0, 1.0, 1.0))
+        shown.append(float(np.mean(np.array(asset.gain) * 255 * (grey * exposure / 255) ** gamma)))
+    return np.array(shown)
+
+
 def test_what_is_written_is_what_is_read(survey: Path) -> None:
     made = _made(survey)
     catalog = read_catalog(survey / "c")
@@ -109,11 +118,39 @@ def test_heights_are_those_of_ground_and_roofs(survey: Path) -> None:
 
 def test_gains_undo_the_exposures(survey: Path) -> None:
     made = _made(survey)
-    gain = np.array([np.mean(a.gain) for a in made.catalog.images])
-    assert gain * EXPOSURES == pytest.approx(np.full(6, (gain * EXPOSURES).mean()), rel=0.03)
+    for grey in (70.0, 110.0, 150.0):
+        shown = _evened(made, grey)
+        assert shown == pytest.approx(np.full(6, shown.mean()), rel=0.03)
     assert "2 groups of exposures" in _notes(made)
     assert "exposures" in check_catalog(survey / "c").text()
     assert {a.gain for a in _made(survey, gains=False).catalog.images} == {(1.0, 1.0, 1.0)}
+
+
+def test_another_curve_and_corners_that_lack_light_are_found(survey: Path) -> None:
+    """Photographs of one exposure are taken with another curve, and all get dark towards the corners."""
+    u, v = np.meshgrid(np.arange(160) + 0.5 - 80, np.arange(120) + 0.5 - 60)
+    dimming = np.exp(-0.3 * (u**2 + v**2) / (80**2 + 60**2))[..., None]
+    for image, exposure in zip(_poses(), EXPOSURES, strict=True):
+        plain = _photograph(image, _texture(1), 1.0) / 255 * dimming
+        curved = plain if exposure == 1.0 else 0.8 * plain**1.5
+        Image.fromarray(np.rint(curved * 255).astype(np.uint8)).save(survey / "images" / image.name, quality=95)
+    assets = _made(survey).catalog.images
+    assert [a.gamma == () for a in assets] == [e == 1.0 for e in EXPOSURES]
+    assert all(a.gamma == pytest.approx((1 / 1.5,) * 3, abs=0.07) for a in assets if a.gamma)
+    assert [a.falloff for a in assets] == pytest.approx([0.3] * 6, abs=0.06)
+    assert read_catalog(survey / "c").images == assets
+
+
+def test_catalogs_that_know_gains_alone_stay_readable(survey: Path) -> None:
+    made = _made(survey)
+    for path in sorted((survey / "c" / "items").glob("img_*.json")):
+        tree = json.loads(path.read_text())
+        for key in ("cityflow:gamma", "cityflow:falloff"):
+            tree["properties"].pop(key, None)
+        path.write_text(json.dumps(tree))
+    read = read_catalog(survey / "c").images
+    assert {(a.gamma, a.falloff) for a in read} == {((), 0.0)}
+    assert [a.gain for a in read] == [a.gain for a in made.catalog.images]
 
 
 def test_items_follow_the_extension(survey: Path) -> None:
@@ -216,8 +253,8 @@ def test_without_anything_that_tells_heights_they_must_be_given(survey: Path) ->
     made = _made(survey, heights=(55.0, 90.0))
     assert {a.heights for a in made.catalog.images} == {(55.0, 90.0)}
     assert made.catalog.sparse is None
-    gain = np.array([np.mean(a.gain) for a in made.catalog.images])
-    assert gain * EXPOSURES == pytest.approx(np.full(6, (gain * EXPOSURES).mean()), rel=0.15)
+    shown = _evened(made, 110.0)
+    assert shown == pytest.approx(np.full(6, shown.mean()), rel=0.15)
 
 
 def _terrain(path: Path, height: float) -> Path:

@@ -10,6 +10,7 @@ import pytest
 from cityflow.core.camera import Camera
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
+from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoImage, OrthoParameters, true_ortho
 from ortho_scene import WALL, Blocks, looking, paint, photograph
 
@@ -155,3 +156,24 @@ def test_unknown_heights_and_unseen_cells_have_no_colour() -> None:
     assert not none.mask.any()
     with pytest.raises(ValueError, match="dtype"):
         true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [])
+
+
+def test_blocks_keep_walls_thinner_than_themselves_and_lie_on_the_worlds_lattice() -> None:
+    """However a surface is cut, its blocks are those of the world, and a wall of one cell is as high in them as it is."""
+    rng = np.random.default_rng(5)
+    grid = Grid(1000.0, 2000.0, 0.25, 240, 200)
+    heights = rng.uniform(0, 1, grid.shape).astype(np.float32)
+    heights[:, 77] = 30.0
+    heights[40:60] = np.nan
+    wide, most = block_maxima(grid, heights, 4)
+    assert (wide.x_min, wide.y_max, wide.cell, wide.shape) == (1000.0, 2000.0, 1.0, (60, 50))
+    assert np.all(np.isnan(most[10:15]))
+    assert np.all(most[:10, 77 // 4] == 30.0)
+    for row, col in ((3, 5), (100, 61)):
+        part = Grid(grid.x_min + col * 0.25, grid.y_max - row * 0.25, 0.25, 100, 100)
+        around, found = block_maxima(part, heights[row : row + 100, col : col + 100], 4)
+        inner = Grid(around.x_min + 1, around.y_max - 1, 1.0, around.rows - 2, around.cols - 2)
+        np.testing.assert_array_equal(found[around.slices(inner)], most[wide.slices(inner)])
+    same, plain = block_maxima(grid, heights, 1)
+    assert same == grid
+    np.testing.assert_array_equal(plain, heights)

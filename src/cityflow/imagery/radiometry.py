@@ -7,7 +7,6 @@ leaving images as they are. Gammas and the fall-off are common to a group of ima
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,9 @@ from scipy.sparse.linalg import splu
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.imagery.colour_samples import PairSamples
+
+MID_GREY = 0.4
+"""A usual value, share of the greatest."""
 
 
 class RadiometryParameters(Parameters):
@@ -158,6 +160,6 @@ def _spread(residuals: FloatArray) -> float:
     return float(1.4826 * np.median(np.abs(residuals))) if len(residuals) else 0.0
 
 
-def names_to_gains(names: Sequence[str], balance: Balance) -> dict[str, tuple[float, ...]]:
-    """Gains by image, for records and files: six digits."""
-    return {name: tuple(round(float(v), 6) for v in gain) for name, gain in zip(names, balance.gain, strict=True)}
+def gain_of_mid_grey(gain: FloatArray, gamma: FloatArray) -> FloatArray:
+    """(images, bands) what a value of `MID_GREY` is multiplied by, so that exposures of unlike gammas can be compared."""
+    return np.asarray(gain * MID_GREY ** (gamma - 1.0))

@@ -97,7 +97,8 @@ class ImageAsset:
     oriented : camera and pose
     heights : lowest ground and highest object that it may show, world metres
     bands, dtype : of the file as it is; ``uint8`` or ``uint16``
-    gain : what the values of each band are multiplied by to match the other images
+    gain, gamma, falloff : what makes the image match the others: a value v of a band becomes ``gain · exp(falloff · r²) · top · (v / top) ** gamma``,
+        r from the middle of the image over half its diagonal, top the dtype's greatest value; an empty gamma is 1
     pixel_mm : size of a pixel on the sensor, millimetres; 0 where unknown
     """
 
@@ -113,6 +114,8 @@ class ImageAsset:
     gain: tuple[float, ...] = (1.0, 1.0, 1.0)
     date: str = ""
     pixel_mm: float = 0.0
+    gamma: tuple[float, ...] = ()
+    falloff: float = 0.0
 
     def __eq__(self, other: object) -> bool:
         """Equal in every value, also in those of arrays."""
@@ -186,7 +189,7 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     image = asset.oriented
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
-        asset.date, asset.pixel_mm, image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
+        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 
 

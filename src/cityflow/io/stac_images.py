@@ -49,6 +49,10 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
     }  # fmt: skip
     if asset.pixel_mm:
         properties["cityflow:pixel_mm"] = asset.pixel_mm
+    if any(g != 1.0 for g in asset.gamma):
+        properties["cityflow:gamma"] = list(asset.gamma)
+    if asset.falloff:
+        properties["cityflow:falloff"] = asset.falloff
     if properties["view:off_nadir"] > 90:
         # The view extension ends at the horizon.
         del properties["view:off_nadir"], properties["view:azimuth"]
@@ -121,6 +125,8 @@ def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageA
         gain=tuple(float(g) for g in p["cityflow:gain"]),
         date="" if p.get("cityflow:date_unknown") else str(p["datetime"])[:10],
         pixel_mm=float(p.get("cityflow:pixel_mm", 0.0)),
+        gamma=tuple(float(g) for g in p.get("cityflow:gamma", ())),
+        falloff=float(p.get("cityflow:falloff", 0.0)),
     )
 
 

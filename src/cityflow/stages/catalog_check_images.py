@@ -13,7 +13,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.errors import CatalogError
-from cityflow.imagery.radiometry import exposure_groups
+from cityflow.imagery.radiometry import exposure_groups, gain_of_mid_grey
 from cityflow.io.fetch import local_file
 from cityflow.io.image_header import check_against, image_header
 from cityflow.io.las import read_points
@@ -185,7 +185,9 @@ def _exposures(assets: Sequence[ImageAsset]) -> dict[str, str]:
     rows = {}
     for bands in sorted({a.bands for a in assets}):
         chosen = [a for a in assets if a.bands == bands]
-        gain = np.array([a.gain for a in chosen])
+        gain = gain_of_mid_grey(
+            np.array([a.gain for a in chosen]), np.array([a.gamma or (1.0,) * bands for a in chosen])
+        )
         group = exposure_groups(gain)
         if group.max(initial=0) == 0:
             continue

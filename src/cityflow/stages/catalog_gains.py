@@ -1,4 +1,4 @@
-"""Gains that make all images of a survey alike: found once, for the whole survey, so that no area of interest changes them."""
+"""What makes all images of a survey alike: found once, for the whole survey, so that no area of interest changes it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.errors import CatalogError
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
-from cityflow.imagery.radiometry import RadiometryParameters, block_adjustment, exposure_groups, names_to_gains
+from cityflow.imagery.radiometry import Balance, RadiometryParameters, block_adjustment, exposure_groups
 from cityflow.io.coarse_image import coarse_image
 from cityflow.io.oriented_images import LeftOut
 from cityflow.io.stac import ImageAsset, united
@@ -28,12 +28,15 @@ MOST_GROUND = 1_000_000
 NEAREST = 5
 """Low tie points that tell the height of a point on the ground."""
 ALONE = RadiometryParameters(gamma_sigma=0.0, falloff_sigma=0.0)
-"""Only gains are kept, so nothing else may explain the differences."""
+"""For a first look, which tells groups of exposure."""
+DIGITS = 6
+LEAST_SIDE_PX = 64
+"""Small pictures are compared on a finer level, where they still show something: without contrast there is no gamma."""
 
 
 @dataclass(frozen=True, slots=True)
 class Balanced:
-    """Images with their gains, those that turned out to be damaged, and what to know of it."""
+    """Images with what balances them, those that turned out to be damaged, and what to know of it."""
 
     images: tuple[ImageAsset, ...]
     damaged: tuple[LeftOut, ...]
@@ -41,43 +44,57 @@ class Balanced:
 
 
 def balanced(assets: Sequence[ImageAsset], xyz: FloatArray) -> Balanced:
-    """Find the gains; every image is decoded once, at a coarse level.
+    """Find gains, gammas and the fall-off; every image is decoded once, at a coarse level.
 
     Parameters
     ----------
     xyz : (N, 3) tie points, world metres; the lowest ground's level where there are none
     """
     points = _points(assets, xyz)
-    level = SampleParameters().level
+    asked = _sampling(assets)
     seen: list[PointColours] = []
     good: list[ImageAsset] = []
     damaged = []
     for asset in assets:
         try:
-            pixels = coarse_image(asset.href, level)
+            pixels = coarse_image(asset.href, asked.level)
         except CatalogError as error:
             damaged.append(LeftOut(asset.name, error.problem.split(":")[0], error.remedy))
             continue
         near = within(points, asset.oriented, asset.heights)
-        colours = point_colours(asset.oriented, pixels, points[near])
+        colours = point_colours(asset.oriented, pixels, points[near], asked)
         seen.append(replace(colours, point=near[colours.point]))
         good.append(asset)
-    images, notes = _with_gains(good, seen)
+    images, notes = _with_balance(good, seen)
     return Balanced(tuple(images), tuple(damaged), tuple(notes))
 
 
-def _with_gains(assets: list[ImageAsset], seen: list[PointColours]) -> tuple[list[ImageAsset], list[str]]:
-    """Images of as many bands are balanced among themselves."""
+def _sampling(assets: Sequence[ImageAsset]) -> SampleParameters:
+    usual = SampleParameters()
+    side = min((min(a.oriented.camera.width, a.oriented.camera.height) for a in assets), default=LEAST_SIDE_PX)
+    return SampleParameters(level=int(np.clip(np.log2(side / LEAST_SIDE_PX), 0, usual.level)))
+
+
+def _with_balance(assets: list[ImageAsset], seen: list[PointColours]) -> tuple[list[ImageAsset], list[str]]:
+    """Images of as many bands are balanced among themselves: first gains alone, which tell groups of exposure, then all with a curve for each group."""
     done: dict[str, ImageAsset] = {}
     notes: list[str] = []
     for bands in sorted({a.bands for a in assets}):
         chosen = [i for i, a in enumerate(assets) if a.bands == bands]
         names = [assets[i].name for i in chosen]
-        balance = block_adjustment(pair_samples([seen[i] for i in chosen]), len(chosen), parameters=ALONE)
-        gains = names_to_gains(names, balance)
-        done |= {assets[i].name: replace(assets[i], gain=gains[assets[i].name]) for i in chosen}
-        notes += _in_words(names, exposure_groups(balance.gain), balance.gain)
+        pairs = pair_samples([seen[i] for i in chosen])
+        first = block_adjustment(pairs, len(chosen), parameters=ALONE)
+        groups = exposure_groups(first.gain)
+        balance = block_adjustment(pairs, len(chosen), groups)
+        done |= {assets[i].name: _balanced_asset(assets[i], balance, k) for k, i in enumerate(chosen)}
+        notes += _in_words(names, groups, first.gain)
     return [done[a.name] for a in assets], notes
+
+
+def _balanced_asset(asset: ImageAsset, balance: Balance, number: int) -> ImageAsset:
+    gain, gamma = (tuple(round(float(v), DIGITS) for v in of[number]) for of in (balance.gain, balance.gamma))
+    plain = all(g == 1.0 for g in gamma)
+    return replace(asset, gain=gain, gamma=() if plain else gamma, falloff=round(balance.falloff, DIGITS))
 
 
 def _in_words(names: Sequence[str], groups: IntArray, gain: FloatArray) -> list[str]:

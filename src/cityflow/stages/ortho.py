@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 
 from cityflow.core.building import Status
@@ -12,12 +15,13 @@ from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.pieces import open_pixels
 from cityflow.stages.rasters import publish_rasters, store_layers
-from cityflow.stages.survey import OVERVIEW, ZARR, Survey
+from cityflow.stages.survey import ZARR, Survey
 from cityflow.surface.ortho_sampling import OrthoImage
+from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 
 STAGE = "ortho"
-VERSION = 1
+VERSION = 2
 UNSEEN = "no image of the nadir views could be read over this tile"
 
 
@@ -25,7 +29,7 @@ def task(survey: Survey, name: str) -> Task:
     """The ortho of one tile, from its surface, that of its ring, and the steepest views of it."""
     tile, ring = survey.tiles[name], survey.ring(name)
     images = [n for n in survey.images.ortho_images(tile) if survey.tiled_image(n) is not None]
-    shown = {n: [to_json(survey.images.views[n].image), list(survey.images.assets[n].gain)] for n in images}
+    shown = shown_images(survey, images)
     return Task(
         STAGE, name, "cityflow.stages.ortho:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.ortho),
@@ -51,28 +55,40 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = OrthoParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
     grid = Grid.covering(bounds, a["cell_m"])
-    _, fine = read_layers(
-        workspace.store.zarr_store(ZARR), Grid.covering(tuple(a["product_grid"]), a["cell_m"]), bounds, ["dsm_filled"]
-    )
     halo = parameters.halo_m
     around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
-    coarse_city = Grid.covering(tuple(a["product_grid"]), a["working_cell_m"])
-    coarse, working = read_layers(workspace.store.zarr_store(OVERVIEW), coarse_city, around, ["dsm_filled"])
-    made = true_ortho(
-        grid, fine["dsm_filled"], (coarse, working["dsm_filled"]), ortho_images(workspace, task), parameters
-    )
+    city = Grid.covering(tuple(a["product_grid"]), a["cell_m"])
+    wide, layers = read_layers(workspace.store.zarr_store(ZARR), city, around, ["dsm_filled"])
+    surface = layers["dsm_filled"]
+    blocking = block_maxima(wide, surface, round(a["working_cell_m"] / a["cell_m"]))
+    made = true_ortho(grid, surface[wide.slices(grid)], blocking, ortho_images(workspace, task), parameters)
     digest = write_ortho(workspace, ZARR, tuple(a["product_grid"]), grid, made)
     publish_rasters(workspace, task, grid, {"ortho": with_alpha(made)})
     return workspace.outcome(result={"digest": digest, "seen": float(made.mask.mean())})
 
 
+def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:
+    """Pose and balance of images, as `ortho_images` takes them from a task's arguments."""
+    assets = survey.images.assets
+    return {
+        n: {
+            "image": to_json(survey.images.views[n].image),
+            "gain": list(assets[n].gain), "gamma": list(assets[n].gamma), "falloff": assets[n].falloff,
+        }
+        for n in names
+    }  # fmt: skip
+
+
 def ortho_images(workspace: Workspace, task: Task) -> list[OrthoImage]:
-    """The images of a task, opened, with the gains that balance them."""
-    a = task.arguments
+    """The images of a task, opened, with what balances them."""
+    pixels = task.arguments["pixels"]
     return [
-        OrthoImage(of_json(tree), open_pixels(workspace.store, a["pixels"][name]), tuple(gain))
-        for name, (tree, gain) in a["images"].items()
-    ]
+        OrthoImage(
+            of_json(tree["image"]), open_pixels(workspace.store, pixels[name]),
+            tuple(tree["gain"]), tuple(tree["gamma"]), tree["falloff"],
+        )
+        for name, tree in task.arguments["images"].items()
+    ]  # fmt: skip
 
 
 def write_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:

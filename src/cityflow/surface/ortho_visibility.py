@@ -64,6 +64,23 @@ def obstacles(
     return Obstacles(np.concatenate(levels), np.array(layout, np.int64), place, np.ascontiguousarray(sharp))
 
 
+def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, Float32Array]:
+    """A surface on cells `factor` times as wide, each with the greatest height in it, so that walls thinner than a cell still hide.
+
+    The cells lie on the world's lattice, whatever the grid: tiles that share ground share cells, but for those cut by the grid's edge.
+    NaN only where all is NaN.
+    """
+    if factor <= 1:
+        return grid, heights
+    wide = Grid.covering(grid.bounds, grid.cell * factor)
+    above, left = round((wide.y_max - grid.y_max) / grid.cell), round((grid.x_min - wide.x_min) / grid.cell)
+    full = np.full((wide.rows * factor, wide.cols * factor), np.float32(LOWEST), np.float32)
+    part = full[above : above + grid.rows, left : left + grid.cols]
+    np.copyto(part, heights, where=~np.isnan(heights))
+    most = full.reshape(wide.rows, factor, wide.cols, factor).max(axis=(1, 3))
+    return wide, np.where(most > LOWEST, most, np.float32(np.nan))
+
+
 def _maxima(heights: Float32Array) -> Float32Array:
     rows, cols = heights.shape
     even = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=LOWEST)
