@@ -131,27 +131,43 @@ def synth(
     size: Annotated[str, typer.Option(help="Extent of the surveyed area, metres: 250 or 250x200")] = "250x250",
     flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
     lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
+    raw: Annotated[bool, typer.Option("--raw", help="Raw frames and calibration frames beside the pictures")] = False,
     pose_noise: Annotated[
         tuple[float, float],
-        typer.Option(help="What the catalog's poses are off: metres and degrees (standard deviations)"),
+        typer.Option(
+            min=0, metavar="M DEG", help="What the catalog's poses are off: metres and degrees (standard deviations)"
+        ),
     ] = (0.0, 0.0),
-    settings: SetOption = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a parameter, e.g. flight.gsd_m=0.1 (keys and units: cityflow parameters --synth); repeatable",
+        ),
+    ] = None,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
 ) -> None:
-    """Make a town with known truth, and survey it: images, LiDAR, catalog, truth."""
+    """Make a town with known truth, and survey it: images, LiDAR, catalog, truth; what is made already is kept."""
     from cityflow.workflow.synth import make_survey, synth_parameters
+    from cityflow.workflow.synth_files import PoseNoise
 
-    made = synth_parameters(seed, size, flight, lidar, settings or [])
-    make_survey(out, made, pose_noise, scheduler, workers, console)
+    made = synth_parameters(seed, size, flight, lidar, settings or [], raw)
+    make_survey(out, made, PoseNoise(*pose_noise), scheduler, workers, console)
 
 
 @app.command()
-def parameters() -> None:
+def parameters(
+    made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead")] = False,
+) -> None:
     """Every key that a workflow may set, with its default, bounds and unit."""
+    from cityflow.stages.parameters import CityParameters
+    from cityflow.stages.synth_survey import SynthParameters
     from cityflow.workflow.settings import described_parameters
 
-    console.print(described_parameters(), markup=False, highlight=False, soft_wrap=True)
+    text = described_parameters(SynthParameters if made else CityParameters)
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 @catalog_app.command("create")

@@ -92,7 +92,7 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
 
 
 def _geometry_type(geometries: Sequence[BaseGeometry | None]) -> str:
-    kinds = sorted({g.geom_type for g in geometries if g is not None})
+    kinds = sorted({f"{g.geom_type} Z" if g.has_z else g.geom_type for g in geometries if g is not None})
     return kinds[0] if len(kinds) == 1 else "Polygon" if not kinds else "Unknown"
 
 

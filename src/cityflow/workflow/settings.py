@@ -45,9 +45,9 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
         raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
 
 
-def described_parameters() -> str:
+def described_parameters(model: type[BaseModel] = CityParameters) -> str:
     """All keys with default, bounds and unit, a line each."""
-    return "\n".join(_described(CityParameters, ""))
+    return "\n".join(_described(model, ""))
 
 
 def _described(model: type[BaseModel], prefix: str) -> list[str]:
@@ -99,19 +99,20 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return tree
 
 
-def explain_invalid(error: ValidationError) -> str:
-    """One sentence per fault: the key, the value, what is wrong; for an unknown key the nearest known one."""
-    return "; ".join(_explain_one(dict(e)) for e in error.errors())
+def explain_invalid(error: ValidationError, root: type[BaseModel] = CityParameters) -> str:
+    """One sentence per fault: the key, the value, what is wrong; for an unknown key the nearest known one of `root`."""
+    return "; ".join(_explain_one(dict(e), root) for e in error.errors())
 
 
-def _explain_one(entry: Mapping[str, Any]) -> str:
+def _explain_one(entry: Mapping[str, Any], root: type[BaseModel]) -> str:
     location = [str(part) for part in entry["loc"] if part != "city"]
     key = ".".join(location)
     if entry["type"] != "extra_forbidden":
         message = str(entry["msg"]).removeprefix("Value error, ")
         return f"{key} = {entry['input']!r}: {message}" if key else message
-    model = _model_at(CityParameters, location[:-1])
-    known = [*model.model_fields] + (["name", "catalog"] if len(location) == 1 else [])
+    model = _model_at(root, location[:-1])
+    at_top = len(location) == 1 and root is CityParameters
+    known = [*model.model_fields] + (["name", "catalog"] if at_top else [])
     near = difflib.get_close_matches(location[-1], known, n=1, cutoff=0.0)
     return f"unknown key '{key}'; the nearest known one is '{'.'.join([*location[:-1], *near])}'"
 

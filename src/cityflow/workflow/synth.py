@@ -2,48 +2,40 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import shapely
 from pydantic import ValidationError
 from rich.console import Console
 
-from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
-from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import merged
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import run_tasks
-from cityflow.flow.ledger import Ledger
+from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import watcher
 from cityflow.flow.store import Store
-from cityflow.io.colmap import write_colmap
-from cityflow.io.outlines_gpkg import Layer, write_geopackage
-from cityflow.io.reference import resolve
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.catalog_orientation import ImageSource
-from cityflow.stages.synth import SynthParameters, SynthSource, made_town, picture_path
+from cityflow.flow.task import Record, Task
+from cityflow.stages.synth import STAGES, SynthSource
+from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.flight_presets import PRESETS
-from cityflow.synthetic.pose_noise import with_pose_noise
-from cityflow.synthetic.town import Town
-from cityflow.synthetic.town_lidar import TownLidarParameters
-from cityflow.synthetic.town_truth import town_truth
 from cityflow.workflow.settings import explain_invalid, parse_setting
+from cityflow.workflow.synth_files import PoseNoise, describe_survey
 
 NO_FLIGHT = "none"
-TIE_STEP_M = 8.0
-TITLE = "Made town {}"
-LICENCE = "CC0-1.0"
+DESCRIPTION = "synth.json"
+FORMAT = 2
+"""Raised when the files that the driver writes change."""
 
 
-def synth_parameters(seed: int, size: str, flight: str, lidar: float, settings: Sequence[str]) -> SynthParameters:
+def synth_parameters(
+    seed: int, size: str, flight: str, lidar: float, settings: Sequence[str], raw: bool = False
+) -> SynthParameters:
     """The parameters of a made survey from the options of the command.
 
     Raises
@@ -52,14 +44,20 @@ def synth_parameters(seed: int, size: str, flight: str, lidar: float, settings: 
         The size is not two numbers, no flight has this name, a key is unknown or a value does not fit.
     """
     tree: dict[str, Any] = {"seed": seed, "size": _size(size), "flight": _flight(flight)}
-    if lidar > 0:
-        tree["lidar"] = TownLidarParameters(density_m2=lidar).model_dump()
+    tree |= {"lidar": {"density_m2": lidar}} if lidar > 0 else {}
+    tree |= {"raw": {}} if raw else {}
     for setting in settings:
-        tree = merged(tree, parse_setting(setting))
+        given = parse_setting(setting)
+        if flight == NO_FLIGHT and given.get("flight") is not None:
+            raise WorkflowError(f"'{setting}', but no flight is flown", where="--set", remedy="name one with --flight")
+        tree = merged(tree, given)
+    if tree.get("raw") is True:
+        tree["raw"] = {}
     try:
         return SynthParameters.model_validate(tree)
     except ValidationError as error:
-        raise WorkflowError(explain_invalid(error), where="synth", remedy="see docs/synthetic_town.md") from None
+        problem = explain_invalid(error, SynthParameters)
+        raise WorkflowError(problem, where="synth", remedy="cityflow parameters --synth lists every key") from None
 
 
 def _size(text: str) -> tuple[float, float]:
@@ -82,106 +80,105 @@ def _flight(name: str) -> dict[str, Any] | None:
 
 
 def make_survey(
-    out: Path,
-    parameters: SynthParameters,
-    pose_noise: tuple[float, float],
-    scheduler: str,
-    workers: int,
-    console: Console,
+    out: Path, parameters: SynthParameters, noise: PoseNoise, scheduler: str, workers: int, console: Console
 ) -> None:
     """Make pictures, scans and truth in the folder `out`, then its catalog; what is there already is kept.
-
-    Parameters
-    ----------
-    pose_noise : standard deviations of what the catalog's poses are off: metres per axis, degrees about each
 
     Raises
     ------
     RunError
-        Something could not be made.
+        The folder holds something else, or something could not be made.
     """
-    store, source = Store.open(out), SynthSource(parameters)
+    _refuse_other_folder(out)
+    store, source = Store.open(str(out)), SynthSource(parameters)
     store.check_writable()
-    with connect(scheduler or None, workers or os.cpu_count() or 1) as client, Ledger.open(store) as ledger:
-        with closing(watcher()) as progress:
-            progress.message(f"Dashboard: {client.dashboard_link}")
-            summary = run_tasks(source, client, store, ledger, progress=progress)
-        if summary.interrupted:
-            raise KeyboardInterrupt
-        failed = [
-            task.name
-            for task in source.initial()
-            if (r := ledger.latest(task.stage, task.unit)) is None or r.status is Status.FAILED
-        ]
-    if failed:
-        raise RunError(
-            f"{len(failed)} files could not be made, the first is {failed[0]}",
-            where=str(out),
-            remedy=f"cityflow explain {out} {failed[0].split('-', 1)[1]}",
-        )
-    for note in _describe(out, source, pose_noise):
+    tasks = list(source.initial())
+    text = json.dumps(
+        {"format": FORMAT, "parameters": parameters.model_dump(mode="json"), "pose_noise": list(noise)}, indent=1
+    )
+    with Ledger.open(store) as ledger:
+        missing = sum(not _is_made(ledger, task) for task in tasks)
+        if not missing and store.exists(DESCRIPTION) and store.read_bytes(DESCRIPTION) == text.encode():
+            _say(console, f"Nothing to do: {out} has all {len(tasks)} parts of this survey.", out, source)
+            return
+        console.print(_announcement(source, missing, len(tasks)), markup=False, highlight=False, soft_wrap=True)
+        if missing:
+            _run(source, store, ledger, scheduler, workers)
+            _refuse_failures(out, tasks, ledger)
+        _remove_former(store, ledger, tasks)
+    for note in describe_survey(out, source, noise):
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
-    kind = "oblique" if source.images else "lidar"
-    console.print(
-        f"Made: {len(source.images)} images in {out}. Next: cityflow run workflows/{kind}_city.yaml --catalog {out / 'catalog'} --out RUN",
-        markup=False,
-        soft_wrap=True,
-    )
+    store.write_bytes(DESCRIPTION, text.encode())
+    _say(console, f"Made: {len(source.images)} images in {out}", out, source)
 
 
-def _describe(out: Path, source: SynthSource, pose_noise: tuple[float, float]) -> tuple[str, ...]:
-    """Poses, outlines, truth layers and the catalog: small files, written by the driver."""
+def _announcement(source: SynthSource, missing: int, total: int) -> str:
     p = source.parameters
-    town = made_town(p)
-    _write_layers(out, town, p)
-    images: ImageSource | None = None
-    if p.flight is not None:
-        bits = p.render.sensor.bits == 8 and not p.render.near_infrared
-        files = [(i, Path(picture_path(i.name, bits)).name) for i in source.images]
-        noisy = with_pose_noise([i for i, _ in files], pose_noise[0], float(np.radians(pose_noise[1])), p.seed)
-        origin = (p.area[0], p.area[1], 0.0)
-        for folder, poses in (("orientation", noisy), ("truth/orientation", source.images)):
-            named = [_renamed(pose, file) for pose, (_, file) in zip(poses, files, strict=True)]
-            write_colmap(out / folder, named, _tie_points(town, p), origin)
-        images = ImageSource(out / "images", colmap=out / "orientation", origin=origin)
-    scans = [str(out / "lidar")] if p.lidar is not None else []
-    made = create_catalog(
-        out / "catalog", lidar=scans, images=images, outlines=out / "outlines.gpkg", crs=p.crs, id_column="id", layer="outlines",
-        title=TITLE.format(p.seed), licence=LICENCE, attribution="made by cityflow synth", date="2026-06-21",
+    return (
+        f"Town of {p.whole_town.width_m:.0f} x {p.whole_town.height_m:.0f} m for {p.size[0]:g} x {p.size[1]:g} m surveyed, "
+        f"{len(source.images)} images; {missing} of {total} parts to make"
+    )
+
+
+def _say(console: Console, what: str, out: Path, source: SynthSource) -> None:
+    kind = "oblique" if source.images else "lidar"
+    console.print(what, markup=False, highlight=False, soft_wrap=True)
+    console.print(
+        f"Next: cityflow run workflows/{kind}_city.yaml --catalog {out / 'catalog'} --out RUN",
+        markup=False, highlight=False, soft_wrap=True,
     )  # fmt: skip
-    return made.notes
+    if source.images and source.parameters.lidar is not None:
+        console.print("      (--set points.source=lidar: from the scan)", markup=False, highlight=False, soft_wrap=True)
 
 
-def _write_layers(out: Path, town: Town, p: SynthParameters) -> None:
-    """Given outlines as a surveyor would hand them over, blocks for splitting, and all that is known as truth."""
-    reference = resolve(p.crs)
-    layers = {
-        name: Layer(name, [g for g, _ in rows], [dict(r) for _, r in rows]) for name, rows in town_truth(town).items()
+def _run(source: SynthSource, store: Store, ledger: Ledger, scheduler: str, workers: int) -> None:
+    with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
+        progress.message(f"Dashboard: {client.dashboard_link}")
+        if run_tasks(source, client, store, ledger, progress=progress, redo=_has_failed).interrupted:
+            raise KeyboardInterrupt
+
+
+def _has_failed(_task: Task, record: Record) -> bool:
+    return record.status is Status.FAILED
+
+
+def _is_made(ledger: Ledger, task: Task) -> bool:
+    record = ledger.latest(task.stage, task.unit)
+    return record is not None and record.status is not Status.FAILED and ledger.state(task) is State.DONE
+
+
+def _refuse_other_folder(out: Path) -> None:
+    if out.exists() and not out.is_dir():
+        raise RunError("this is no folder", where=str(out), remedy="name another one")
+    if out.is_dir() and any(out.iterdir()) and not (out / "records").is_dir():
+        raise RunError("the folder is not empty and holds no made survey", where=str(out), remedy="name another one")
+    if (out / "run.json").exists():
+        raise RunError("the folder holds a run", where=str(out), remedy="name another one")
+
+
+def _refuse_failures(out: Path, tasks: Sequence[Task], ledger: Ledger) -> None:
+    records = [(t, ledger.latest(t.stage, t.unit)) for t in tasks]
+    failed = [(t, "" if r is None else r.reason) for t, r in records if r is None or r.status is Status.FAILED]
+    if failed:
+        task, reason = failed[0]
+        raise RunError(
+            f"{len(failed)} parts could not be made, the first is {task.name}: {reason or 'no record'}",
+            where=str(out),
+            remedy="mend this and run the same command again",
+        )
+
+
+def _remove_former(store: Store, ledger: Ledger, tasks: Sequence[Task]) -> None:
+    """What an earlier survey with other wishes left in the folder goes; nothing else does."""
+    records = [ledger.latest(t.stage, t.unit) for t in tasks]
+    wanted = {path for r in records if r is not None for path in r.outputs}
+    made = {
+        path
+        for stage in STAGES
+        for unit in ledger.units(stage)
+        for record in ledger.attempts(stage, unit)
+        for path in record.outputs
     }
-    inside = shapely.box(*p.area)
-    kept = [k for k, g in enumerate(layers["units"].geometries) if g is not None and inside.contains(g)]
-    outlines = Layer(
-        "outlines", [layers["units"].geometries[k] for k in kept], [{"id": layers["units"].rows[k]["id"]} for k in kept]
-    )
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "truth").mkdir(exist_ok=True)
-    (out / "outlines.gpkg").write_bytes(write_geopackage([outlines], reference))
-    (out / "blocks.gpkg").write_bytes(write_geopackage([layers["blocks"]], reference))
-    (out / "truth" / "town.gpkg").write_bytes(write_geopackage(layers.values(), reference))
-
-
-def _tie_points(town: Town, p: SynthParameters) -> FloatArray:
-    """(N, 3) points on the ground and on roofs, as an aerotriangulation would leave them: thin, but everywhere."""
-    x, y = (
-        v.ravel()
-        for v in np.meshgrid(*(np.arange(lo, hi, TIE_STEP_M) for lo, hi in zip(p.area[:2], p.area[2:], strict=True)))
-    )
-    ground = np.column_stack([x, y, town.dtm(x, y)])
-    faces = [face for unit in town.units for face in unit.roof_planes]
-    places = shapely.get_coordinates([face.polygon.representative_point() for face in faces])
-    heights = [float(face.plane.z(px, py)) for face, (px, py) in zip(faces, places, strict=True)]
-    return np.round(np.concatenate([ground, np.column_stack([places, heights])]), 3)
-
-
-def _renamed(image: OrientedImage, file: str) -> OrientedImage:
-    return replace(image, name=file)
+    for path in sorted(made - wanted):
+        if store.exists(path):
+            store.remove(path)

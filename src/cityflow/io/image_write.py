@@ -1,0 +1,44 @@
+"""Pictures as files: JPEG for colours of 8 bits, TIFF for everything else."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from rasterio.io import MemoryFile
+
+from cityflow.core.pixels import PixelArray
+
+JPEG_ENDING, TIFF_ENDING = ".jpg", ".tif"
+BLOCK_PX = 256
+
+
+def jpeg_bytes(pixels: PixelArray, quality: int) -> bytes:
+    """A JPEG of (rows, cols, 1 or 3) uint8 pixels.
+
+    Raises
+    ------
+    ValueError
+        JPEG has no such pixels.
+    """
+    if pixels.dtype != np.uint8 or pixels.shape[2] not in (1, 3):
+        raise ValueError(f"no JPEG of {pixels.shape[2]} bands of {pixels.dtype}")
+    colour = np.ascontiguousarray(pixels[..., ::-1])
+    done, data = cv2.imencode(JPEG_ENDING, colour, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not done:
+        raise ValueError(f"no JPEG of shape {pixels.shape}")
+    return data.tobytes()
+
+
+def tiff_bytes(pixels: PixelArray) -> bytes:
+    """A lossless tiled TIFF of (rows, cols, bands) uint8 or uint16 pixels; a fourth band is near infrared, not transparency."""
+    bands = pixels.shape[2]
+    edge = {"tiled": True, "blockxsize": BLOCK_PX, "blockysize": BLOCK_PX} if min(pixels.shape[:2]) >= BLOCK_PX else {}
+    profile = {
+        "driver": "GTiff", "height": pixels.shape[0], "width": pixels.shape[1], "count": bands, "dtype": pixels.dtype,
+        "compress": "DEFLATE", "predictor": 2, "interleave": "pixel", "photometric": "RGB" if bands >= 3 else "MINISBLACK",
+        **({"alpha": "NO"} if bands == 4 else {}), **edge,
+    }  # fmt: skip
+    with MemoryFile() as memory:
+        with memory.open(**profile) as dataset:
+            dataset.write(np.moveaxis(pixels, 2, 0))
+        return bytes(memory.getbuffer())

@@ -1,0 +1,125 @@
+"""What the driver writes of a made survey: poses, outlines, truth layers, mosaics of the truth rasters, and the catalog."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.grid import tiles_over
+from cityflow.io.colmap import write_colmap
+from cityflow.io.outlines_gpkg import Layer, write_geopackage
+from cityflow.io.raster import write_vrt
+from cityflow.io.reference import resolve
+from cityflow.stages.catalog_create import create_catalog
+from cityflow.stages.catalog_orientation import ImageSource
+from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
+from cityflow.stages.synth_survey import SynthParameters, town_of
+from cityflow.synthetic.pose_noise import with_pose_noise
+from cityflow.synthetic.town import Town
+from cityflow.synthetic.town_truth import town_truth
+
+TIE_STEP_M = 8.0
+TITLE = "Made town {}"
+LICENCE = "CC0-1.0"
+MADE_BY = "made by cityflow synth"
+DAY = "2026-06-21"
+MADE_OF = {"outlines": ("id",), "blocks": ("id", "units", "count", "filled_gaps")}
+
+
+class PoseNoise(NamedTuple):
+    """What the catalog's poses are off: standard deviations, metres per axis and degrees about each."""
+
+    position_m: float = 0.0
+    angle_deg: float = 0.0
+
+
+def describe_survey(out: Path, source: SynthSource, noise: PoseNoise) -> tuple[str, ...]:
+    """Write everything that is not a task's; the notes that the catalog made."""
+    p = source.parameters
+    town = town_of(p.seed, p.whole_town)
+    _write_layers(out, town, p)
+    _write_mosaics(out / "truth", p)
+    images = _write_poses(out, source, noise, town) if source.images else None
+    made = create_catalog(
+        out / "catalog", lidar=[str(out / "lidar")] if p.lidar is not None else [], images=images, outlines=out / "outlines.gpkg",
+        crs=p.crs, id_column="id", layer="outlines", title=TITLE.format(p.seed), licence=LICENCE, attribution=MADE_BY, date=DAY,
+    )  # fmt: skip
+    return made.notes
+
+
+def _write_poses(out: Path, source: SynthSource, noise: PoseNoise, town: Town) -> ImageSource:
+    """COLMAP models with the poses that are given to the catalog, and with the true ones."""
+    p = source.parameters
+    jpeg = writes_jpeg(p.render, p.jpeg_quality)
+    noisy = with_pose_noise(source.images, noise.position_m, float(np.radians(noise.angle_deg)), p.seed)
+    origin = (*p.origin, 0.0)
+    for folder, poses in (("orientation", noisy), ("truth/orientation", source.images)):
+        write_colmap(out / folder, [_named(i, jpeg) for i in poses], tie_points(town, p), origin)
+    return ImageSource(out / "images", colmap=out / "orientation", origin=origin)
+
+
+def _named(image: OrientedImage, jpeg: bool) -> OrientedImage:
+    return replace(image, name=Path(picture_path(image.name, jpeg)).name)
+
+
+def _write_layers(out: Path, town: Town, p: SynthParameters) -> None:
+    """Given outlines as a surveyor would hand them over, blocks for splitting, and all that is known as truth."""
+    reference = resolve(p.crs)
+    records = town_truth(town)
+    layers = {name: Layer(name, [g for g, _ in rows], [dict(r) for _, r in rows]) for name, rows in records.items()}
+    # the truth rasters name units by this number, 0 being none
+    layers["units"] = replace(
+        layers["units"], rows=[{"number": k, **r} for k, r in enumerate(layers["units"].rows, start=1)]
+    )
+    (out / "truth").mkdir(parents=True, exist_ok=True)
+    (out / "outlines.gpkg").write_bytes(write_geopackage([_inside(layers["units"], "outlines", p)], reference))
+    (out / "blocks.gpkg").write_bytes(write_geopackage([_inside(layers["blocks"], "blocks", p)], reference))
+    (out / "truth" / "town.gpkg").write_bytes(write_geopackage(layers.values(), reference))
+
+
+def _inside(layer: Layer, name: str, p: SynthParameters) -> Layer:
+    """What lies in the surveyed area as a whole."""
+    area = shapely.box(*p.area)
+    kept = [k for k, g in enumerate(layer.geometries) if g is not None and area.contains(g)]
+    rows = [{key: layer.rows[k][key] for key in MADE_OF[name]} for k in kept]
+    return Layer(name, [layer.geometries[k] for k in kept], rows)
+
+
+def _write_mosaics(truth: Path, p: SynthParameters) -> None:
+    """A VRT over the tiles of each truth raster."""
+    reference = resolve(p.crs)
+    tiles = [(t.name, truth_grid(clipped(t, p.area), p.truth_cell_m)) for t in tiles_over(p.area, TRUTH_TILE_M)]
+    for name, (dtype, nodata) in LAYERS.items():
+        parts = [(f"{name}/{tile}.tif", grid) for tile, grid in tiles]
+        (truth / f"{name}.vrt").write_bytes(write_vrt(parts, reference, dtype, nodata))
+
+
+def tie_points(town: Town, p: SynthParameters) -> FloatArray:
+    """(N, 3) points on the ground and on roofs, as an aerotriangulation would leave them: thin, but everywhere."""
+    x, y = _lattice(p)
+    # what is under a roof is seen by no image
+    free = ~shapely.contains_xy(shapely.union_all([u.roof_outline for u in town.units]), x, y)
+    ground = np.column_stack([x, y, town.dtm(x, y)])[free]
+    faces = [face for unit in town.units for face in unit.roof_planes]
+    places = shapely.get_coordinates([face.polygon.representative_point() for face in faces]).reshape(-1, 2)
+    heights = [float(face.plane.z(px, py)) for face, (px, py) in zip(faces, places, strict=True)]
+    roofs = np.column_stack([places, np.array(heights, np.float64)])
+    return np.asarray(np.round(np.concatenate([ground, _within(roofs, p)]), 3))
+
+
+def _lattice(p: SynthParameters) -> tuple[FloatArray, FloatArray]:
+    steps = [np.arange(lo + TIE_STEP_M / 2, hi, TIE_STEP_M) for lo, hi in zip(p.area[:2], p.area[2:], strict=True)]
+    x, y = np.meshgrid(*steps)
+    return x.ravel(), y.ravel()
+
+
+def _within(points: FloatArray, p: SynthParameters) -> FloatArray:
+    x_min, y_min, x_max, y_max = p.area
+    x, y = points[:, 0], points[:, 1]
+    return points[(x >= x_min) & (x < x_max) & (y >= y_min) & (y < y_max)]
