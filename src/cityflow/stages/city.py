@@ -26,10 +26,11 @@ from cityflow.stages import (
     reconstruct,
     surface,
     surface_images,
+    surface_rasters,
 )  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.parameters import CityParameters
-from cityflow.stages.survey import IMAGES, Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey, UnitEntry
 
 Node = tuple[str, str]
 """Stage and unit. Two stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
@@ -37,6 +38,8 @@ that share walls with them are known'."""
 
 PICTURES = {match.STAGE: match.task, fuse.STAGE: fuse.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task}
 """Stages that only a survey of images has."""
+
+SURFACES = {LIDAR: surface.task, IMAGES: surface_images.task, RASTERS: surface_rasters.task}
 
 CITY: Node = ("export", export.CITY)
 
@@ -87,12 +90,10 @@ class CitySource:
             There is none.
         """
         survey = self.survey
-        if not survey.files and not (survey.door == IMAGES and survey.images.assets):
-            remedy = "make it again with --lidar or --images: every workflow begins with points"
+        if not _has_something(survey):
+            remedy = "make it again with --lidar, --images or --dsm, or set points.source to what it has"
             raise CatalogError(
-                "the catalog names no LiDAR file and no image that can be used",
-                where=survey.catalog.href,
-                remedy=remedy,
+                "the catalog names nothing that a surface can be made of", where=survey.catalog.href, remedy=remedy
             )
         tiles = [name for name, tile in survey.tiles.items() if self.area.meets(tile.bounds)]
         if not tiles:
@@ -193,7 +194,7 @@ class CitySource:
         elif stage == ingest.STAGE:
             yield self._ingest_task(name)
         elif stage == surface.STAGE:
-            yield surface_images.task(survey, name) if survey.door == IMAGES else surface.task(survey, name)
+            yield SURFACES[survey.door](survey, name)
         elif stage in PICTURES:
             yield PICTURES[stage](survey, name)
         elif stage == outline.STAGE:
@@ -230,3 +231,10 @@ class CitySource:
         if self.area.is_everywhere:
             for unit, reason in record.result.get("refused", []):
                 yield reconstruct.refused_task(self.survey, str(unit), str(reason))
+
+
+def _has_something(survey: Survey) -> bool:
+    """Whether the catalog has what the surface shall be made of."""
+    if survey.door == RASTERS:
+        return "dsm" in survey.catalog.rasters
+    return bool(survey.images.assets if survey.door == IMAGES else survey.files)

@@ -47,7 +47,7 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
         arguments={
             "outlines": list(outlines), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
             "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
-            "ortho": {"dtype": survey.images.dtype, "nodata": None, "bands": survey.images.bands + 1},
+            "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
         },
         limits=survey.limits(STAGE),

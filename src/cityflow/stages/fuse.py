@@ -44,7 +44,7 @@ def task(survey: Survey, name: str) -> Task:
         },
         arguments={
             "bounds": list(survey.tiles[name].bounds), "maps": [path for path, _ in maps.values()], "images": list(images.values()),
-            "failed": failed, "cell_m": survey.product_grid.cell, "factor": survey.images.overview_factor, "bands": survey.images.bands,
+            "failed": failed, "cell_m": survey.product_grid.cell, "factor": survey.overview_factor, "bands": survey.images.bands,
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip

@@ -22,9 +22,6 @@ from cityflow.stages.parameters import CityParameters
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
 """Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
 
-OVERVIEW_FACTORS = {0.02: 25, 0.025: 20, 0.04: 10, 0.05: 10, 0.08: 5, 0.1: 5, 0.125: 4, 0.2: 2, 0.25: 2}
-"""Fine cells along one cell of the working grid, on which terrain, classes and outlines are found: 0.4 or 0.5 m."""
-
 CELL_M, IMAGES_A_CELL = 20.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
 
@@ -74,10 +71,6 @@ class ImageSurvey:
     def cell_m(self) -> float:
         """Cell of the rasters: as the workflow says, else the one of `CELLS_M` nearest to the ground sampling distance."""
         return self.parameters.images.cell_m or nearest_cell(self.gsd)
-
-    @property
-    def overview_factor(self) -> int:
-        return OVERVIEW_FACTORS.get(round(self.cell_m, 6), 1)
 
     @cached_property
     def bands(self) -> int:

@@ -41,8 +41,8 @@ class OutlineParameters(Parameters):
 class PointsParameters(Parameters):
     """Where points come from."""
 
-    source: Literal["auto", "lidar", "images"] = Field(
-        "auto", description="LiDAR files, oriented images, or LiDAR where the catalog has some"
+    source: Literal["auto", "lidar", "images", "rasters"] = Field(
+        "auto", description="LiDAR files, oriented images, a given DSM; auto: the first of them that the catalog has"
     )
 
 

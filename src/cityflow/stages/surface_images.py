@@ -39,7 +39,7 @@ def task(survey: Survey, name: str) -> Task:
     }
     return Task(
         STAGE, name, "cityflow.stages.surface_images:run", VERSION,
-        parameters=_parameters(survey, name),
+        parameters=parameters_of(survey, name),
         inputs={
             **fused, **dict(maps.values()), **{f"missing {t}": why for t, why in missing.items()}, "poses": digest_of(images),
             "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
@@ -47,7 +47,7 @@ def task(survey: Survey, name: str) -> Task:
         arguments={
             "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
             "maps": [path for path, _ in maps.values()], "images": images, "degraded": survey.reason_of(fuse.STAGE, name),
-            "cell_m": survey.product_grid.cell, "factor": survey.images.overview_factor,
+            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
             "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
             "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code, "bands": survey.images.bands,
         },
@@ -56,7 +56,7 @@ def task(survey: Survey, name: str) -> Task:
     )  # fmt: skip
 
 
-def _parameters(survey: Survey, name: str) -> dict[str, Json]:
+def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
     """Those of the stage; how points are fused has been another's matter."""
     tree = survey.parameters_for(STAGE, name, survey.parameters.image_surface)
     return {k: v for k, v in tree.items() if k != "fuse"}
@@ -65,7 +65,7 @@ def _parameters(survey: Survey, name: str) -> dict[str, Json]:
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
     found = (record.version, dict(record.parameters), record.inputs.get("grid"))
-    return found == (VERSION, _parameters(survey, record.unit), survey.place)
+    return found == (VERSION, parameters_of(survey, record.unit), survey.place)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -78,9 +78,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     wide = side_by_side([fuse.read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
     working = Grid.covering(bounds, a["cell_m"] * a["factor"])
     surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))
-    digest = _write_rasters(workspace, task, surface)
+    digest = write_rasters(workspace, task, surface)
     points = _write_points(workspace, task, surface, bounds)
-    _write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
+    write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
     figures = {"points": points, "dtm_method": surface.method, "completeness": float(1 - surface.fine.holes.mean())}
     without = [fuse.UNMATCHED.format(f"tile {t}") for t in a["missing"]] + ([a["degraded"]] if a["degraded"] else [])
     return workspace.outcome(
@@ -97,7 +97,7 @@ def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bound
     return len(core)
 
 
-def _write_rasters(workspace: Workspace, task: Task, surface: ImageSurface) -> str:
+def write_rasters(workspace: Workspace, task: Task, surface: ImageSurface) -> str:
     city: Bounds = tuple(task.arguments["product_grid"])
     fine, coarse = surface.fine, surface.working
     digest = store_layers(workspace, ZARR, city, fine.grid, {**_layers(fine), "sigma": fine.sigma})
@@ -113,7 +113,7 @@ def _layers(rasters: Rasters) -> dict[str, np.ndarray[Any, Any]]:
     }  # fmt: skip
 
 
-def _write_pieces(workspace: Workspace, cloud: PointCloud, bounds: Bounds, cell_m: float) -> None:
+def write_pieces(workspace: Workspace, cloud: PointCloud, bounds: Bounds, cell_m: float) -> None:
     """Thinned points for the reconstruction, one piece per cell of the index."""
     for cell in tiles_over(bounds, cell_m):
         part = cloud.within(cell.bounds)

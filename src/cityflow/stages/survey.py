@@ -14,15 +14,18 @@ from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, tiles
 from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
-from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset
-from cityflow.stages.image_survey import ImageSurvey
+from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
+from cityflow.stages.image_survey import ImageSurvey, nearest_cell
 from cityflow.stages.parameters import CityParameters
+from cityflow.surface.overview import overview_factor
 
 UNREAD = "without the points of {}, which could not be read"
 ZARR, OVERVIEW, FRAMES = "surface.zarr", "surface.zarr/overview", "surface.zarr/frames"
 """The rasters of a run; a surface from images has a coarser copy for what works on half a metre, and one group per local frame."""
 
-LIDAR, IMAGES = "lidar", "images"
+LIDAR, IMAGES, RASTERS = "lidar", "images", "rasters"
+"""The doors into a run."""
+
 STAGE_MATCH = "match"
 WALL_MARGIN_M = 1.0
 """A unit waits for the surfaces this far beyond its outline."""
@@ -71,7 +74,7 @@ class Survey:
         self.overrides = overrides
         self.records: dict[tuple[str, str], Record] = {}
         self.files: dict[str, LidarAsset] = {f.name: f for f in sorted(catalog.lidar, key=lambda f: f.name)}
-        if self.door == IMAGES:
+        if self.door != LIDAR:
             self.files = {}
         self.images = ImageSurvey(catalog, parameters)
         self._boxes = shapely.STRtree([shapely.box(*f.bounds) for f in self.files.values()])
@@ -94,11 +97,13 @@ class Survey:
 
     @property
     def door(self) -> str:
-        """Where the points of the surface come from: ``lidar`` or ``images``."""
+        """Where the surface comes from: ``lidar``, ``images`` or ``rasters``."""
         source = self.parameters.points.source
         if source != "auto":
             return source
-        return LIDAR if self.catalog.lidar or not self.catalog.images else IMAGES
+        if self.catalog.lidar:
+            return LIDAR
+        return IMAGES if self.catalog.images or "dsm" not in self.catalog.rasters else RASTERS
 
     @property
     def outlines_given(self) -> bool:
@@ -111,7 +116,10 @@ class Survey:
         if self.door == IMAGES:
             return self.images.tiles
         size = self.parameters.tiles.tile_m
-        found = {t for f in self.files.values() for t in tiles_over(f.bounds, size)}
+        given = (
+            [self.catalog.rasters["dsm"].bounds] if self.door == RASTERS else [f.bounds for f in self.files.values()]
+        )
+        found = {t for bounds in given for t in tiles_over(bounds, size)}
         return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
 
     @cached_property
@@ -122,7 +130,18 @@ class Survey:
     @cached_property
     def product_grid(self) -> Grid:
         """The grid of the DSM, DTM and ortho that are delivered: as fine as the images are, else `grid`."""
-        return grid_over(self.tiles.values(), self.images.cell_m) if self.door == IMAGES else self.grid
+        return self.grid if self.door == LIDAR else grid_over(self.tiles.values(), self._fine_cell_m)
+
+    @cached_property
+    def _fine_cell_m(self) -> float:
+        if self.door == IMAGES:
+            return self.images.cell_m
+        return self.parameters.images.cell_m or nearest_cell(self.catalog.rasters["dsm"].cell)
+
+    @property
+    def overview_factor(self) -> int:
+        """Fine cells along one cell of `grid`."""
+        return 1 if self.door == LIDAR else overview_factor(self._fine_cell_m)
 
     @property
     def place(self) -> str:
@@ -132,19 +151,24 @@ class Survey:
     @cached_property
     def cell_m(self) -> float:
         """Cell of `grid`, metres."""
-        if self.door == IMAGES:
-            return self.images.cell_m * self.images.overview_factor
-        return self.parameters.surface.cell_m
+        if self.door == LIDAR:
+            return self.parameters.surface.cell_m
+        return self._fine_cell_m * self.overview_factor
+
+    @property
+    def ortho_kind(self) -> tuple[int, str]:
+        """Bands and dtype of the ortho."""
+        return (self.images.bands, self.images.dtype) if self.door == IMAGES else (3, "uint8")
 
     @property
     def zarr(self) -> str:
         """The group whose layers stand on `grid`."""
-        return OVERVIEW if self.door == IMAGES else ZARR
+        return ZARR if self.door == LIDAR else OVERVIEW
 
     @property
     def _indexed_by(self) -> str:
         """The stage that leaves the points that buildings are made of: as they were read, or as they were matched."""
-        return "surface" if self.door == IMAGES else "ingest"
+        return "ingest" if self.door == LIDAR else "surface"
 
     def tiled_image(self, name: str) -> str | None:
         """Where the ingested image is written; None where it could not be read."""
@@ -199,7 +223,7 @@ class Survey:
         A file that only shares a cell with `bounds` is left out: nobody has waited for it.
         """
         cells = [t.name for t in tiles_over(bounds, self.parameters.tiles.index_cell_m)]
-        over = tiles_over(bounds, self.parameters.tiles.tile_m) if self.door == IMAGES else self.files_over(bounds)
+        over = self.files_over(bounds) if self.door == LIDAR else tiles_over(bounds, self.parameters.tiles.tile_m)
         keys = [(part.name, cell) for part in over for cell in cells]
         return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
 
@@ -288,7 +312,9 @@ class Survey:
         return max((a.date or "" for a in self._sources), default="")
 
     @property
-    def _sources(self) -> list[LidarAsset | ImageAsset]:
+    def _sources(self) -> list[LidarAsset | ImageAsset | RasterAsset]:
+        if self.door == RASTERS:
+            return [self.catalog.rasters["dsm"]]
         return list(self.images.assets.values()) if self.door == IMAGES else list(self.files.values())
 
     @property
@@ -305,7 +331,7 @@ class Survey:
 
     def source_attributes(self, bounds: Bounds) -> dict[str, Json]:
         """What is known of the data that a unit was made from."""
-        found = self._sources if self.door == IMAGES else self.files_over(bounds)
+        found = self.files_over(bounds) if self.door == LIDAR else self._sources
         dates = sorted({f.date for f in found if f.date})
         return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.stages import export, ortho, surface, surface_images
-from cityflow.stages.survey import IMAGES, Survey
+from cityflow.stages import export, ortho, surface, surface_images, surface_rasters
+from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey
 
 PRODUCTS = "products"
 
@@ -40,7 +40,7 @@ def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
         if (surface.STAGE, name) in survey.records and (export.STAGE, name) in survey.records:
             continue
         heights, city = ledger.latest(surface.STAGE, name), ledger.latest(export.STAGE, name)
-        kind = surface_images if survey.door == IMAGES else surface
+        kind = {LIDAR: surface, IMAGES: surface_images, RASTERS: surface_rasters}[survey.door]
         if heights is None or not kind.is_made_alike(survey, heights):
             continue
         yield heights

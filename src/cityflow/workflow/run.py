@@ -21,7 +21,7 @@ from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import LAYERS, Layer, create, frame_layers, image_layers
 from cityflow.stages import reconstruct
 from cityflow.stages.city import CitySource
-from cityflow.stages.survey import FRAMES, IMAGES, ZARR, Survey
+from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
 from cityflow.workflow.current import current_records
 from cityflow.workflow.prepare import Prepared, prepared
 from cityflow.workflow.report import write_run_report
@@ -121,10 +121,11 @@ def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
         chunk = round(survey.parameters.tiles.tile_m / grid.cell)
         create(wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True)
 
-    if survey.door == IMAGES:
-        kind = survey.images.bands, survey.images.dtype
+    if survey.door != LIDAR:
         # the root comes first: making it anew clears all groups below
+        kind = survey.ortho_kind
         made(ZARR, survey.product_grid, image_layers(*kind))
+    if survey.door == IMAGES:
         for frame in survey.images.oblique_frames:
             made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
     made(survey.zarr, survey.grid)
