@@ -20,7 +20,7 @@ from cityflow.stages.survey import Survey
 STAGE = "ingest"
 OUTLINES = "outlines"
 VERSION = 1
-OUTSIDE = "stands outside the survey: no LiDAR file covers it"
+OUTSIDE = "stands outside the survey: nothing was measured there"
 
 
 def points_task(survey: Survey, name: str) -> Task:
