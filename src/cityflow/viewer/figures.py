@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.viewer.image_rows import ImageFigures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 
 MOST_UNITS_IN_A_COMMAND = 20
@@ -34,6 +35,9 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "summary": summary(units),
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
+        "images": image_summary(data.images) if data.images else None,
+        "checkpoints": [asdict(c) for c in data.checkpoints],
+        "pictures": [p.title for p in data.pictures],
         "worth_a_look": [u.id for u in units if is_suspect(u)],
         "units": [_unit(u) for u in units],
         "products": [asdict(p) for p in data.products],
@@ -67,6 +71,31 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
     }
 
 
+def image_summary(images: ImageFigures) -> dict[str, Any]:
+    """What report.json says of images; medians over the tiles and the pairs that have the figure."""
+    tiles = {
+        name: [v for t in images.tiles if (v := getattr(t, name)) is not None]
+        for name in ("completeness", "seen", "sigma")
+    }
+    pairs, refused = sum(d.pairs for d in images.directions), sum(d.refused for d in images.directions)
+    return {
+        "images": images.images,
+        "left_out": list(images.left_out),
+        "unused": images.unused,
+        "pairs": pairs,
+        "pairs_refused": refused,
+        "parallax_px_median": quantile(images.parallaxes_px, 0.5),
+        "completeness_mean": float(np.mean(tiles["completeness"])) if tiles["completeness"] else None,
+        "ortho_seen_mean": float(np.mean(tiles["seen"])) if tiles["seen"] else None,
+        "sigma_median": quantile(tiles["sigma"], 0.5),
+        "match_seconds": images.match_seconds,
+        "sgm_seconds": images.sgm_seconds,
+        "directions": [asdict(d) for d in images.directions],
+        "refused_pairs": [asdict(r) for r in images.refused],
+        "tiles": [asdict(t) for t in images.tiles],
+    }
+
+
 def is_suspect(unit: UnitRow) -> bool:
     """True for a model that was made but fits its points badly."""
     far = unit.nmad is not None and unit.nmad > SUSPECT_NMAD_M
@@ -87,15 +116,28 @@ def quantile(values: Sequence[float], share: float) -> float | None:
 def problem_groups(data: ReportData) -> list[dict[str, Any]]:
     """What did not end as asked, by stage, status and kind of reason, the most frequent first.
 
-    Reasons that differ in figures only are one kind; the first one by id stands for it.
+    Reasons that differ in figures and numbered names only are one kind; the first one by id stands for it.
     """
     rows = [ProblemRow(data.unit_stage, u.id, u.status, u.reason) for u in data.units if u.status is not Status.DONE]
     groups: dict[tuple[str, Status, str], list[ProblemRow]] = {}
     for row in sorted((*rows, *data.problems), key=lambda p: (p.stage, p.unit)):
-        groups.setdefault((row.stage, row.status, re.sub(r"\d+([.,]\d+)?", "#", row.reason)), []).append(row)
+        groups.setdefault((row.stage, row.status, kind_of_reason(row.reason)), []).append(row)
     severity = [Status.FAILED, Status.REFUSED, Status.DEGRADED, Status.DONE]
     order = sorted(groups.items(), key=lambda g: (severity.index(g[0][1]), -len(g[1]), g[0][0], g[0][2]))
     return [_group(rows, data) for _, rows in order]
+
+
+def kind_of_reason(reason: str) -> str:
+    """A reason without its figures and numbered names, and of several every kind once.
+
+    >>> kind_of_reason("img_07.jpg: only 3.5% could be matched; img_08.jpg: only 1.2% could be matched")
+    'only # could be matched'
+    >>> kind_of_reason("without the depths of 34_54.a, 34_54.b") == kind_of_reason("without the depths of 34_55.a")
+    True
+    """
+    parts = (re.sub(r"^\S+: ", "", part) for part in reason.split("; "))
+    marked = (re.sub(r"\S*\d\S*", "#", part) for part in parts)
+    return "; ".join(sorted({re.sub(r"#(?: #)+", "#", part) for part in marked}))
 
 
 def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from cityflow.core.building import Status
 from cityflow.viewer.figures import finite, is_suspect, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
+from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_map import draw_map
 
@@ -57,6 +58,8 @@ def _page(data: ReportData, figures: dict[str, Any]) -> str:
             unit_map=unit_map,
             units=units,
             histograms=_histograms(units),
+            image_histograms=_image_histograms(data.images) if data.images else [],
+            worst_tiles=_most_gaps(data.images) if data.images else [],
             row_of={u.id: i for i, u in enumerate(units)},
             suspects=[(i, u) for i, u in enumerate(units) if is_suspect(u)],
             worst=_highest(units, "nmad"),
@@ -98,6 +101,23 @@ def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
         histogram("How detailed the roofs are", "roof planes of a building", planes, whole=True),
         histogram("Time per building", "seconds", measured(units, "seconds")),
     ]
+
+
+def _image_histograms(images: ImageFigures) -> list[Histogram]:
+    """Of what has been measured; a chart of nothing would only take place."""
+    gaps = [100 * (1 - t.completeness) for t in images.tiles if t.completeness is not None]
+    sigma = [100 * t.sigma for t in images.tiles if t.sigma is not None]
+    charts = [
+        ("Vertical parallax of pairs", "row offset before correction (pixels)", list(images.parallaxes_px)),
+        ("Gaps in the surface", "share of a tile without height (%)", gaps),
+        ("Expected precision", "median of a tile (cm)", sigma),
+    ]
+    return [histogram(title, axis, values) for title, axis, values in charts if values]
+
+
+def _most_gaps(images: ImageFigures) -> list[TileRow]:
+    known = [t for t in images.tiles if t.completeness is not None]
+    return sorted(known, key=lambda t: (t.completeness or 0.0, t.tile))[:LISTED]
 
 
 PAYLOAD_FIELDS = (
@@ -142,7 +162,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(cm=_cm, share=_share, seconds=_seconds, tree=_tree)
+    environment.filters.update(cm=_cm, share=_share, seconds=_seconds, tree=_tree, pixels=_pixels)
     return environment
 
 
@@ -152,6 +172,10 @@ def _cm(metres: float | None) -> str:
 
 def _share(value: float | None) -> str:
     return "–" if value is None or value != value else f"{100 * value:.1f} %"
+
+
+def _pixels(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f} px"
 
 
 def _seconds(value: float | None) -> str:

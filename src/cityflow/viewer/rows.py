@@ -8,6 +8,8 @@ from typing import Any
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Scalar, Status
+from cityflow.viewer.image_rows import CheckpointRow, ImageFigures
+from cityflow.viewer.picture import Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,8 @@ class ReportData:
     versions : library → version;  parameters : stage → parameters as used, nested
     unit_stage : the stage whose tasks the units are
     overrides : unit → parameters that were set for it alone
+    pictures : of what has been made;  images : None where the survey has none
+    checkpoints : residuals of products at points of known position
     """
 
     title: str
@@ -114,3 +118,6 @@ class ReportData:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     overrides: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     unit_stage: str = "reconstruct"
+    pictures: tuple[Picture, ...] = ()
+    images: ImageFigures | None = None
+    checkpoints: tuple[CheckpointRow, ...] = ()

@@ -18,8 +18,11 @@ from cityflow.stages import export, outline, reconstruct
 from cityflow.stages.outline_lines import decode_all
 from cityflow.viewer.report import write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.workflow.checkpoint_rows import checkpoint_rows
 from cityflow.workflow.current import CurrentRecords, current_records
+from cityflow.workflow.image_figures import image_figures
 from cityflow.workflow.overrides import read_overrides
+from cityflow.workflow.pictures import run_pictures
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
 
@@ -61,12 +64,13 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.STAGE,)
+    survey, units = run.source().survey, tuple(_units(run, records))
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
-        units=tuple(_units(run, records)),
+        units=units,
         stages=tuple(_stage(stage, records.of(stage)) for stage in records.stages()),
         problems=tuple(
             ProblemRow(r.stage, r.unit, r.status, r.reason)
@@ -78,6 +82,9 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides={unit: tree for (_, unit), tree in read_overrides(run.store).items()},
+        pictures=run_pictures(run.store, survey, units, records),
+        images=image_figures(run.store, survey, records),
+        checkpoints=checkpoint_rows(run.store),
     )  # fmt: skip
 
 

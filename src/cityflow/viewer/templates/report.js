@@ -29,6 +29,8 @@ for (const button of all(".copy")) {
   });
 }
 
+for (const image of all(".picture:not(.across) img")) image.addEventListener("click", () => { image.parentNode.classList.toggle("opened"); });
+
 // Map
 const city = $("#city"), area = $(".maparea"), details = $("#details");
 let chosen = null, choose = () => {};

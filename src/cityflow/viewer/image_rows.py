@@ -1,0 +1,92 @@
+"""What a report says of a survey from oriented images, and of points of known position: plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class DirectionRow:
+    """One look direction.
+
+    Attributes
+    ----------
+    name : of the direction, as ``nadir`` or ``east_45``
+    images, left_out : how many look there, and how many of them could not be read
+    tilt_deg : mean angle to the vertical;  tilts_deg : least and greatest
+    flight_tiles : windows matched with a base image of this direction;  points : depths found in them
+    pairs, refused : pairs matched and pairs not used
+    parallax_px, parallax_rest_px : medians over the pairs used: of the offset between their rows, and of what single patches miss after
+        its correction; None where not measured
+    """
+
+    name: str
+    images: int
+    left_out: int
+    tilt_deg: float
+    tilts_deg: tuple[float, float]
+    flight_tiles: int
+    points: int
+    pairs: int
+    refused: int
+    parallax_px: float | None
+    parallax_rest_px: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedPairs:
+    """Pairs of images that were not used for the same kind of reason.
+
+    Attributes
+    ----------
+    reason : of the first of them;  count : how often, over all ground tiles
+    pairs : names of base image and partner, each pair once, sorted
+    """
+
+    reason: str
+    count: int
+    pairs: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TileRow:
+    """The surface of one ground tile; shares are 0 to 1, None where not known; `sigma` in metres, the median of the tile."""
+
+    tile: str
+    completeness: float | None
+    seen: float | None
+    sigma: float | None
+    points: int
+
+
+@dataclass(frozen=True, slots=True)
+class ImageFigures:
+    """All that a report says of images.
+
+    Attributes
+    ----------
+    images, left_out : in the catalog, and of these not read;  unused : read, but in no flight tile
+    match_seconds, sgm_seconds : of all matching, and of this inside the library's matcher
+    parallaxes_px : vertical parallax of every pair used
+    """
+
+    images: int
+    left_out: tuple[str, ...]
+    unused: int
+    directions: tuple[DirectionRow, ...]
+    refused: tuple[RefusedPairs, ...]
+    tiles: tuple[TileRow, ...]
+    parallaxes_px: tuple[float, ...]
+    match_seconds: float
+    sgm_seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class CheckpointRow:
+    """Residuals of a product at points of known position: metres, and their number; None where not measured."""
+
+    product: str
+    count: int | None
+    bias: float | None
+    rmse: float | None
+    le95: float | None

@@ -1,0 +1,235 @@
+"""Models seen obliquely from above: a z-buffer of their triangles over the terrain, with the shadows of a low sun and dark edges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.grid import Bounds, Grid
+from cityflow.geometry.polyhedron import triangulate
+
+SEMANTIC_COLOURS: Mapping[Semantic, tuple[str, tuple[int, int, int]]] = {
+    Semantic.ROOF: ("roof", (196, 88, 70)),
+    Semantic.WALL: ("wall", (232, 222, 204)),
+    Semantic.OUTER_CEILING: ("outer ceiling", (148, 120, 168)),
+    Semantic.GROUND: ("ground", (120, 120, 120)),
+}
+TERRAIN_COLOUR = (186, 196, 172)
+SKY = (203, 206, 208)
+
+LOOKING_DEG, DOWN_DEG = 20.0, 42.0
+"""The viewer looks this far east of north, and this far down."""
+SUN_DEG, SUN_HEIGHT_DEG = 250.0, 42.0
+OVERSAMPLING = 2
+SHADOW_PIXELS = 2400
+MOST_TERRAIN_CELLS = 400
+EDGE_M = 0.3
+"""Edges are drawn at full strength where a drawn pixel is no larger than this."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surfaces:
+    """Triangles to be drawn.
+
+    Attributes
+    ----------
+    corners : (T, 3, 3) float64, world metres
+    colours : (T, 3) float64, 0 to 255
+    faces : (T,) int64, number of the face that a triangle is a part of; −1 for the terrain
+    """
+
+    corners: FloatArray
+    colours: FloatArray
+    faces: IntArray
+
+    def within(self, bounds: Bounds) -> Surfaces:
+        """Triangles whose middle stands over `bounds`."""
+        x, y = self.corners[:, :, 0].mean(axis=1), self.corners[:, :, 1].mean(axis=1)
+        keep = (x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3])
+        return Surfaces(self.corners[keep], self.colours[keep], self.faces[keep])
+
+
+def surfaces_of(solids: Iterable[Polyhedron]) -> Surfaces:
+    """Triangles of solids, coloured by semantic."""
+    corners, colours, faces, count = [], [], [], 0
+    for solid in solids:
+        mesh = triangulate(solid)
+        semantic = np.array([SEMANTIC_COLOURS[f.semantic][1] for f in solid.faces], np.float64)
+        corners.append(mesh.vertices[mesh.triangles])
+        colours.append(semantic[mesh.faces])
+        faces.append(mesh.faces + count)
+        count += len(solid.faces)
+    if not corners:
+        return Surfaces(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0, np.int64))
+    return Surfaces(np.concatenate(corners), np.concatenate(colours), np.concatenate(faces))
+
+
+def terrain_surfaces(heights: Float32Array, grid: Grid) -> Surfaces:
+    """Two triangles between four neighbouring cells whose heights are known; coarser where there are very many."""
+    step = max(-(-max(heights.shape) // MOST_TERRAIN_CELLS), 1)
+    z = heights[::step, ::step].astype(np.float64)
+    x, y = np.meshgrid(grid.x_centres()[::step], grid.y_centres()[::step])
+    p = np.stack([x, y, z], axis=-1)
+    nw, ne, sw, se = p[:-1, :-1], p[:-1, 1:], p[1:, :-1], p[1:, 1:]
+    corners = np.concatenate([np.stack(t, axis=-2).reshape(-1, 3, 3) for t in ((nw, sw, se), (nw, se, ne))])
+    corners = corners[np.isfinite(corners).all(axis=(1, 2))]
+    colours = np.tile(np.array(TERRAIN_COLOUR, np.float64), (len(corners), 1))
+    return Surfaces(corners, colours, np.full(len(corners), -1))
+
+
+def draw_models(
+    models: Surfaces, terrain: Surfaces, most: int, ground: tuple[ByteArray, Grid] | None = None
+) -> ByteArray:
+    """(rows, cols, 3) picture with a longest side of `most` pixels.
+
+    Parameters
+    ----------
+    ground : (rows, cols, 3) colours of the terrain with their grid, or None for one colour
+
+    Raises
+    ------
+    ValueError
+        There is no triangle.
+    """
+    corners = np.concatenate([terrain.corners, models.corners])
+    if not len(corners):
+        raise ValueError("nothing to draw")
+    origin = corners.reshape(-1, 3).min(axis=0)
+    corners = corners - origin
+    colours = np.concatenate([terrain.colours, models.colours])
+    faces = np.concatenate([terrain.faces, models.faces])
+    view = _Projection.of(corners, LOOKING_DEG, DOWN_DEG, OVERSAMPLING * most)
+    depth, triangle = view.rasterised(corners)
+    hit = triangle >= 0
+    spots = view.spots(depth)
+    colour = colours[np.maximum(triangle, 0)]
+    if ground is not None:
+        _drape(colour, spots + origin, hit & (faces[np.maximum(triangle, 0)] < 0), ground)
+    light = _light(corners)[np.maximum(triangle, 0)]
+    light *= np.where(_in_shadow(corners, spots, hit), 0.62, 1.0)
+    light *= 1 - _edges(np.where(hit, faces[np.maximum(triangle, 0)], -2)) * min(EDGE_M / view.pixel, 1.0) * 0.6
+    pixels = np.where(hit[..., None], colour * light[..., None], np.array(SKY, np.float64))
+    return _downsampled(pixels)
+
+
+@dataclass(frozen=True, slots=True)
+class _Projection:
+    """A parallel projection: rows of `axes` are right, up and forward; `pixel` in metres."""
+
+    axes: FloatArray
+    low: FloatArray
+    pixel: float
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(cls, corners: FloatArray, azimuth_deg: float, down_deg: float, most: int) -> _Projection:
+        a, d = np.radians(azimuth_deg), np.radians(down_deg)
+        forward = np.array([np.sin(a) * np.cos(d), np.cos(a) * np.cos(d), -np.sin(d)])
+        right = np.array([np.cos(a), -np.sin(a), 0.0])
+        axes = np.array([right, np.cross(right, forward), forward])
+        seen = corners.reshape(-1, 3) @ axes[:2].T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        pixel = max(float((high - low).max()) / most, 1e-6)
+        cols, rows = (max(int(np.ceil(s / pixel)), OVERSAMPLING) for s in high - low)
+        return cls(axes, low, pixel, (rows - rows % OVERSAMPLING, cols - cols % OVERSAMPLING))
+
+    def seen(self, points: FloatArray) -> FloatArray:
+        """(…, 3) column, row (from the top), depth in metres."""
+        turned = points @ self.axes.T
+        col = (turned[..., 0] - self.low[0]) / self.pixel
+        row = self.shape[0] - (turned[..., 1] - self.low[1]) / self.pixel
+        return np.stack([col, row, turned[..., 2]], axis=-1)
+
+    def rasterised(self, corners: FloatArray) -> tuple[Float32Array, IntArray]:
+        """Depth and number of the nearest triangle in every pixel; infinity and −1 where there is none."""
+        depth, triangle = np.full(self.shape, np.inf, np.float32), np.full(self.shape, -1, np.int64)
+        _rasterise(np.ascontiguousarray(self.seen(corners)), depth, triangle)
+        return depth, triangle
+
+    def spots(self, depth: Float32Array) -> FloatArray:
+        """(rows, cols, 3) points that the pixels show; NaN where they show none."""
+        rows, cols = self.shape
+        x = self.low[0] + (np.arange(cols) + 0.5) * self.pixel
+        y = self.low[1] + (rows - np.arange(rows) - 0.5) * self.pixel
+        known = np.where(np.isfinite(depth), depth, np.nan).astype(np.float64)
+        return np.asarray(
+            x[None, :, None] * self.axes[0] + y[:, None, None] * self.axes[1] + known[..., None] * self.axes[2]
+        )
+
+
+@njit(cache=True, nogil=True)
+def _rasterise(seen: FloatArray, depth: Float32Array, triangle: IntArray) -> None:
+    rows, cols = depth.shape
+    for t in range(len(seen)):
+        a, b, c = seen[t, 0], seen[t, 1], seen[t, 2]
+        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if abs(area) < 1e-12:
+            continue
+        first_row = max(int(np.floor(min(a[1], b[1], c[1]) - 0.5)), 0)
+        last_row = min(int(np.ceil(max(a[1], b[1], c[1]) - 0.5)), rows - 1)
+        first_col = max(int(np.floor(min(a[0], b[0], c[0]) - 0.5)), 0)
+        last_col = min(int(np.ceil(max(a[0], b[0], c[0]) - 0.5)), cols - 1)
+        for row in range(first_row, last_row + 1):
+            y = row + 0.5
+            for col in range(first_col, last_col + 1):
+                x = col + 0.5
+                u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
+                v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
+                w = 1.0 - u - v
+                if u < 0 or v < 0 or w < 0:
+                    continue
+                z = u * a[2] + v * b[2] + w * c[2]
+                if z < depth[row, col]:
+                    depth[row, col] = z
+                    triangle[row, col] = t
+
+
+def _light(corners: FloatArray) -> FloatArray:
+    """(T,) brightness of each triangle by how it is turned to the sun."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    return np.asarray(0.62 + 0.45 * np.clip(normal @ _to_sun() / np.maximum(length, 1e-12), 0, None))
+
+
+def _to_sun() -> FloatArray:
+    a, h = np.radians(SUN_DEG), np.radians(SUN_HEIGHT_DEG)
+    return np.array([np.sin(a) * np.cos(h), np.cos(a) * np.cos(h), np.sin(h)])
+
+
+def _in_shadow(corners: FloatArray, spots: FloatArray, hit: BoolArray) -> BoolArray:
+    """Which pixels the sun does not see: something is nearer to it, by more than a pixel of its own view can lie apart."""
+    sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, SHADOW_PIXELS)
+    depth, _ = sun.rasterised(corners)
+    seen = sun.seen(np.where(hit[..., None], spots, 0.0))
+    col, row = (
+        np.clip(np.floor(seen[..., i]).astype(np.int64), 0, n - 1) for i, n in ((0, sun.shape[1]), (1, sun.shape[0]))
+    )
+    return np.asarray(hit & (seen[..., 2] - depth[row, col] > 0.3 + 2.0 * sun.pixel))
+
+
+def _edges(faces: IntArray) -> FloatArray:
+    """1 where the pixel to the right or below shows another face, and one of both is a model's."""
+    edge = np.zeros(faces.shape)
+    for a, b, place in ((faces[:, :-1], faces[:, 1:], np.s_[:, :-1]), (faces[:-1], faces[1:], np.s_[:-1])):
+        edge[place] = np.maximum(edge[place], (a != b) & ((a >= 0) | (b >= 0)))
+    return edge
+
+
+def _drape(colour: FloatArray, spots: FloatArray, where: BoolArray, ground: tuple[ByteArray, Grid]) -> None:
+    """Give pixels of the terrain the ground's colours, lightened so that the models stand out."""
+    picture, grid = ground
+    rows, cols = grid.indices(spots[where][:, 0], spots[where][:, 1])
+    known = (rows >= 0) & (rows < grid.rows) & (cols >= 0) & (cols < grid.cols)
+    chosen = picture[np.clip(rows, 0, grid.rows - 1), np.clip(cols, 0, grid.cols - 1)].astype(np.float64)
+    colour[where] = np.where(known[:, None], 0.65 * chosen + 0.35 * 235.0, colour[where])
+
+
+def _downsampled(pixels: FloatArray) -> ByteArray:
+    rows, cols = (n // OVERSAMPLING for n in pixels.shape[:2])
+    mean = pixels.reshape(rows, OVERSAMPLING, cols, OVERSAMPLING, 3).mean(axis=(1, 3))
+    return np.clip(np.rint(mean), 0, 255).astype(np.uint8)

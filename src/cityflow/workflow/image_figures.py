@@ -1,0 +1,116 @@
+"""What the records of a run say of its images: look directions, pairs, completeness of tiles, time of matching."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.building import Status
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record
+from cityflow.io.surface_zarr import read_layers
+from cityflow.stages import ingest, match, ortho, surface
+from cityflow.stages.survey import IMAGES, ZARR, Survey
+from cityflow.viewer.figures import kind_of_reason
+from cityflow.viewer.image_rows import DirectionRow, ImageFigures, RefusedPairs, TileRow
+from cityflow.workflow.current import CurrentRecords
+
+MOST_SIGMA_TILES = 200
+"""Precision is read from so many tiles, spread evenly over the city."""
+
+Pairs = Mapping[str, Mapping[str, Any]]
+
+
+def image_figures(store: Store, survey: Survey, records: CurrentRecords) -> ImageFigures | None:
+    """None for a survey that is no survey of images."""
+    if survey.door != IMAGES:
+        return None
+    matched = records.of(match.STAGE)
+    read = {r.unit: r for r in records.of(ingest.STAGE) if r.unit in survey.images.assets}
+    left_out = tuple(u for u, r in read.items() if r.status in (Status.FAILED, Status.REFUSED))
+    used = {name for r in matched for name in (base_of(r), *_pairs(r))}
+    return ImageFigures(
+        images=len(survey.images.assets),
+        left_out=left_out,
+        unused=len(survey.images.assets) - len(used | set(left_out)),
+        directions=tuple(_directions(survey, matched, set(left_out))),
+        refused=tuple(_refused(matched)),
+        tiles=tuple(_tiles(store, survey, records)),
+        parallaxes_px=tuple(_parallaxes(matched, "parallax_px")),
+        match_seconds=sum(r.seconds for r in matched),
+        sgm_seconds=sum(float(r.result.get("sgm_seconds") or 0) for r in matched),
+    )
+
+
+def base_of(record: Record) -> str:
+    """The base image of a flight tile, whose name is that of the ground tile and the image's."""
+    return record.unit.split(".", 1)[1]
+
+
+def _pairs(record: Record) -> Pairs:
+    found: Pairs = record.result.get("pairs") or {}
+    return found
+
+
+def _directions(survey: Survey, matched: Iterable[Record], left_out: set[str]) -> Iterable[DirectionRow]:
+    """Every cluster of views; a base image of a small cluster that joined another one still counts for its own."""
+    by_name: dict[str, list[Record]] = defaultdict(list)
+    for record in matched:
+        by_name[survey.images.frame_of[base_of(record)].name].append(record)
+    for frame in survey.images.frames:
+        own = by_name[frame.name]
+        tilts = np.degrees([survey.images.views[n].image.tilt for n in frame.images])
+        pairs = [p for r in own for p in _pairs(r).values()]
+        yield DirectionRow(
+            frame.name, len(frame.images), len(left_out.intersection(frame.images)), float(tilts.mean()),
+            (float(tilts.min()), float(tilts.max())), len(own), sum(int(r.result.get("points") or 0) for r in own),
+            len(pairs), sum(not p["used"] for p in pairs),
+            _median(_parallaxes(own, "parallax_px")), _median(_parallaxes(own, "parallax_rest_px")),
+        )  # fmt: skip
+
+
+def _parallaxes(matched: Iterable[Record], name: str) -> list[float]:
+    return [float(p[name]) for r in matched for p in _pairs(r).values() if p["used"] and p.get(name) is not None]
+
+
+def _refused(matched: Iterable[Record]) -> list[RefusedPairs]:
+    """Pairs not used by kind of reason, the most frequent first; reasons that differ in figures only are one kind."""
+    kinds: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
+    for record in matched:
+        for partner, pair in sorted(_pairs(record).items()):
+            if not pair["used"]:
+                reason = str(pair["reason"]) or "no reason given"
+                kinds[kind_of_reason(reason)].append((reason, base_of(record), partner))
+    rows = [
+        RefusedPairs(found[0][0], len(found), tuple(sorted({(base, partner) for _, base, partner in found})))
+        for found in kinds.values()
+    ]
+    return sorted(rows, key=lambda r: (-r.count, r.reason))
+
+
+def _tiles(store: Store, survey: Survey, records: CurrentRecords) -> list[TileRow]:
+    made = [r for r in records.of(surface.STAGE) if r.status in (Status.DONE, Status.DEGRADED)]
+    seen = {r.unit: r.result.get("seen") for r in records.of(ortho.STAGE)}
+    step = max(-(-len(made) // MOST_SIGMA_TILES), 1)
+    read = {r.unit for r in made[::step]}
+    return [
+        TileRow(
+            r.unit, r.result.get("completeness"), seen.get(r.unit),
+            _sigma(store, survey, r.unit) if r.unit in read else None, int(r.result.get("points") or 0),
+        )
+        for r in made
+    ]  # fmt: skip
+
+
+def _sigma(store: Store, survey: Survey, tile: str) -> float | None:
+    """Median of the expected standard deviation of the surface in a tile, metres."""
+    _, found = read_layers(store.zarr_store(ZARR), survey.product_grid, survey.tiles[tile].bounds, ["sigma"])
+    known = found["sigma"][np.isfinite(found["sigma"])]
+    return float(np.median(known)) if known.size else None
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None
