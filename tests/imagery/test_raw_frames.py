@@ -21,9 +21,8 @@ from cityflow.imagery.raw_frames import (
     developed,
     full_range,
     mended,
-    undistorted,
-    with_infrared,
 )
+from cityflow.imagery.resampling import undistorted, with_infrared
 
 SHAPE = (240, 320)
 READ_NOISE, TOP = 3.0, 4095

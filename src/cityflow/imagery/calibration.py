@@ -89,16 +89,19 @@ def response_gain(
 
     Each of the four colours of a mosaic's cell has mean gain 1, so that the colour of the lamp does not matter. Pixels that hardly answer get NaN.
     """
+    return gain_of(master_dark(flats) - dark, parameters)
+
+
+def gain_of(signal: Float32Array, parameters: CalibrationParameters | None = None) -> Float32Array:
+    """As `response_gain`, from the mean of the flat frames less the dark signal; (rows, cols) float32, written over `signal`."""
     asked = parameters or CalibrationParameters()
-    signal = master_dark(flats) - dark
-    gain = np.ones_like(signal)
     for r, c in ((0, 0), (0, 1), (1, 0), (1, 1)):
         plane = signal[r::2, c::2]
         level = float(np.median(plane))
         even = _smooth(plane, asked.vignetting_px // 2) if asked.vignetting_px else np.float32(level)
-        lit = plane > 0.05 * level
-        gain[r::2, c::2] = np.where(lit, even / np.where(lit, plane, 1.0), np.nan)
-    return gain.astype(np.float32)
+        lit = plane > max(0.05 * level, 1e-6)
+        signal[r::2, c::2] = np.where(lit, even / np.where(lit, plane, np.float32(1.0)), np.float32(np.nan))
+    return signal
 
 
 def bad_pixels(dark: Float32Array, gain: Float32Array, parameters: CalibrationParameters | None = None) -> BoolArray:
@@ -122,9 +125,18 @@ def calibration_of(
 ) -> Calibration:
     """All corrections from a stack of dark and one of flat frames."""
     dark = master_dark(darks)
-    gain = response_gain(flats, dark, parameters)
+    return calibration_from(dark, master_dark(flats), parameters)
+
+
+def calibration_from(
+    dark: Float32Array, flat: Float32Array, parameters: CalibrationParameters | None = None
+) -> Calibration:
+    """All corrections from the means of dark and of flat frames; `flat` is written over, as frames may be large."""
+    flat -= dark
+    gain = gain_of(flat, parameters)
     bad = bad_pixels(dark, gain, parameters)
-    return Calibration(dark, np.where(bad | np.isnan(gain), np.float32(1.0), gain), bad)
+    gain[bad] = 1.0
+    return Calibration(dark, gain, bad)
 
 
 def _smooth(plane: Float32Array, width: int) -> Float32Array:

@@ -1,4 +1,4 @@
-"""From raw frames to pictures (Frommholz 2017 §2): full range, dark signal and pixel response, defects, colours, distortion, near infrared.
+"""From raw frames to pictures (Frommholz 2017 §2): full range, dark signal and pixel response, defects, colours.
 
 Every step is a function of arrays, so that a camera's own chain can leave out what its maker has done already. `developed` is the usual chain.
 """
@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.camera import Camera
+from cityflow.core.arrays import BoolArray
 from cityflow.core.pixels import PixelArray
 from cityflow.imagery.calibration import Calibration, RawFrame
 
@@ -20,6 +19,9 @@ Pattern = Literal["RGGB", "BGGR", "GRBG", "GBRG"]
 """Colours of the first two pixels of the first row and of the second."""
 
 STRIP = 512
+
+HALO_ROWS = 8
+"""Rows above and below that a row of a finished picture depends on: four to mend a pixel, the rest to find colours. Even, as the mosaic is."""
 
 _EDGE_AWARE = {
     # OpenCV names a mosaic by the second row's second and third pixels
@@ -90,65 +92,17 @@ def demosaicked(raw: RawFrame, pattern: Pattern) -> PixelArray:
     return np.asarray(cv2.cvtColor(np.ascontiguousarray(raw), _EDGE_AWARE[pattern]))
 
 
-def undistorted(array: PixelArray, camera: Camera, cubic: bool = True) -> tuple[PixelArray, Camera, BoolArray]:
-    """The image as the same camera without distortion would have taken it.
-
-    Parameters
-    ----------
-    array : (rows, cols, bands) of the camera's size
-
-    Returns
-    -------
-    (rows, cols, bands) the image, 0 where the original shows nothing; the pinhole camera; (rows, cols) bool where it shows something
-
-    Raises
-    ------
-    ValueError
-        The image is not of the camera's size.
-    """
-    if array.shape[:2] != (camera.height, camera.width):
-        raise ValueError(f"an image of {array.shape[:2]} pixels for a camera of {(camera.height, camera.width)}")
-    if camera.is_pinhole:
-        return array, camera, np.ones(array.shape[:2], bool)
-    out, seen = np.empty_like(array), np.zeros(array.shape[:2], bool)
-    for start in range(0, camera.height, STRIP):
-        rows = slice(start, min(start + STRIP, camera.height))
-        u, v = _origins(camera, rows)
-        inside = (u >= 0) & (u <= camera.width) & (v >= 0) & (v <= camera.height)
-        flags = cv2.INTER_CUBIC if cubic else cv2.INTER_LINEAR
-        part = cv2.remap(
-            array, (u - 0.5).astype(np.float32), (v - 0.5).astype(np.float32), flags, borderMode=cv2.BORDER_REPLICATE
-        )
-        part = part.reshape(*part.shape[:2], -1)
-        part[~inside] = 0
-        out[rows], seen[rows] = part, inside
-    return out, camera.pinhole, seen
-
-
-def _origins(camera: Camera, rows: slice) -> tuple[FloatArray, FloatArray]:
-    """Where the centres of the pinhole's pixels lie in the distorted image."""
-    v, u = np.mgrid[rows, : camera.width] + 0.5
-    normal = camera.pinhole.undistort(np.column_stack([u.ravel(), v.ravel()]))
-    uv = camera.distort(normal).reshape(*u.shape, 2)
-    return uv[..., 0], uv[..., 1]
-
-
-def with_infrared(colour: PixelArray, infrared: PixelArray, infrared_from_colour: FloatArray) -> PixelArray:
-    """(rows, cols, 4): the image with the near-infrared picture of a second head laid over it as its fourth band.
-
-    Parameters
-    ----------
-    infrared : (rows', cols', 1), same dtype
-    infrared_from_colour : (3, 3) homography between image coordinates (0, 0 at the corner of the first pixel)
-    """
-    half = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
-    between = np.linalg.inv(half) @ infrared_from_colour @ half
-    size = colour.shape[1], colour.shape[0]
-    laid = cv2.warpPerspective(infrared[..., 0], between, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-    return np.concatenate([colour, laid[..., None].astype(colour.dtype)], axis=2)
+def right_aligned(raw: RawFrame, bits: int) -> RawFrame:
+    """Numbers that fill the highest bits of their container, moved to the lowest."""
+    return np.asarray(raw >> raw.dtype.type(8 * raw.dtype.itemsize - bits), raw.dtype)
 
 
 def developed(raw: RawFrame, pattern: Pattern, bits: int = 16, calibration: Calibration | None = None) -> PixelArray:
     """(rows, cols, 3) uint16 of a raw frame: corrected in its own numbers, brought to full range, demosaicked."""
+    return demosaicked(evened(raw, bits, calibration), pattern)
+
+
+def evened(raw: RawFrame, bits: int = 16, calibration: Calibration | None = None) -> NDArray[np.uint16]:
+    """(rows, cols) uint16 mosaic of full range, without what the sensor has added and taken away."""
     clean = raw if calibration is None else np.minimum(corrected(raw, calibration), raw.dtype.type((1 << bits) - 1))
-    return demosaicked(full_range(clean, bits), pattern)
+    return full_range(clean, bits)

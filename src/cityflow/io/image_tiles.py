@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -52,17 +53,55 @@ def tile_image(source: str | Path, target: str | Path, parameters: TilingParamet
     CatalogError
         The file is missing, no image, truncated or otherwise damaged.
     """
+    with picture_strips(source, parameters.tile_px) as picture:
+        tile_strips(picture, target, parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class Strips:
+    """A picture that comes strip by strip.
+
+    Attributes
+    ----------
+    height, width, bands : of the picture
+    dtype : ``uint8`` or ``uint16``
+    strips : first row and (rows, width, bands) pixels, from above, without gaps; all but the last of the same number of rows, which is a multiple of
+        a tile's edge
+    """
+
+    height: int
+    width: int
+    bands: int
+    dtype: str
+    strips: Iterable[tuple[int, PixelArray]]
+
+
+@contextlib.contextmanager
+def picture_strips(source: str | Path, rows: int) -> Iterator[Strips]:
+    """A picture decoded once from above, `rows` rows at a time; raises as `tile_image`."""
     _refuse_cut_jpeg(Path(source))
     with opened(source) as dataset:
-        shape = dataset.height, dataset.width
-        levels = level_count(*shape)
         bands, dtype = kind_of(dataset)
-        layout = _layout(len(bands), dtype, parameters)
-        pyramid = _Pyramid(shape, len(bands), np.dtype(dtype), levels)
-        with _created(target, shape, layout, levels) as out:
-            for row, strip in _strips(dataset, bands, parameters.tile_px):
-                _write(out, row, strip)
-                pyramid.add(row, strip)
+        yield Strips(dataset.height, dataset.width, len(bands), dtype, _strips(dataset, bands, rows))
+
+
+def tile_strips(
+    picture: Strips, target: str | Path, parameters: TilingParameters = DEFAULT, most_levels: int = MOST_LEVELS
+) -> None:
+    """As `tile_image`, from a picture that somebody makes strip by strip.
+
+    Parameters
+    ----------
+    most_levels : 1 writes the picture alone, for a step between
+    """
+    shape = picture.height, picture.width
+    levels = min(level_count(*shape), most_levels)
+    layout = _layout(picture.bands, picture.dtype, parameters)
+    pyramid = _Pyramid(shape, picture.bands, np.dtype(picture.dtype), levels)
+    with _created(target, shape, layout, levels) as out:
+        for row, strip in picture.strips:
+            _write(out, row, strip)
+            pyramid.add(row, strip)
     for level in range(1, levels):
         reduced = pyramid.levels[level]
         with _created(target, reduced.shape[:2], {**layout, "APPEND_SUBDATASET": "YES"}, 0) as out:
