@@ -94,7 +94,8 @@ def demosaicked(raw: RawFrame, pattern: Pattern) -> PixelArray:
 
 def right_aligned(raw: RawFrame, bits: int) -> RawFrame:
     """Numbers that fill the highest bits of their container, moved to the lowest."""
-    return np.asarray(raw >> raw.dtype.type(8 * raw.dtype.itemsize - bits), raw.dtype)
+    free = 8 * raw.dtype.itemsize - bits
+    return raw >> np.uint8(free) if raw.dtype == np.uint8 else raw >> np.uint16(free)
 
 
 def developed(raw: RawFrame, pattern: Pattern, bits: int = 16, calibration: Calibration | None = None) -> PixelArray:

@@ -6,6 +6,7 @@ Row by row of the new picture, with the old one read by window, so that neither 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ MARGIN_PX = 3
 """Pixels around a point that an interpolation looks at."""
 
 
+@lru_cache(maxsize=256)
 def pinhole_within(camera: Camera) -> Camera:
     """The camera without distortion, cut to the rectangle all of whose pixels the distorted image shows; never larger than that image."""
     if camera.is_pinhole:

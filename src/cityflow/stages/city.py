@@ -14,6 +14,7 @@ from cityflow.flow.gates import Gates
 from cityflow.flow.task import Json, Record, Task
 from cityflow.io.stac_assets import Catalog
 from cityflow.stages import (
+    calibration,
     export,
     export_city,
     frame,
@@ -161,11 +162,16 @@ class CitySource:
         if stage == "adjoin":
             return [(outline.STAGE, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
         if stage == ingest.STAGE:
-            return []
+            return self._needs_of_ingest(name)
         return [
             *((surface.STAGE, t) for t in survey.ring(name)),
             *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
         ]
+
+    def _needs_of_ingest(self, name: str) -> list[Node]:
+        """Raw frames wait for the calibration of their camera."""
+        unit = calibration.unit_of(self.survey, name) if name in self.survey.images.assets else None
+        return [(ingest.STAGE, unit)] if unit else []
 
     def _needs_of_images(self, node: Node) -> list[Node]:
         stage, name = node
@@ -211,6 +217,8 @@ class CitySource:
     def _ingest_task(self, name: str) -> Task:
         if name == ingest.OUTLINES:
             return ingest.outlines_task(self.survey)
+        if name.startswith(calibration.UNIT) and name not in self.survey.images.assets:
+            return calibration.task(self.survey, name)
         make = ingest_image.image_task if self.survey.door == IMAGES else ingest.points_task
         return make(self.survey, name)
 

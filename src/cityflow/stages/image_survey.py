@@ -44,7 +44,7 @@ class ImageSurvey:
     def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
         self.parameters = parameters
         self.assets: dict[str, ImageAsset] = {a.name: a for a in sorted(catalog.images, key=lambda a: a.name)}
-        self.views = {name: View(a.oriented, a.heights) for name, a in self.assets.items()}
+        self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
         self._units: dict[str, FlightTile] = {}
 
     @cached_property
@@ -74,12 +74,13 @@ class ImageSurvey:
 
     @cached_property
     def bands(self) -> int:
-        return max((a.bands for a in self.assets.values()), default=3)
+        return max((self.parameters.raw.bands_of(a.bands) for a in self.assets.values()), default=3)
 
     @cached_property
     def dtype(self) -> str:
         """Of the orthos: 8 bits where all images have 8."""
-        return "uint16" if any(a.dtype == "uint16" for a in self.assets.values()) else "uint8"
+        kinds = {self.parameters.raw.dtype_of(a.dtype) for a in self.assets.values()}
+        return "uint16" if "uint16" in kinds else "uint8"
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:

@@ -1,17 +1,23 @@
-"""Stage ``ingest``, for images: each one decoded once into a tiled pyramid that is read by window ever after."""
+"""Stage ``ingest``, for images: each one decoded once into a tiled pyramid that is read by window ever after, raw frames developed on the way."""
 
 from __future__ import annotations
 
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.core.building import Status
+from cityflow.errors import CatalogError
+from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.image_tiles import tile_image
 from cityflow.io.images import check_against, image_header
+from cityflow.stages.calibration import placed, stamp, unit_of
+from cityflow.stages.develop import Corrections, Frame, develop
 from cityflow.stages.ingest import STAGE, refuse_other_file
 from cityflow.stages.oriented import of_json, to_json
+from cityflow.stages.raw_parameters import RawInput
 from cityflow.stages.survey import Survey
 
 VERSION = 1
@@ -19,14 +25,45 @@ TILED = "image.tif"
 
 
 def image_task(survey: Survey, name: str) -> Task:
-    """Tile one image."""
-    asset = survey.images.assets[name]
+    """Tile one image; a raw frame is developed with what the calibration of its camera has left."""
+    asset, raw = survey.images.assets[name], survey.parameters.raw
+    inputs = {"file": asset.checksum}
+    arguments: dict[str, Json] = {"href": asset.href, "size": asset.size, "image": to_json(asset.oriented)}
+    parameters: dict[str, Json] = {}
+    if not raw.is_nothing:
+        parameters = raw.model_dump(mode="json")
+        for place in ("calibration", "near_infrared"):
+            if parameters[place] is not None:
+                arguments[place + "_folder"] = placed(survey, parameters[place].pop("folder"))
+        if raw.undistort:
+            inputs["camera"] = digest_of(arguments["image"]["camera"])
+        _add_calibration(survey, name, inputs, arguments)
+        _add_infrared(raw, name, inputs, arguments)
     return Task(
         STAGE, name, "cityflow.stages.ingest_image:run", VERSION,
-        inputs={"file": asset.checksum},
-        arguments={"href": asset.href, "size": asset.size, "image": to_json(asset.oriented)},
-        limits=survey.limits(STAGE),
+        parameters=parameters, inputs=inputs, arguments=arguments, limits=survey.limits(STAGE),
     )  # fmt: skip
+
+
+def _add_calibration(survey: Survey, name: str, inputs: dict[str, str], arguments: dict[str, Json]) -> None:
+    if survey.parameters.raw.calibration is None:
+        return
+    unit = unit_of(survey, name)
+    record = survey.records.get((STAGE, unit)) if unit else None
+    inputs["calibration"] = survey.digest_of_result(STAGE, unit) if unit else "no camera"
+    if record is not None and record.status is not Status.FAILED:
+        arguments["calibration"] = list(record.outputs)
+    else:
+        what = f"{unit} has failed: {record.reason}" if record else "the image's name tells no camera"
+        arguments["uncalibrated"] = what
+
+
+def _add_infrared(raw: RawInput, name: str, inputs: dict[str, str], arguments: dict[str, Json]) -> None:
+    """Size and date stand for the contents: reading the pictures of a whole flight in advance would take too long."""
+    if raw.near_infrared is not None:
+        href = f"{arguments['near_infrared_folder'].rstrip('/')}/{raw.near_infrared.file.replace('{image}', name)}"
+        inputs["near infrared"] = digest_of(stamp(href))
+        arguments["infrared"] = href
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -35,7 +72,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     Raises
     ------
     CatalogError
-        The file is another than when the catalog was made, damaged, turned, or of another size than its camera's images.
+        The file is another than when the catalog was made, damaged, turned, of another size than its camera's images, or, as a raw frame, not what
+        the workflow says of it.
     """
     image = of_json(task.arguments["image"])
     with local_file(task.arguments["href"]) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
@@ -43,9 +81,38 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         header = image_header(path)
         check_against(header, image.camera)
         tiled = Path(folder) / TILED
-        tile_image(path, tiled)
+        if task.parameters:
+            size = _develop(workspace, task, path, tiled)
+        else:
+            tile_image(path, tiled)
+            size = header.width, header.height, header.bands
         workspace.write_file(TILED, tiled)
     digest = digest_of(list(workspace.outputs.values()))
-    return workspace.outcome(
-        result={"digest": digest, "width": header.width, "height": header.height, "bands": header.bands}
-    )
+    return workspace.outcome(result={"digest": digest, **dict(zip(("width", "height", "bands"), size, strict=True))})
+
+
+def _develop(workspace: Workspace, task: Task, path: Path, target: Path) -> tuple[int, int, int]:
+    a = task.arguments
+    raw = _raw_of(task)
+    if "uncalibrated" in a:
+        raise CatalogError(
+            f"it cannot be calibrated: {a['uncalibrated']}", where=a["href"],
+            remedy="mend the calibration frames, see raw.calibration, or leave raw.calibration out",
+        )  # fmt: skip
+    corrections = None
+    if raw.calibration is not None:
+        corrections = Corrections.of(workspace.store, a["calibration"])
+    with ExitStack() as stack:
+        infrared = stack.enter_context(local_file(a["infrared"])) if "infrared" in a else None
+        camera = of_json(a["image"]).camera
+        frame = Frame(path, a["href"], camera, corrections, infrared, a.get("infrared", ""))
+        return develop(frame, raw, target, target.parent)
+
+
+def _raw_of(task: Task) -> RawInput:
+    """The parameters, with the folders put back that are no part of a digest."""
+    tree = dict(task.parameters)
+    for place in ("calibration", "near_infrared"):
+        if tree[place] is not None:
+            tree[place] = {**tree[place], "folder": task.arguments[place + "_folder"]}
+    return RawInput.model_validate(tree)

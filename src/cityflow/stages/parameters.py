@@ -13,6 +13,7 @@ from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
 from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.stages.raw_parameters import RawInput
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
@@ -109,6 +110,7 @@ class CityParameters(Parameters):
 
     tiles: TileParameters = TileParameters()
     points: PointsParameters = PointsParameters()
+    raw: RawInput = RawInput()
     images: ImagesParameters = ImagesParameters()
     look_directions: LookParameters = LookParameters()
     flight: FlightPlanParameters = FlightPlanParameters()
