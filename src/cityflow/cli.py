@@ -158,6 +158,33 @@ def synth(
 
 
 @app.command()
+def demo(
+    out: Annotated[Path, typer.Argument(help="Folder for the made survey and its run")] = Path("runs/demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Another town")] = 1,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+) -> None:
+    """Without any data: make a small town, fly over it, and run the workflow for oblique images."""
+    from cityflow.workflow.demo import run_demo
+
+    run_demo(out, seed, scheduler, workers, console)
+
+
+@app.command()
+def evaluate(
+    run_url: RunArgument,
+    checkpoints: Annotated[
+        str,
+        typer.Option(metavar="FILE", help="Points with X, Y, Z: CSV or any vector format; a column kind groups them"),
+    ],
+) -> None:
+    """Bias, RMSE and LE95 of surface and ortho at points of known position; also shown by cityflow report."""
+    from cityflow.workflow.evaluate import evaluate_run
+
+    evaluate_run(run_url, checkpoints, console)
+
+
+@app.command()
 def parameters(
     made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead")] = False,
 ) -> None:

@@ -21,6 +21,7 @@ from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import watcher
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
+from cityflow.io.reference import resolve
 from cityflow.stages.synth import STAGES, SynthSource
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.flight_presets import PRESETS
@@ -54,7 +55,9 @@ def synth_parameters(
     if tree.get("raw") is True:
         tree["raw"] = {}
     try:
-        return SynthParameters.model_validate(tree)
+        made = SynthParameters.model_validate(tree)
+        resolve(made.crs)
+        return made
     except ValidationError as error:
         problem = explain_invalid(error, SynthParameters)
         raise WorkflowError(problem, where="synth", remedy="cityflow parameters --synth lists every key") from None
