@@ -7,11 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.grid import Bounds, Grid
 from cityflow.geometry.polyhedron import triangulate
+
+Int32Array = NDArray[np.int32]
 
 SEMANTIC_COLOURS: Mapping[Semantic, tuple[str, tuple[int, int, int]]] = {
     Semantic.ROOF: ("roof", (196, 88, 70)),
@@ -26,7 +29,9 @@ LOOKING_DEG, DOWN_DEG = 20.0, 42.0
 """The viewer looks this far east of north, and this far down."""
 SUN_DEG, SUN_HEIGHT_DEG = 250.0, 42.0
 OVERSAMPLING = 2
-SHADOW_PIXELS = 2400
+STRIP_ROWS = 128
+"""Finished at a time, so that little is in memory."""
+TERRAIN, NO_FACE = -1, -2
 MOST_TERRAIN_CELLS = 400
 EDGE_M = 0.3
 """Edges are drawn at full strength where a drawn pixel is no larger than this."""
@@ -79,7 +84,7 @@ def terrain_surfaces(heights: Float32Array, grid: Grid) -> Surfaces:
     corners = np.concatenate([np.stack(t, axis=-2).reshape(-1, 3, 3) for t in ((nw, sw, se), (nw, se, ne))])
     corners = corners[np.isfinite(corners).all(axis=(1, 2))]
     colours = np.tile(np.array(TERRAIN_COLOUR, np.float64), (len(corners), 1))
-    return Surfaces(corners, colours, np.full(len(corners), -1))
+    return Surfaces(corners, colours, np.full(len(corners), TERRAIN))
 
 
 def draw_models(
@@ -104,17 +109,46 @@ def draw_models(
     colours = np.concatenate([terrain.colours, models.colours])
     faces = np.concatenate([terrain.faces, models.faces])
     view = _Projection.of(corners, LOOKING_DEG, DOWN_DEG, OVERSAMPLING * most)
-    depth, triangle = view.rasterised(corners)
-    hit = triangle >= 0
-    spots = view.spots(depth)
-    colour = colours[np.maximum(triangle, 0)]
-    if ground is not None:
-        _drape(colour, spots + origin, hit & (faces[np.maximum(triangle, 0)] < 0), ground)
-    light = _light(corners)[np.maximum(triangle, 0)]
-    light *= np.where(_in_shadow(corners, spots, hit), 0.62, 1.0)
-    light *= 1 - _edges(np.where(hit, faces[np.maximum(triangle, 0)], -2)) * min(EDGE_M / view.pixel, 1.0) * 0.6
-    pixels = np.where(hit[..., None], colour * light[..., None], np.array(SKY, np.float64))
-    return _downsampled(pixels)
+    sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, OVERSAMPLING * most)
+    scene = _Scene(colours, _light(corners), faces, view, sun, *view.rasterised(corners), sun.rasterised(corners)[0])
+    seen = ground and (ground[0], _moved(ground[1], origin))
+    rows = OVERSAMPLING * STRIP_ROWS
+    return np.concatenate([scene.strip(r, min(r + rows, view.shape[0]), seen) for r in range(0, view.shape[0], rows)])
+
+
+def _moved(grid: Grid, origin: FloatArray) -> Grid:
+    return Grid(grid.x_min - float(origin[0]), grid.y_max - float(origin[1]), grid.cell, grid.rows, grid.cols)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """What the viewer and the sun see of triangles with `colours` (T, 3) and `light` (T,); `shadow` is the sun's depth."""
+
+    colours: FloatArray
+    light: FloatArray
+    faces: IntArray
+    view: _Projection
+    sun: _Projection
+    depth: Float32Array
+    triangle: Int32Array
+    shadow: Float32Array
+
+    def strip(self, first: int, last: int, ground: tuple[ByteArray, Grid] | None) -> ByteArray:
+        """Finished pixels of some rows: colours of the triangles, shadows, edges."""
+        triangle = self.triangle[first:last]
+        hit, chosen = triangle >= 0, np.maximum(triangle, 0)
+        spots = self.view.spots(self.depth, first, last)
+        colour = self.colours[chosen]
+        face = np.where(hit, self.faces[chosen], NO_FACE)
+        if ground is not None:
+            _drape(colour, spots, face == TERRAIN, ground)
+        below = np.maximum(self.triangle[last : last + 1], 0)
+        more = np.where(self.triangle[last : last + 1] >= 0, self.faces[below], NO_FACE)
+        edge = _edges(np.concatenate([face, more]))[: last - first] * min(EDGE_M / self.view.pixel, 1.0)
+        light = (
+            self.light[chosen] * np.where(_in_shadow(self.sun, self.shadow, spots, hit), 0.62, 1.0) * (1 - 0.6 * edge)
+        )
+        return _downsampled(np.where(hit[..., None], colour * light[..., None], np.array(SKY, np.float64)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,25 +179,24 @@ class _Projection:
         row = self.shape[0] - (turned[..., 1] - self.low[1]) / self.pixel
         return np.stack([col, row, turned[..., 2]], axis=-1)
 
-    def rasterised(self, corners: FloatArray) -> tuple[Float32Array, IntArray]:
+    def rasterised(self, corners: FloatArray) -> tuple[Float32Array, Int32Array]:
         """Depth and number of the nearest triangle in every pixel; infinity and −1 where there is none."""
-        depth, triangle = np.full(self.shape, np.inf, np.float32), np.full(self.shape, -1, np.int64)
+        depth, triangle = np.full(self.shape, np.inf, np.float32), np.full(self.shape, -1, np.int32)
         _rasterise(np.ascontiguousarray(self.seen(corners)), depth, triangle)
         return depth, triangle
 
-    def spots(self, depth: Float32Array) -> FloatArray:
-        """(rows, cols, 3) points that the pixels show; NaN where they show none."""
+    def spots(self, depth: Float32Array, first: int, last: int) -> FloatArray:
+        """(last − first, cols, 3) points that rows of pixels show; NaN where they show none."""
         rows, cols = self.shape
         x = self.low[0] + (np.arange(cols) + 0.5) * self.pixel
-        y = self.low[1] + (rows - np.arange(rows) - 0.5) * self.pixel
-        known = np.where(np.isfinite(depth), depth, np.nan).astype(np.float64)
-        return np.asarray(
-            x[None, :, None] * self.axes[0] + y[:, None, None] * self.axes[1] + known[..., None] * self.axes[2]
-        )
+        y = self.low[1] + (rows - np.arange(first, last) - 0.5) * self.pixel
+        z = np.where(np.isfinite(depth[first:last]), depth[first:last], np.nan).astype(np.float64)
+        right, up, forward = self.axes
+        return np.asarray(x[None, :, None] * right + y[:, None, None] * up + z[..., None] * forward)
 
 
 @njit(cache=True, nogil=True)
-def _rasterise(seen: FloatArray, depth: Float32Array, triangle: IntArray) -> None:
+def _rasterise(seen: FloatArray, depth: Float32Array, triangle: Int32Array) -> None:
     rows, cols = depth.shape
     for t in range(len(seen)):
         a, b, c = seen[t, 0], seen[t, 1], seen[t, 2]
@@ -201,15 +234,13 @@ def _to_sun() -> FloatArray:
     return np.array([np.sin(a) * np.cos(h), np.cos(a) * np.cos(h), np.sin(h)])
 
 
-def _in_shadow(corners: FloatArray, spots: FloatArray, hit: BoolArray) -> BoolArray:
+def _in_shadow(sun: _Projection, shadow: Float32Array, spots: FloatArray, hit: BoolArray) -> BoolArray:
     """Which pixels the sun does not see: something is nearer to it, by more than a pixel of its own view can lie apart."""
-    sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, SHADOW_PIXELS)
-    depth, _ = sun.rasterised(corners)
     seen = sun.seen(np.where(hit[..., None], spots, 0.0))
-    col, row = (
-        np.clip(np.floor(seen[..., i]).astype(np.int64), 0, n - 1) for i, n in ((0, sun.shape[1]), (1, sun.shape[0]))
-    )
-    return np.asarray(hit & (seen[..., 2] - depth[row, col] > 0.3 + 2.0 * sun.pixel))
+    rows, cols = sun.shape
+    col = np.clip(np.floor(seen[..., 0]), 0, cols - 1).astype(np.int64)
+    row = np.clip(np.floor(seen[..., 1]), 0, rows - 1).astype(np.int64)
+    return np.asarray(hit & (seen[..., 2] - shadow[row, col] > 0.3 + 2.0 * sun.pixel))
 
 
 def _edges(faces: IntArray) -> FloatArray:

@@ -9,22 +9,17 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
-from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.io.surface_zarr import read_layers
-from cityflow.stages import ingest, match, ortho, surface
-from cityflow.stages.survey import IMAGES, ZARR, Survey
+from cityflow.stages import fuse, ingest, match, ortho, surface
+from cityflow.stages.survey import IMAGES, Survey
 from cityflow.viewer.figures import kind_of_reason
 from cityflow.viewer.image_rows import DirectionRow, ImageFigures, RefusedPairs, TileRow
 from cityflow.workflow.current import CurrentRecords
 
-MOST_SIGMA_TILES = 200
-"""Precision is read from so many tiles, spread evenly over the city."""
-
 Pairs = Mapping[str, Mapping[str, Any]]
 
 
-def image_figures(store: Store, survey: Survey, records: CurrentRecords) -> ImageFigures | None:
+def image_figures(survey: Survey, records: CurrentRecords) -> ImageFigures | None:
     """None for a survey that is no survey of images."""
     if survey.door != IMAGES:
         return None
@@ -38,7 +33,7 @@ def image_figures(store: Store, survey: Survey, records: CurrentRecords) -> Imag
         unused=len(survey.images.assets) - len(used | set(left_out)),
         directions=tuple(_directions(survey, matched, set(left_out))),
         refused=tuple(_refused(matched)),
-        tiles=tuple(_tiles(store, survey, records)),
+        tiles=tuple(_tiles(records)),
         parallaxes_px=tuple(_parallaxes(matched, "parallax_px")),
         match_seconds=sum(r.seconds for r in matched),
         sgm_seconds=sum(float(r.result.get("sgm_seconds") or 0) for r in matched),
@@ -91,25 +86,24 @@ def _refused(matched: Iterable[Record]) -> list[RefusedPairs]:
     return sorted(rows, key=lambda r: (-r.count, r.reason))
 
 
-def _tiles(store: Store, survey: Survey, records: CurrentRecords) -> list[TileRow]:
-    made = [r for r in records.of(surface.STAGE) if r.status in (Status.DONE, Status.DEGRADED)]
-    seen = {r.unit: r.result.get("seen") for r in records.of(ortho.STAGE)}
-    step = max(-(-len(made) // MOST_SIGMA_TILES), 1)
-    read = {r.unit for r in made[::step]}
+def _tiles(records: CurrentRecords) -> list[TileRow]:
+    """Ground tiles that have been fused, or more."""
+    good = (Status.DONE, Status.DEGRADED)
+    fused, made, shown = (
+        {r.unit: r.result for r in records.of(stage) if r.status in good}
+        for stage in (fuse.STAGE, surface.STAGE, ortho.STAGE)
+    )
+    nothing: Mapping[str, Any] = {}
     return [
         TileRow(
-            r.unit, r.result.get("completeness"), seen.get(r.unit),
-            _sigma(store, survey, r.unit) if r.unit in read else None, int(r.result.get("points") or 0),
+            tile,
+            made.get(tile, fused.get(tile, nothing)).get("completeness"),
+            shown.get(tile, nothing).get("seen"),
+            fused.get(tile, nothing).get("median_sigma_m"),
+            int(made.get(tile, nothing).get("points") or 0),
         )
-        for r in made
-    ]  # fmt: skip
-
-
-def _sigma(store: Store, survey: Survey, tile: str) -> float | None:
-    """Median of the expected standard deviation of the surface in a tile, metres."""
-    _, found = read_layers(store.zarr_store(ZARR), survey.product_grid, survey.tiles[tile].bounds, ["sigma"])
-    known = found["sigma"][np.isfinite(found["sigma"])]
-    return float(np.median(known)) if known.size else None
+        for tile in sorted(fused.keys() | made.keys())
+    ]
 
 
 def _median(values: list[float]) -> float | None:

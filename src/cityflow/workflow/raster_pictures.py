@@ -17,7 +17,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages import frame, ortho, surface
-from cityflow.stages.survey import FRAMES, IMAGES, OVERVIEW, ZARR, Survey
+from cityflow.stages.survey import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR, Survey
 from cityflow.viewer.mosaic import Mosaic, known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.relief import (
@@ -93,13 +93,15 @@ class CityRasters:
 def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityRasters | None:
     """None where no tile has a surface yet."""
     made, coloured = (tiles_made(survey, records.of(stage)) for stage in (surface.STAGE, ortho.STAGE))
+    if survey.door == RASTERS and "ortho" in survey.catalog.rasters:
+        coloured = made
     if not made:
         return None
     part = _fitting(store, survey, made)
     colours, found = None, set[int]()
-    if survey.door == IMAGES and coloured:
+    if coloured:
         fine = Part(store, ZARR, survey.product_grid, coloured)
-        colours = fine.mosaic(["ortho", "ortho_seen"], _colours, survey.images.bands)
+        colours = fine.mosaic(["ortho", "ortho_seen"], _colours, survey.ortho_kind[0])
     return CityRasters(
         part.mosaic(["dsm_filled"], lambda f: _finite(f["dsm_filled"])),
         part.mosaic(["dtm"], lambda f: _finite(f["dtm"])),

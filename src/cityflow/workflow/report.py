@@ -83,7 +83,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides={unit: tree for (_, unit), tree in read_overrides(run.store).items()},
         pictures=run_pictures(run.store, survey, units, records),
-        images=image_figures(run.store, survey, records),
+        images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
     )  # fmt: skip
 
