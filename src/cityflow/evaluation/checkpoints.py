@@ -43,13 +43,16 @@ def checkpoint_residuals(
         horizontal over its vertical part, towards the image's nadir.
     """
     height = heights_at(dsm, grid, xyz[:, :2]) - xyz[:, 2]
-    place = np.full((len(xyz), 2), np.nan)
-    if ortho_centres is not None:
-        to_camera = ortho_centres - xyz
-        place = height[:, None] * to_camera[:, :2] / to_camera[:, 2:]
+    place = np.full((len(xyz), 2), np.nan) if ortho_centres is None else ortho_shift(xyz, height, ortho_centres)
     return CheckpointResiduals(
         height, place, error_statistics(height), error_statistics(place[:, 0]), error_statistics(place[:, 1])
     )
+
+
+def ortho_shift(xyz: FloatArray, height: FloatArray, ortho_centres: FloatArray) -> FloatArray:
+    """(N, 2) metres by which an ortho shows points (N, 3) off their place where its surface is (N,) `height` above them."""
+    to_camera = ortho_centres - xyz
+    return np.asarray(height[:, None] * to_camera[:, :2] / to_camera[:, 2:])
 
 
 def heights_at(dsm: FloatArray | Float32Array, grid: Grid, xy: FloatArray) -> FloatArray:

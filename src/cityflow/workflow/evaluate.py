@@ -16,7 +16,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError, RunError
-from cityflow.evaluation.checkpoints import checkpoint_residuals, heights_at
+from cityflow.evaluation.checkpoints import heights_at, ortho_shift
 from cityflow.evaluation.statistics import ErrorStatistics, error_statistics
 from cityflow.flow.store import Store
 from cityflow.io.checkpoints import Checkpoints, read_checkpoints
@@ -77,7 +77,7 @@ def evaluated(store: Store, survey: Survey, points: Checkpoints, reference: Refe
     centres = _ortho_centres(survey, points.xyz) if survey.door == IMAGES else None
     place = np.full((len(height), 2), np.nan)
     if centres is not None:
-        place = _displacement(points.xyz, height, centres)
+        place = ortho_shift(points.xyz, height, centres)
     return Evaluation(points, height, place, centres is not None, tuple(_notes(height, grid, points, reference)))
 
 
@@ -119,18 +119,6 @@ def _ortho_centres(survey: Survey, xyz: FloatArray) -> FloatArray:
             steepest[inside[better]] = lean[better]
             centres[inside[better]] = image.centre
     return centres
-
-
-def _displacement(xyz: FloatArray, height: FloatArray, centres: FloatArray) -> FloatArray:
-    """(N, 2) shift of the ortho that the error of the surface under it makes."""
-    # a surface that is one cell, as high as the point plus its residual: heights are known already
-    flat = Grid(0.0, 2.0, 1.0, 2, 2)
-    place = np.full((len(xyz), 2), np.nan)
-    for k in np.flatnonzero(np.isfinite(height) & np.isfinite(centres[:, 0])):
-        offset = np.array([1.0, 1.0, 0.0]) - [*xyz[k, :2], 0.0]
-        level = np.full(flat.shape, xyz[k, 2] + height[k])
-        place[k] = checkpoint_residuals((xyz[k] + offset)[None], level, flat, (centres[k] + offset)[None]).place[0]
-    return place
 
 
 def _notes(height: FloatArray, grid: Grid, points: Checkpoints, reference: Reference) -> Iterable[str]:
