@@ -28,6 +28,7 @@ from cityflow.stages import calibration, ingest_image
 from cityflow.stages.city import CitySource
 from cityflow.stages.develop import Corrections
 from cityflow.stages.parameters import CityParameters
+from cityflow.stages.raw_parameters import InfraredFrames, RawInput
 from cityflow.stages.survey import Survey
 from cityflow.synthetic.raw_frames import RawParameters, dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.sensor import SensorParameters
@@ -296,3 +297,16 @@ def test_calibration_of_another_size_is_refused(flight: Flight) -> None:
 def test_names_that_cannot_work_are_refused(raw: Mapping[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         CityParameters.model_validate({"raw": raw})
+
+
+def test_gains_of_the_catalog_hold_for_developed_images(flight: Flight) -> None:
+    """A picture of 12 bits, balanced before or after it fills the range, is the same; the infrared head is left alone."""
+    (asset,) = flight.catalog(raw_of()).images
+    asset = replace(asset, gain=(1.2,), gamma=(0.9,))
+    value, top, wider = 700.0, 65535.0, 16.0
+    made = RawInput(bits=12).balance_of(asset)
+    before = 1.2 * top * (value / top) ** 0.9
+    assert made.gain[0] * top * (wider * value / top) ** made.gamma[0] == pytest.approx(wider * before)
+    with_head = RawInput(pattern="RGGB", near_infrared=InfraredFrames()).balance_of(asset)
+    assert (with_head.gain, with_head.gamma) == ((1.2, 1.2, 1.2, 1.0), (0.9, 0.9, 0.9, 1.0))
+    assert RawInput().balance_of(asset) == asset

@@ -43,7 +43,8 @@ class ImageSurvey:
 
     def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
         self.parameters = parameters
-        self.assets: dict[str, ImageAsset] = {a.name: a for a in sorted(catalog.images, key=lambda a: a.name)}
+        developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
+        self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
         self._units: dict[str, FlightTile] = {}
 

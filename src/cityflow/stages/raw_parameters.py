@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from cityflow.core.camera import OrientedImage
@@ -13,6 +14,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.imagery.calibration import CalibrationParameters
 from cityflow.imagery.raw_frames import Pattern
 from cityflow.imagery.resampling import pinhole_within
+from cityflow.io.stac_assets import ImageAsset
 
 Homography = tuple[float, float, float, float, float, float, float, float, float]
 
@@ -20,7 +22,7 @@ Homography = tuple[float, float, float, float, float, float, float, float, float
 class CalibrationFrames(Parameters):
     """Frames of each camera with closed shutter, and of an evenly lit surface."""
 
-    folder: str = Field(description="folder or URL; relative to the catalog's folder")
+    folder: str = Field(".", description="folder or URL; relative to the catalog's folder")
     camera: str = Field(
         r"([^_]+)$", description="regular expression whose first group is, in an image's name, that of its camera"
     )
@@ -54,7 +56,7 @@ class CalibrationFrames(Parameters):
 class InfraredFrames(Parameters):
     """Pictures of a near-infrared head that looks where the colour head looks."""
 
-    folder: str = Field(description="folder or URL; relative to the catalog's folder")
+    folder: str = Field(".", description="folder or URL; relative to the catalog's folder")
     file: str = Field("{image}_nir.tif", description="name of an image's near-infrared picture in the folder")
     infrared_from_colour: Homography = Field(
         (1, 0, 0, 0, 1, 0, 0, 0, 1),
@@ -105,5 +107,21 @@ class RawInput(Parameters):
         """How the image that later stages read was taken."""
         return replace(image, camera=pinhole_within(image.camera)) if self.undistort else image
 
+    def balance_of(self, asset: ImageAsset) -> ImageAsset:
+        """The asset with the gains that its developed image takes: those of a catalog were found on the numbers in its file."""
+        gain, gamma = asset.gain, asset.gamma
+        if self.bits is not None and not self.left_aligned and gamma:
+            wider = 2.0 ** (8 * np.dtype(asset.dtype).itemsize - self.bits)
+            gain = tuple(float(g * wider ** (1.0 - c)) for g, c in zip(_each(gain, len(gamma)), gamma, strict=True))
+        if self.near_infrared is not None:
+            # nothing is known of the other head's exposures
+            gain, gamma = (*_each(gain, 3), 1.0), (*_each(gamma, 3), 1.0) if gamma else ()
+        return replace(asset, gain=gain, gamma=gamma)
+
     def dtype_of(self, stored: str) -> str:
         return "uint16" if self.makes_16_bits else stored
+
+
+def _each(values: tuple[float, ...], bands: int) -> tuple[float, ...]:
+    """One number for each band: a single one is for all, none is 1."""
+    return values if len(values) == bands else (values or (1.0,))[:1] * bands
