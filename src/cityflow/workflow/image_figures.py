@@ -87,7 +87,7 @@ def _refused(matched: Iterable[Record]) -> list[RefusedPairs]:
 
 
 def _tiles(records: CurrentRecords) -> list[TileRow]:
-    """Ground tiles that have been fused, or more."""
+    """Ground tiles with a surface; before there is one, those that have been fused (rings of asked-for tiles among them)."""
     good = (Status.DONE, Status.DEGRADED)
     fused, made, shown = (
         {r.unit: r.result for r in records.of(stage) if r.status in good}
@@ -102,7 +102,7 @@ def _tiles(records: CurrentRecords) -> list[TileRow]:
             fused.get(tile, nothing).get("median_sigma_m"),
             int(made.get(tile, nothing).get("points") or 0),
         )
-        for tile in sorted(fused.keys() | made.keys())
+        for tile in sorted(made or fused)
     ]
 
 

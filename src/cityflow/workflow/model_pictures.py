@@ -14,7 +14,14 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
 from cityflow.stages import reconstruct
-from cityflow.viewer.model_view import SEMANTIC_COLOURS, Surfaces, draw_models, surfaces_of, terrain_surfaces
+from cityflow.viewer.model_view import (
+    SEMANTIC_COLOURS,
+    TERRAIN_COLOUR,
+    Surfaces,
+    draw_models,
+    surfaces_of,
+    terrain_surfaces,
+)
 from cityflow.viewer.mosaic import known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.relief import ortho_pixels
@@ -54,7 +61,7 @@ def model_pictures(
     )
     yield _drawn(
         "Models",
-        f"{count} LoD2.2 models over the terrain, seen from the south-south-west.",
+        f"{count} LoD2.2 {'model' if len(known) == 1 else 'models'} over the terrain, seen from the south-south-west.",
         models,
         rasters,
         all_bounds,
@@ -119,4 +126,5 @@ def _window(grid: Grid, bounds: Bounds) -> tuple[slice, slice]:
 def _ground(rasters: CityRasters) -> tuple[ByteArray, Grid] | None:
     if rasters.ortho is None or not np.isfinite(rasters.ortho[1]).any():
         return None
-    return ortho_pixels(rasters.ortho[1]), rasters.ortho[0]
+    known = np.isfinite(rasters.ortho[1][0])[..., None]
+    return np.where(known, ortho_pixels(rasters.ortho[1]), np.array(TERRAIN_COLOUR, np.uint8)), rasters.ortho[0]
