@@ -44,7 +44,6 @@ def test_an_unknown_key_is_refused_with_the_nearest_known_one(tmp_path: Path, te
     [
         ("name: a\nsurface: {cell_m: -1}", "surface.cell_m = -1"),
         ("name: a\nsurface: {cell_m: 0.3}", "tiles.tile_m (250) is no multiple of surface.cell_m (0.3)"),
-        ("name: a\ntiles: {tile_m: 80}", "outline.found.halo_m (100) is larger than tiles.tile_m"),
         ("name: a\nsurface: {cell_m: wide}", "surface.cell_m = 'wide'"),
         ("name: a\nreconstruct: {methods: [guessing]}", "no method 'guessing'; known: orientation_histogram"),
         ("- a\n- b", "not a mapping"),

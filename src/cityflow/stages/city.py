@@ -154,7 +154,7 @@ class CitySource:
         if stage == outline.STAGE:
             if survey.outlines_given:
                 return [(ingest.STAGE, ingest.OUTLINES)]
-            return [(surface.STAGE, t) for t in survey.ring(name)]
+            return [(surface.STAGE, t) for t in survey.near(name, survey.parameters.outline.found.halo_m)]
         if stage == reconstruct.STAGE:
             return [(surface.STAGE, t) for t in survey.tiles_under(self._known[name])]
         if stage == "gather":

@@ -35,12 +35,13 @@ def run_given(workspace: Workspace, task: Task) -> Outcome:
 
 def _found_task(survey: Survey, name: str) -> Task:
     parameters = survey.parameters_for(STAGE, name, survey.parameters.outline)
+    seen = survey.near(name, survey.parameters.outline.found.halo_m)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
         parameters=parameters["found"],
-        inputs={t: survey.digest_of_result("surface", t) for t in survey.ring(name)},
+        inputs={t: survey.digest_of_result("surface", t) for t in seen},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
-                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": survey.ring(name)},
+                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 

@@ -125,12 +125,10 @@ class CityParameters(Parameters):
 
     @model_validator(mode="after")
     def _tiles_fit(self) -> CityParameters:
-        """Tiles are whole chunks of whole cells, and no stage looks beyond the ring of eight neighbours."""
+        """Tiles are whole chunks of whole cells."""
         cells = self.tiles.tile_m / self.surface.cell_m
         if abs(cells - round(cells)) > 1e-9:
             raise ValueError(
                 f"tiles.tile_m ({self.tiles.tile_m:g}) is no multiple of surface.cell_m ({self.surface.cell_m:g})"
             )
-        if self.outline.found.halo_m > self.tiles.tile_m:
-            raise ValueError(f"outline.found.halo_m ({self.outline.found.halo_m:g}) is larger than tiles.tile_m")
         return self

@@ -1,0 +1,155 @@
+"""A flight as a source of tasks: every task once, none before what it reads, the same ones whatever the order, the area of interest or the tiles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from cityflow.core.building import Status
+from cityflow.core.reference import Reference
+from cityflow.flow.task import Record, Task
+from cityflow.io.stac_assets import Catalog, ImageAsset
+from cityflow.orientation.views import View, footprint
+from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.city import CitySource
+from cityflow.stages.parameters import CityParameters, TileParameters
+from cityflow.synthetic.flight import plan_flight
+from cityflow.synthetic.flight_presets import preset
+
+AREA = (1000.0, 2000.0, 1180.0, 2140.0)
+HEIGHTS = (10.0, 35.0)
+
+
+def catalog() -> Catalog:
+    flown = plan_flight(AREA, HEIGHTS[0], preset("five_cameras", width_px=1200, height_px=900, forward_overlap=0.7))
+    images = tuple(
+        ImageAsset(i.name, f"{i.name}.jpg", f"{k:064d}", 1, footprint(View(i, HEIGHTS)).bounds, i, HEIGHTS)
+        for k, i in enumerate(flown)
+    )
+    return Catalog("", "flight", Reference("EPSG:28992", 28992, None, ""), "", "", (), images=images)
+
+
+CATALOG = catalog()
+
+
+def parameters(tile_m: float = 100.0) -> CityParameters:
+    return CityParameters(tiles=TileParameters(tile_m=tile_m))
+
+
+def record_of(task: Task, failed: Sequence[str] = ()) -> Record:
+    """What the task would have left."""
+    result: dict[str, Any] = {"digest": f"{task.stage} {task.unit}"}
+    outputs = {f"work/{task.stage}/{task.unit}/out": f"{task.stage} {task.unit}"}
+    status, reason = (Status.FAILED, "damaged") if task.name in failed else (Status.DONE, "")
+    return Record(
+        task.stage, task.unit, 1, task.digest, task.version, status, reason, {} if failed and status is Status.FAILED else outputs,
+        result, task.parameters, task.inputs,
+    )  # fmt: skip
+
+
+def run_through(source: CitySource, seed: int = 0, failed: Sequence[str] = ()) -> list[Task]:
+    order = np.random.default_rng(seed)
+    ready, ended = list(source.initial()), list[Task]()
+    while ready:
+        task = ready.pop(int(order.integers(len(ready))))
+        ended.append(task)
+        ready.extend(source.after(task, record_of(task, failed)))
+    return ended
+
+
+@pytest.fixture(scope="module")
+def whole() -> list[Task]:
+    return run_through(CitySource(CATALOG, parameters()))
+
+
+def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
+    names = [(t.stage, t.unit) for t in whole]
+    assert len(names) == len(set(names))
+    place = {name: i for i, name in enumerate(names)}
+    assert names[-1] == ("export", "city")
+    by_stage = {
+        stage: [t for t in whole if t.stage == stage] for stage in ("match", "fuse", "surface", "ortho", "frame")
+    }
+    assert all(by_stage.values())
+    for task in by_stage["match"]:
+        assert all(place["ingest", tree["name"]] < place["match", task.unit] for tree in task.arguments["images"])
+    for stage in ("fuse", "frame"):
+        for task in by_stage[stage]:
+            read = [path.split("/")[2] for path in task.arguments["maps"]]
+            assert all(place["match", u] < place[stage, task.unit] for u in read)
+    assert (
+        {t.unit for t in by_stage["fuse"]}
+        == {t.unit for t in by_stage["surface"]}
+        == {t.unit for t in by_stage["ortho"]}
+    )
+
+
+def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:
+    inner = [t for t in whole if t.stage == "match" and t.unit.split(".")[0] == "10_20"]
+    heads = {t.arguments["base"].rsplit("_", 1)[1] for t in inner}
+    assert len(heads) == 5
+    for task in inner:
+        assert len(task.arguments["images"]) >= 3
+
+
+def test_the_order_of_events_changes_no_task(whole: list[Task]) -> None:
+    digests = {t.name: t.digest for t in whole}
+    for seed in (1, 2):
+        assert {t.name: t.digest for t in run_through(CitySource(CATALOG, parameters()), seed)} == digests
+
+
+def test_an_area_asks_for_the_same_tasks_as_the_whole_and_for_fewer(whole: list[Task]) -> None:
+    digests = {t.name: t.digest for t in whole}
+    some = run_through(CitySource(CATALOG, parameters(), Area(shapely.box(1010, 2010, 1060, 2060))))
+    assert len(some) < len(whole)
+    assert all(digests[t.name] == t.digest for t in some if t.stage not in ("export",))
+
+
+def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> None:
+    small = run_through(CitySource(CATALOG, parameters(50.0)))
+
+    def pairs(tasks: list[Task]) -> set[tuple[str, ...]]:
+        return {tuple(tree["name"] for tree in t.arguments["images"]) for t in tasks if t.stage == "match"}
+
+    cells = [
+        {(t.arguments["base"], *c) for t in tasks if t.stage == "match" for c in t.arguments["chosen"]}
+        for tasks in (whole, small)
+    ]
+    assert pairs(small) <= pairs(whole)
+    assert cells[1] <= cells[0]
+
+
+def test_a_changed_image_makes_its_matches_stale_and_no_others(whole: list[Task]) -> None:
+    digests = {t.name: t.digest for t in whole}
+    name = next(t for t in whole if t.stage == "match").arguments["base"]
+    source = CitySource(CATALOG, parameters())
+    ready, after = list(source.initial()), dict[str, str]()
+    while ready:
+        task = ready.pop()
+        after[task.name] = task.digest
+        record = record_of(task)
+        if task.name == f"ingest-{name}":
+            record = Record(**{**_fields(record), "result": {"digest": "other pixels"}})
+        ready.extend(source.after(task, record))
+    matches = {t.name: t for t in whole if t.stage == "match"}
+    changed = {n for n in matches if after[n] != digests[n]}
+    assert changed == {n for n, t in matches.items() if name in [tree["name"] for tree in t.arguments["images"]]}
+    assert changed
+
+
+def _fields(record: Record) -> dict[str, Any]:
+    return {k: getattr(record, k) for k in Record.__dataclass_fields__}
+
+
+def test_an_image_that_cannot_be_read_is_left_out_and_named(whole: list[Task]) -> None:
+    name = next(t for t in whole if t.stage == "match").arguments["base"]
+    ended = run_through(CitySource(CATALOG, parameters(), EVERYWHERE), failed=[f"ingest-{name}"])
+    concerned = [t for t in ended if t.stage == "match" and name in [tree["name"] for tree in t.arguments["images"]]]
+    assert concerned
+    assert all(t.arguments["unread"] == [name] for t in concerned)
+    assert all(name not in t.arguments["pixels"] for t in concerned)
+    assert {t.name for t in ended} == {t.name for t in whole}
