@@ -16,7 +16,7 @@ from cityflow.core.local_frame import LocalFrame
 from cityflow.io.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
-from cityflow.orientation.views import View, footprint, gsd, sees
+from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.stages.parameters import CityParameters
 
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
@@ -47,6 +47,7 @@ class ImageSurvey:
         self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
         self._units: dict[str, FlightTile] = {}
+        self._over: dict[str, tuple[FlightTile, ...]] = {}
 
     @cached_property
     def frames(self) -> tuple[LocalFrame, ...]:
@@ -88,7 +89,7 @@ class ImageSurvey:
         """Ground tiles that some image sees that looks down steeply enough, south-west first."""
         size = self.parameters.tiles.tile_m
         steep = [v for v in self.views.values() if v.image.tilt <= MOST_TILT] or list(self.views.values())
-        seen = [footprint(v) for v in steep]
+        seen = footprints(steep)
         tree = STRtree(seen)
         x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(seen, dtype=object))
         found = [t for t in tiles_over((x_min, y_min, x_max, y_max), size) if self._is_seen(t, tree)]
@@ -98,13 +99,15 @@ class ImageSurvey:
         """Two views at least: one alone has no depth."""
         if len(tree.query(shapely.box(*tile.bounds), predicate="intersects")) < 2:
             return False
-        return bool(self.plan.flight_tiles(tile.name, tile.bounds))
+        return bool(self.flight_tiles(tile))
 
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
         """The base images of a ground tile, each with its partners and cells."""
-        found = self.plan.flight_tiles(tile.name, tile.bounds)
-        self._units.update({f.name: f for f in found})
-        return found
+        if tile.name not in self._over:
+            found = self.plan.flight_tiles(tile.name, tile.bounds)
+            self._over[tile.name] = found
+            self._units.update({f.name: f for f in found})
+        return self._over[tile.name]
 
     def flight_tile(self, unit: str) -> FlightTile:
         """One that `flight_tiles` has named."""
@@ -124,7 +127,13 @@ class ImageSurvey:
         return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any())
 
     def _views_over(self, bounds: Bounds) -> list[View]:
-        return [v for v in self.views.values() if _near(v, bounds)]
+        views, tree = self._seen
+        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+
+    @cached_property
+    def _seen(self) -> tuple[list[View], STRtree]:
+        views = list(self.views.values())
+        return views, STRtree(footprints(views))
 
     def frame_named(self, name: str) -> LocalFrame:
         return next(f for f in self.frames if f.name == name)
@@ -203,7 +212,3 @@ def _steepness(view: View, ground: FloatArray) -> FloatArray:
     ray = ground - view.image.centre
     cosine = -ray[:, 2] / np.linalg.norm(ray, axis=1)
     return np.where(sees(view.image, ground), cosine, -np.inf)
-
-
-def _near(view: View, bounds: Bounds) -> bool:
-    return bool(footprint(view).intersects(shapely.box(*bounds)))
