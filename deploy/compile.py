@@ -1,18 +1,63 @@
-"""Compile once what numba compiles, by reconstructing houses of a made town; otherwise the first buildings of the first run wait for it."""
+"""Compile once what numba compiles, on a small made town: houses, and pictures matched, fused and laid over their surface.
+
+Otherwise the first tasks of the first run wait for it.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from cityflow.core.building import Evidence
+from cityflow.core.camera import Camera, OrientedImage
+from cityflow.core.depth_map import ImagePoints, points_of
+from cityflow.core.ground_cells import GroundCells
+from cityflow.core.pixels import ArrayPixels
+from cityflow.io.depth_map import decode_depth_map, encode_depth_map
+from cityflow.matching.match import MatchParameters, match
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
+from cityflow.surface.image_surface import image_surface
+from cityflow.surface.ortho_sampling import OrthoImage
+from cityflow.surface.point_classes import classify_points
+from cityflow.surface.true_ortho import true_ortho
 from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
 
 HOUSES = 8
 
-scene = lidar_scene(1, LidarSceneParameters(width_m=100, height_m=100))
-for number, building in enumerate(scene.buildings[:HOUSES]):
-    points = scene.points.take(np.flatnonzero(scene.truth_building == number))
-    evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
-    measure(choose(evidence, ReconstructParameters()), evidence)
+
+def reconstruct_houses() -> None:
+    scene = lidar_scene(1, LidarSceneParameters(width_m=100, height_m=100))
+    for number, building in enumerate(scene.buildings[:HOUSES]):
+        points = scene.points.take(np.flatnonzero(scene.truth_building == number))
+        evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
+        measure(choose(evidence, ReconstructParameters()), evidence)
+
+
+def work_on_pictures() -> None:
+    """Three views of a textured plain, matched, fused and laid over what comes of it, in arrays of the kinds that a run has."""
+    texture = (
+        np.random.default_rng(1).integers(40, 215, (60, 128, 3)).astype(np.uint8).repeat(4, axis=0).repeat(4, axis=1)
+    )
+    camera, upright = Camera(320, 240, 450.0, 450.0, 160.0, 120.0), np.diag([1.0, -1.0, -1.0])
+    views = [OrientedImage(f"view{i}", camera, upright, np.array([42.0 + 8 * i, 50.0, 60.0])) for i in range(3)]
+    pixels = [ArrayPixels(np.ascontiguousarray(texture[:, 60 * i : 60 * i + 320])) for i in range(3)]
+    cells = GroundCells((0.0, 0.0, 100.0, 100.0), 10.0, tuple((c, r) for c in range(3, 7) for r in range(3, 7)))
+    partners = [(views[0], pixels[0]), (views[2], pixels[2])]
+    found = match(views[1], pixels[1], partners, cells, (-5.0, 12.0), MatchParameters())
+    assert found.depth_map is not None
+    points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), views[1])
+    assert len(points), "the plain was not matched"
+    surface_and_ortho(points, [OrthoImage(v, p) for v, p in zip(views, pixels, strict=True)])
+
+
+def surface_and_ortho(points: ImagePoints, images: list[OrthoImage]) -> None:
+    bounds, cell, factor = (40.0, 40.0, 60.0, 60.0), 0.125, 4
+    surface = image_surface(points, bounds, cell, factor)
+    grid = surface.fine.grid
+    classify_points(points, surface)
+    heights = surface.fine.dsm_filled.astype(np.float32)
+    true_ortho(grid, heights, (grid, heights), images)
+
+
+reconstruct_houses()
+work_on_pictures()
