@@ -155,7 +155,7 @@ def _prepared(
         good = share >= UNMEASURED_SHARE
         return draft if good else None, PairReport(partner.name, good, reason, matched=share)
     report = PairReport(
-        partner.name, True, "", abs(parallax.median_px), parallax.ninety_px, parallax.rest_px, matched=share
+        partner.name, True, "", parallax.median_px, parallax.ninety_px, parallax.rest_px, matched=share
     )
     if _too_far(parallax, parameters):
         reason = f"vertical parallax {parallax.ninety_px:.2f} px (90 %), {parallax.rest_px:.2f} px after correction"
@@ -169,7 +169,7 @@ def _prepared(
 
 
 def _too_far(parallax: VerticalParallax, parameters: MatchParameters) -> bool:
-    rest = parallax.rest_px if parameters.correct_parallax else abs(parallax.median_px)
+    rest = parallax.rest_px if parameters.correct_parallax else parallax.median_px
     return parallax.ninety_px > parameters.most_parallax_px or rest > 0.25 * parameters.most_parallax_px
 
 

@@ -22,7 +22,7 @@ class VerticalParallax:
 
     Attributes
     ----------
-    median_px : median over the image, before correction (signed);  ninety_px : 90 % of the patches are within this, before correction
+    median_px : median of its absolute value over the image, before correction;  ninety_px : 90 % of the patches are within this, before correction
     rest_px : median of the absolute rest after correction
     offset : (constant, per x, per y) that corrects it
     patches : number of patches with texture
@@ -52,7 +52,7 @@ def vertical_parallax(lattice: PairLattice, level: int) -> VerticalParallax | No
     offset, rest = _plane(samples)
     shift = samples[:, 2]
     return VerticalParallax(
-        float(np.median(shift)),
+        float(np.median(np.abs(shift))),
         float(np.percentile(np.abs(shift), 90)),
         float(np.median(np.abs(rest))),
         offset,

@@ -83,7 +83,7 @@ def _figures(found: Matched) -> dict[str, Any]:
         "window": [] if depth_map is None else [depth_map.row, depth_map.col, *depth_map.depth.shape],
         "pairs": {
             p.partner: {"used": p.used, "reason": p.reason, "matched": round(p.matched, 4),
-                         "parallax_px": _finite(p.parallax_px), "parallax_rest_px": _finite(p.parallax_rest_px)}
+                         "parallax_px": _finite(p.parallax_px), "parallax_90_px": _finite(p.parallax_90_px), "parallax_rest_px": _finite(p.parallax_rest_px)}
             for p in found.pairs
         },
         "sgm_seconds": round(found.sgm_seconds, 3),
