@@ -235,6 +235,16 @@ def test_other_frames_are_another_task(flight: Flight) -> None:
     assert calibration.task(survey, "calibration.nadir").digest != before.digest
 
 
+def test_an_unreadable_frame_is_left_to_its_task(flight: Flight) -> None:
+    flight.frames(count=2)
+    broken = flight.folder / "frames/nadir_flat_01.tif"
+    broken.write_bytes(broken.read_bytes()[:4000])
+    with pytest.raises(CatalogError) as caught:
+        flight.calibrate(flight.survey(raw_of(), CALIBRATED))
+    assert caught.value.remedy
+    assert calibration.matching(str(flight.folder / "nowhere"), "a*.tif") == []
+
+
 SPOILT: dict[str, tuple[Callable[[Flight], None], str]] = {
     "none": (lambda f: f.frames(count=0), "no dark frame of the camera nadir"),
     "saturated": (lambda f: f.frames(count=2, change=lambda x: np.maximum(x, 4095)), "saturated"),
@@ -292,6 +302,7 @@ def test_calibration_of_another_size_is_refused(flight: Flight) -> None:
         ({"calibration": {"folder": "f", "camera": "("}}, "no regular expression"),
         ({"calibration": {"folder": "f", "dark": "dark*.tif"}}, "share their frames"),
         ({"near_infrared": {"folder": "f", "file": "nir.tif"}}, "share one"),
+        ({"left_aligned": True}, "without bits"),
     ],
 )
 def test_names_that_cannot_work_are_refused(raw: Mapping[str, Any], words: str) -> None:

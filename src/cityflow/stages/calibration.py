@@ -130,8 +130,11 @@ def matching(folder: str, name: str) -> list[str]:
 
 
 def checksum(href: str) -> str:
-    """SHA-256 of the contents, computed anew only for a file that has changed."""
-    return _checksum(href, stamp(href))
+    """SHA-256 of the contents, computed anew only for a file that has changed; what cannot be read is left to the task to name."""
+    try:
+        return _checksum(href, stamp(href))
+    except OSError:
+        return "unreadable"
 
 
 def stamp(href: str) -> str:

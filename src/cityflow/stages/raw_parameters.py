@@ -89,6 +89,12 @@ class RawInput(Parameters):
         None, description="pictures of a near-infrared head, to be the fourth band; null: none"
     )
 
+    @model_validator(mode="after")
+    def _alignment_is_known(self) -> RawInput:
+        if self.left_aligned and self.bits is None:
+            raise ValueError("left_aligned says nothing without bits")
+        return self
+
     @property
     def is_nothing(self) -> bool:
         """Images are taken as they are."""
