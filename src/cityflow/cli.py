@@ -160,7 +160,7 @@ def synth(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Argument(help="Folder for the made survey and its run")] = Path("runs/demo"),
-    seed: Annotated[int, typer.Option(min=0, help="Another town")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Another town")] = 12,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
 ) -> None:

@@ -43,14 +43,17 @@ def describe_survey(out: Path, source: SynthSource, noise: PoseNoise) -> tuple[s
     """Write everything that is not a task's; the notes that the catalog made."""
     p = source.parameters
     town = town_of(p.seed, p.whole_town)
-    _write_layers(out, town, p)
+    outlines = out / "outlines.gpkg" if _write_layers(out, town, p) else None
     _write_mosaics(out / "truth", p)
     images = _write_poses(out, source, noise, town) if source.images else None
+    scans = [str(out / "lidar")] if p.lidar is not None else []
+    column, layer = ("id", "outlines") if outlines else (None, None)
     made = create_catalog(
-        out / "catalog", lidar=[str(out / "lidar")] if p.lidar is not None else [], images=images, outlines=out / "outlines.gpkg",
-        crs=p.crs, id_column="id", layer="outlines", title=TITLE.format(p.seed), licence=LICENCE, attribution=MADE_BY, date=DAY,
+        out / "catalog", lidar=scans, images=images, outlines=outlines, crs=p.crs, id_column=column, layer=layer,
+        title=TITLE.format(p.seed), licence=LICENCE, attribution=MADE_BY, date=DAY,
     )  # fmt: skip
-    return made.notes
+    nothing = () if outlines else ("no whole building stands in the area: the catalog has no outlines",)
+    return (*nothing, *made.notes)
 
 
 def _write_poses(out: Path, source: SynthSource, noise: PoseNoise, town: Town) -> ImageSource:
@@ -68,8 +71,8 @@ def _named(image: OrientedImage, jpeg: bool) -> OrientedImage:
     return replace(image, name=Path(picture_path(image.name, jpeg)).name)
 
 
-def _write_layers(out: Path, town: Town, p: SynthParameters) -> None:
-    """Given outlines as a surveyor would hand them over, blocks for splitting, and all that is known as truth."""
+def _write_layers(out: Path, town: Town, p: SynthParameters) -> int:
+    """Given outlines as a surveyor would hand them over, blocks for splitting, and all that is known as truth; the number of outlines."""
     reference = resolve(p.crs)
     records = town_truth(town)
     layers = {name: Layer(name, [g for g, _ in rows], [dict(r) for _, r in rows]) for name, rows in records.items()}
@@ -78,9 +81,11 @@ def _write_layers(out: Path, town: Town, p: SynthParameters) -> None:
         layers["units"], rows=[{"number": k, **r} for k, r in enumerate(layers["units"].rows, start=1)]
     )
     (out / "truth").mkdir(parents=True, exist_ok=True)
-    (out / "outlines.gpkg").write_bytes(write_geopackage([_inside(layers["units"], "outlines", p)], reference))
+    outlines = _inside(layers["units"], "outlines", p)
+    (out / "outlines.gpkg").write_bytes(write_geopackage([outlines], reference))
     (out / "blocks.gpkg").write_bytes(write_geopackage([_inside(layers["blocks"], "blocks", p)], reference))
     (out / "truth" / "town.gpkg").write_bytes(write_geopackage(layers.values(), reference))
+    return len(outlines.geometries)
 
 
 def _inside(layer: Layer, name: str, p: SynthParameters) -> Layer:
