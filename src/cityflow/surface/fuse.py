@@ -44,7 +44,7 @@ class FuseParameters(Parameters):
     half_views: float = Field(1.0, ge=0, le=10, description="this many agreeing partners give a point half its weight")
     upright: float = Field(1.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
     lower_share: float = Field(
-        0.5,
+        0.8,
         ge=0,
         le=10,
         description="of two surfaces in a cell the lower one is taken from this share of the weight on",
