@@ -17,12 +17,9 @@ from cityflow.io.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.views import View, footprints, gsd, sees
-from cityflow.stages.parameters import CityParameters
+from cityflow.stages.parameters import CELLS_M, CityParameters
 
-CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
-"""Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
-
-CELL_M, IMAGES_A_CELL = 20.0, 6
+CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
 
 MOST_TILT = np.radians(40.0)
@@ -124,7 +121,8 @@ class ImageSurvey:
         steepness = np.array([_steepness(v, ground) for v in near]).reshape(len(near), -1)
         order = np.argsort(-steepness, axis=0, kind="stable")[:IMAGES_A_CELL]
         chosen = {int(i) for column in order.T for i in column}
-        return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any())
+        # what the survey's edge leaves of a tile may lie between the places of the lattice
+        return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any()) or sorted(v.name for v in near)
 
     def _views_over(self, bounds: Bounds) -> list[View]:
         views, tree = self._seen

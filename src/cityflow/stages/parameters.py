@@ -15,9 +15,13 @@ from cityflow.outlines.find import FindParameters
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.surface.image_surface import ImageSurfaceParameters
+from cityflow.surface.overview import overview_factor
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
 from cityflow.surface.true_ortho import OrthoParameters
+
+CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
+"""Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
 
 
 class TileParameters(Parameters):
@@ -131,4 +135,16 @@ class CityParameters(Parameters):
             raise ValueError(
                 f"tiles.tile_m ({self.tiles.tile_m:g}) is no multiple of surface.cell_m ({self.surface.cell_m:g})"
             )
+        asked, tile_m = self.images.cell_m, self.tiles.tile_m
+        if asked is not None and not _fits(asked, tile_m):
+            fitting = ", ".join(f"{c:g}" for c in CELLS_M if _fits(c, tile_m))
+            raise ValueError(
+                f"images.cell_m ({asked:g}) does not divide tiles.tile_m ({tile_m:g}); these do: {fitting}"
+            )
         return self
+
+
+def _fits(cell_m: float, tile_m: float) -> bool:
+    """Whether a tile is a whole number of fine cells, and of the coarser ones that terrain is found on."""
+    cells = tile_m / (cell_m * overview_factor(cell_m))
+    return abs(cells - round(cells)) < 1e-9
