@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+
 import cv2
 import numpy as np
+from rasterio.errors import NotGeoreferencedWarning
 from rasterio.io import MemoryFile
 
 from cityflow.core.pixels import PixelArray
@@ -38,7 +41,9 @@ def tiff_bytes(pixels: PixelArray) -> bytes:
         "compress": "DEFLATE", "predictor": 2, "interleave": "pixel", "photometric": "RGB" if bands >= 3 else "MINISBLACK",
         **({"alpha": "NO"} if bands == 4 else {}), **edge,
     }  # fmt: skip
-    with MemoryFile() as memory:
+    with MemoryFile() as memory, warnings.catch_warnings():
+        # an image stands nowhere; its pose does
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
         with memory.open(**profile) as dataset:
             dataset.write(np.moveaxis(pixels, 2, 0))
         return bytes(memory.getbuffer())

@@ -1,0 +1,48 @@
+"""Options of ``cityflow synth``, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from cityflow.errors import CityflowError, RunError
+from cityflow.workflow.synth import make_survey, synth_parameters
+from cityflow.workflow.synth_files import PoseNoise
+
+
+def test_options_become_parameters() -> None:
+    p = synth_parameters(3, "120x80", "nadir", 8.0, ["flight.gsd_m=0.2", "raw=true", "town.relief=1"])
+    assert p.size == (120.0, 80.0)
+    assert p.flight is not None
+    assert p.flight.gsd_m == 0.2
+    assert p.lidar is not None
+    assert p.lidar.density_m2 == 8.0
+    assert p.raw is not None
+    assert p.whole_town.relief == 1
+
+
+@pytest.mark.parametrize(
+    ("size", "flight", "lidar", "setting", "said"),
+    [
+        ("wide", "nadir", 0.0, "seed=1", "'wide' is no size"),
+        ("100", "zeppelin", 0.0, "seed=1", "no flight 'zeppelin' → one of five_cameras"),
+        ("100", "nadir", 0.0, "flight.gsd=1", "nearest known one is 'flight.gsd_m'"),
+        ("100", "none", 4.0, "flight.gsd_m=1", "no flight is flown"),
+        ("100", "nadir", 99.0, "seed=1", "lidar.density_m2 = 99.0"),
+        ("100", "none", 0.0, "seed=1", "nothing to survey with"),
+        ("100", "nadir", 0.0, "crs=EPSG:99999", "EPSG:99999"),
+    ],
+)
+def test_wrong_options_are_explained(size: str, flight: str, lidar: float, setting: str, said: str) -> None:
+    with pytest.raises(CityflowError) as caught:
+        synth_parameters(1, size, flight, lidar, [setting])
+    assert said in str(caught.value)
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("all of it")
+    with pytest.raises(RunError, match="not empty"):
+        make_survey(tmp_path, synth_parameters(1, "100", "none", 2.0, []), PoseNoise(), "", 1, Console(quiet=True))
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.txt"]
