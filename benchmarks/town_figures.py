@@ -66,10 +66,10 @@ class Judge:
 
     @cached_property
     def _walls(self) -> list[Wall]:
-        """Those that stand in the area as a whole."""
+        """Those that reach into the area."""
         x_min, y_min, x_max, y_max = self.bounds
         box = shapely.box(x_min, y_min, x_max, y_max)
-        return [w for w in self.town.walls if w.length > 0 and box.contains(shapely.LineString([w.a, w.b]))]
+        return [w for w in self.town.walls if w.length > 0 and box.intersects(shapely.LineString([w.a, w.b]))]
 
     @cached_property
     def walls(self) -> list[FloatArray]:
@@ -82,11 +82,13 @@ class Judge:
 
     @cached_property
     def views(self) -> IntArray:
-        """(N,) how many images see each sample of the walls."""
+        """(N,) how many images see each sample of the walls; none beyond the area."""
         x_min, y_min, x_max, y_max = self.bounds
         far = (x_min - OVER_TOWN_M, y_min - OVER_TOWN_M, x_max + OVER_TOWN_M, y_max + OVER_TOWN_M)
         outward = np.array([[*w.outward, 0.0] for w in self._walls]).reshape(-1, 3)[self.samples.wall]
-        return views_of(Scene(self.town.mesh(far)), self.images, self.samples.xyz, outward)
+        found = views_of(Scene(self.town.mesh(far)), self.images, self.samples.xyz, outward)
+        x, y = self.samples.xyz[:, 0], self.samples.xyz[:, 1]
+        return np.where((x >= x_min) & (x < x_max) & (y >= y_min) & (y < y_max), found, 0)
 
 
 def ring_of(wall: Wall) -> FloatArray:
