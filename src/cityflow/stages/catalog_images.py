@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -85,6 +86,8 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
             kept.append(replace(asset, pixel_mm=model.pixel_mm.get(name, 0.0)))
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
+    kept, others = _of_one_kind(kept)
+    left_out += others
     level = balanced(kept, model.sparse) if source.gains else Balanced(tuple(kept), (), ())
     kept, left_out = list(level.images), [*left_out, *level.damaged]
     notes = [
@@ -99,6 +102,25 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     _refuse_too_few(kept, left_out, source)
     sparse, made = _sparse(model.sparse, catalog)
     return DescribedImages(tuple(sorted(kept, key=lambda a: a.name)), sparse, made, notes)
+
+
+def _of_one_kind(images: list[ImageAsset]) -> tuple[list[ImageAsset], list[LeftOut]]:
+    """Images of as many bands and bits as most have, and the others: orthos and points have one kind of colour."""
+    count = Counter((i.bands, i.dtype) for i in images)
+    if len(count) < 2:
+        return images, []
+    usual = max(count, key=lambda kind: (count[kind], kind))
+    remedy = f"convert it to {_kind(*usual)} like the others, or make a catalog of its own"
+    others = [
+        LeftOut(i.name, f"it has {_kind(i.bands, i.dtype)}, most images have {_kind(*usual)}", remedy)
+        for i in images
+        if (i.bands, i.dtype) != usual
+    ]
+    return [i for i in images if (i.bands, i.dtype) == usual], others
+
+
+def _kind(bands: int, dtype: str) -> str:
+    return f"{bands} band{'s' if bands > 1 else ''} of {dtype.removeprefix('uint')} bits"
 
 
 def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str) -> ImageAsset:
