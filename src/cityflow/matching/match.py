@@ -37,7 +37,7 @@ class MatchParameters(Parameters):
     merge: MergeParameters = MergeParameters()
     edges: EdgeParameters = EdgeParameters()
     smoothing: SmoothingParameters = SmoothingParameters()
-    plane_lean: float = Field(0.7, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
+    plane_lean: float = Field(1.0, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
     most_parallax_px: float = Field(
         4.0,
         gt=0,

@@ -13,10 +13,10 @@ from cityflow.core.parameters import Parameters
 class SmoothingParameters(Parameters):
     """Bilateral filter (Frommholz 2017, section 2) and mixed pixels (Nex 2013, section 2.2)."""
 
-    radius_px: int = Field(4, ge=0, le=10, description="radius of the bilateral filter; 0 switches it off")
-    distance_px: float = Field(2.0, gt=0, le=20, description="standard deviation of its weights over pixel distance")
+    radius_px: int = Field(6, ge=0, le=10, description="radius of the bilateral filter; 0 switches it off")
+    distance_px: float = Field(3.0, gt=0, le=20, description="standard deviation of its weights over pixel distance")
     depth_gsd: float = Field(
-        1.5, gt=0, le=50, description="standard deviation of its weights over depth difference, ground pixels"
+        2.5, gt=0, le=50, description="standard deviation of its weights over depth difference, ground pixels"
     )
     grazing_deg: float = Field(
         20.0, ge=0, le=60, description="points whose surface is nearer to the viewing ray than this go; 0 keeps all"

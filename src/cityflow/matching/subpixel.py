@@ -21,7 +21,7 @@ class SubpixelParameters(Parameters):
     steps: int = Field(
         2, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
     )
-    average_px: int = Field(2, ge=0, le=8, description="radius of the window that disparities are averaged in, pixels")
+    average_px: int = Field(3, ge=0, le=8, description="radius of the window that disparities are averaged in, pixels")
     window_px: int = Field(5, ge=1, le=12, description="radius of the window that grey values are compared in, pixels")
     same_surface_px: float = Field(
         1.0, gt=0, le=5, description="disparities this near to each other belong to one surface"
