@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from cluster.small_city import S3, Commands, SmallCity, make_city
+from cluster.small_flight import SmallFlight, make_flight
 from flow.conftest import free_port
 from flow.processes import Cluster
 
@@ -55,3 +56,16 @@ def copied_run(small_run: Path, tmp_path: Path) -> Path:
     """A copy of the finished run, to be changed."""
     shutil.copytree(small_run, tmp_path / "copy")
     return tmp_path / "copy"
+
+
+@pytest.fixture(scope="session")
+def small_flight(tmp_path_factory: pytest.TempPathFactory) -> SmallFlight:
+    return make_flight(tmp_path_factory.mktemp("flight"))
+
+
+@pytest.fixture(scope="session")
+def flight_run(small_flight: SmallFlight, cityflow: Commands, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of the small flight; read only."""
+    run = tmp_path_factory.mktemp("flown") / "run"
+    cityflow.run(small_flight, run)
+    return run

@@ -12,7 +12,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import geopandas
 import numpy as np
@@ -139,6 +139,15 @@ def make_city(
     return city
 
 
+class Survey(Protocol):
+    """What a run is told of a survey."""
+
+    @property
+    def catalog(self) -> Path: ...
+    @property
+    def workflow(self) -> Path: ...
+
+
 @dataclass(frozen=True)
 class Done:
     """How a command ended."""
@@ -172,7 +181,7 @@ class Commands:
         assert "Traceback" not in err
         return Done(int(ended.value.code or 0), out, err)
 
-    def run(self, city: SmallCity, run: str | Path, *more: str | Path, ok: bool = True) -> Done:
+    def run(self, city: Survey, run: str | Path, *more: str | Path, ok: bool = True) -> Done:
         done = self("run", city.workflow, "--catalog", city.catalog, "--out", run, *more)
         assert (done.code == 0) == ok, done.text
         return done

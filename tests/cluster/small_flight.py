@@ -26,12 +26,13 @@ WORKFLOW: dict[str, Any] = {
     "name": "small_flight",
     "tiles": {"tile_m": 50, "index_cell_m": 25},
     "points": {"source": "images"},
+    "flight": {"masters": {"cell_m": 8}},
     "outline": {"found": {"halo_m": 50}},
     "reconstruct": {"methods": ["orientation_histogram", "extruded"]},
     "export": {"formats": ["cityjson", "obj"]},
 }
-AREA = "85032,447007,85068,447043"
-"""Meets two tiles of 50 m, with all houses."""
+AREA = "85050,447000,85100,447050"
+"""The eastern of two tiles of 50 m."""
 
 
 @dataclass(frozen=True)

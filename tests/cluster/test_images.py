@@ -1,0 +1,248 @@
+"""The door of images, from the catalog to models: what a run leaves against the truth, and what must not depend on who did it when."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+import rasterio
+import xarray
+import zarr
+
+from cityflow.core.arrays import FloatArray
+from cluster.small_city import Commands, contents, copy_of, newest, redone, report
+from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, truth
+from flow.conftest import free_port
+from flow.processes import Cluster
+
+pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small flight")]
+
+EAST = "1701_8940"
+FEW = ("--set", "images.frames=false", "--set", "export.formats=[obj]")
+"""What the comparison of runs does without."""
+
+
+def read(run: Path, layer: str) -> tuple[FloatArray, FloatArray, np.ndarray]:
+    """x, y and values of a layer of the surface, south up as stored."""
+    group = zarr.open_group(run / "surface.zarr", mode="r")
+    return np.asarray(group["x"]), np.asarray(group["y"]), np.asarray(group[layer])
+
+
+def at_truth(run: Path, layer: str) -> np.ndarray:
+    """A layer at the places of the truth."""
+    x, y, values = read(run, layer)
+    grid = truth().grid
+    cols = np.abs(x[None, :] - grid.x_centres()[:, None]).argmin(axis=1)
+    rows = np.abs(y[None, :] - grid.y_centres()[:, None]).argmin(axis=1)
+    return np.asarray(values[np.ix_(rows, cols)])
+
+
+def nmad(errors: FloatArray) -> float:
+    return float(1.4826 * np.median(np.abs(errors - np.median(errors))))
+
+
+def test_heights_are_the_true_ones(flight_run: Path) -> None:
+    known = truth()
+    found = at_truth(flight_run, "dsm")
+    judged = known.open_cells & np.isfinite(found)
+    errors = (found - known.dsm)[judged]
+    assert judged.sum() / known.open_cells.sum() > 0.95
+    assert abs(np.median(errors)) < 0.5 * GSD_M
+    assert nmad(errors) < 1.0 * GSD_M
+    assert (np.abs(errors) < 3 * GSD_M).mean() > 0.95
+
+
+def test_terrain_passes_under_the_houses(flight_run: Path) -> None:
+    errors = at_truth(flight_run, "dtm") - truth().dtm
+    assert np.isfinite(errors).mean() > 0.95
+    assert np.nanquantile(np.abs(errors), 0.9) < 0.6
+
+
+def test_every_house_leaves_a_valid_model_with_its_roof(flight_run: Path) -> None:
+    units = newest(flight_run, "reconstruct")
+    assert len(units) == HOUSES
+    assert {r["status"] for r in units.values()} == {"done"}
+    assert all(r["result"]["method"].startswith("orientation_histogram") for r in units.values())
+
+
+def test_points_have_colours_and_classes(flight_run: Path) -> None:
+    files = sorted((flight_run / "products" / "points").glob("*.laz"))
+    assert [f.stem for f in files] == ["1700_8940", EAST]
+    for file in files:
+        points = laspy.read(file)
+        assert points.header.parse_crs() is not None
+        assert {2, 6} <= set(np.unique(points.classification).tolist()) <= {1, 2, 3, 4, 5, 6, 7, 9, 18}
+        assert np.ptp(np.asarray(points.red)) > 10_000
+        # roofs are red here, and they are the highest
+        roofs, ground = np.asarray(points.classification) == 6, np.asarray(points.classification) == 2
+        assert np.median(np.asarray(points.z)[roofs]) > np.median(np.asarray(points.z)[ground]) + 4
+        assert (np.asarray(points.sigma) > 0).all()
+
+
+def test_the_ortho_lies_where_the_surface_does(flight_run: Path) -> None:
+    with rasterio.open(flight_run / "products" / "ortho" / f"{EAST}.tif") as file:
+        assert file.crs is not None
+        assert file.res == (GSD_M, GSD_M)
+        colour, alpha = file.read()[:3], file.read(4)
+    assert set(np.unique(alpha)) == {0, 255}
+    assert (colour[:, alpha == 0] == 0).all()
+    seen, red, green = at_truth(flight_run, "ortho_seen"), *(at_band(flight_run, b) for b in (0, 1))
+    assert seen.mean() > 0.95
+    roof = truth().open_cells & (truth().dsm - truth().dtm > 4) & seen
+    lawn = truth().open_cells & (truth().dsm - truth().dtm < 0.2) & seen
+    assert np.median(red[roof] - green[roof]) > np.median(red[lawn] - green[lawn]) + 20
+
+
+def at_band(run: Path, band: int) -> np.ndarray:
+    x, y, values = read(run, "ortho")
+    grid = truth().grid
+    cols = np.abs(x[None, :] - grid.x_centres()[:, None]).argmin(axis=1)
+    rows = np.abs(y[None, :] - grid.y_centres()[:, None]).argmin(axis=1)
+    return np.asarray(values[band][np.ix_(rows, cols)]).astype(int)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_surface_and_frames_open_with_xarray(flight_run: Path) -> None:
+    city = xarray.open_zarr(flight_run / "surface.zarr", consolidated=False)
+    assert {"dsm", "dtm", "ndsm", "class", "count", "sigma", "holes", "ortho"} <= set(city.data_vars)
+    assert city.attrs["vertical_datum"] == "NAP height"
+    frame = xarray.open_zarr(flight_run / "surface.zarr", group="frames/north_45", consolidated=False)
+    assert {"dsm", "ortho", "ortho_seen"} <= set(frame.data_vars)
+    assert np.isfinite(frame["dsm"].values).sum() > 10_000
+    assert frame["ortho_seen"].values.sum() > 10_000
+
+
+def test_the_report_names_every_stage(flight_run: Path) -> None:
+    stages = {s["stage"]: s["units"] for s in report(flight_run)["stages"]}
+    assert stages["ingest"] == 16
+    assert {"match", "fuse", "surface", "ortho", "frame", "outline", "reconstruct", "export"} <= stages.keys()
+
+
+def test_a_second_run_does_nothing(cityflow: Commands, small_flight: SmallFlight, flight_run: Path) -> None:
+    assert redone(flight_run, lambda: cityflow("run", small_flight.workflow, "--catalog", small_flight.catalog,
+                                               "--out", flight_run)) == set()  # fmt: skip
+
+
+def test_one_worker_and_a_killed_one_leave_the_same_bytes(
+    small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    """Two workers made the reference; here one dies while it matches, and the other does the rest."""
+    cluster = Cluster(tmp_path)
+    run = tmp_path / "run"
+    try:
+        cluster.start(free_port(), 2)
+        with ThreadPoolExecutor(1) as driver:
+            done = driver.submit(Commands(cluster.address), "run", small_flight.workflow, "--catalog",
+                                 small_flight.catalog, "--out", run)  # fmt: skip
+            wait_for_a_match(run)
+            os.kill(cluster.workers[1].pid, signal.SIGKILL)
+            assert done.result(timeout=500).code == 0
+    finally:
+        cluster.stop()
+    assert contents(run) == contents(flight_run)
+
+
+def wait_for_a_match(run: Path) -> None:
+    deadline = time.monotonic() + 300
+    while not (run / "records" / "match").is_dir():
+        assert time.monotonic() < deadline, "nothing was ever matched"
+        time.sleep(0.05)
+
+
+def test_other_tiles_give_the_same_heights(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    one = ("--set", "tiles.tile_m=100", *FEW)
+    cityflow.run(small_flight, run, *one)
+    for layer in ("dsm", "dtm"):
+        mine, other = (at_truth(r, layer) for r in (run, flight_run))
+        alike = (np.abs(mine - other) <= 0.001) | (np.isnan(mine) & np.isnan(other))
+        assert alike.mean() >= 0.999, layer
+    assert newest(run, "reconstruct").keys() == newest(flight_run, "reconstruct").keys()
+
+
+def test_an_area_gives_what_the_whole_run_gives_there(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    cityflow.run(small_flight, run, "--aoi", AREA, *FEW)
+    mine, whole = newest(run, "reconstruct"), newest(flight_run, "reconstruct")
+    assert 0 < len(mine) < len(whole)
+    assert all(r["outputs"] == whole[u]["outputs"] for u, r in mine.items())
+    for product in ("dsm", "dtm", "ortho", "points"):
+        ending = "laz" if product == "points" else "tif"
+        path = f"products/{product}/{EAST}.{ending}"
+        assert (run / path).read_bytes() == (flight_run / path).read_bytes(), path
+
+
+def test_a_cell_that_fits_no_tile_is_refused_with_those_that_do(
+    cityflow: Commands, small_flight: SmallFlight, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    done = cityflow.run(small_flight, run, "--set", "images.cell_m=0.13", ok=False)
+    assert "images.cell_m" in done.err
+    assert "0.125" in done.err
+    assert not run.exists()
+
+
+@contextmanager
+def changed(flight: SmallFlight, name: str, data: bytes) -> Iterator[None]:
+    """An image of other contents, for a while."""
+    whole = flight.image(name).read_bytes()
+    flight.image(name).write_bytes(data)
+    try:
+        yield
+    finally:
+        flight.image(name).write_bytes(whole)
+
+
+def forget(run: Path, stage: str, unit: str) -> None:
+    """As if this had not been done yet."""
+    shutil.rmtree(run / "records" / stage / unit)
+    (run / "ledger.sqlite").unlink()
+
+
+def test_the_same_picture_in_other_bytes_is_ingested_again_and_no_more(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    run = copy_of(flight_run, tmp_path / "run")
+    where = ("--catalog", small_flight.catalog, "--out", run)
+    with changed(small_flight, "n1", small_flight.image("n1").read_bytes() + bytes(16)):
+        small_flight.describe()
+        planned = cityflow("plan", small_flight.workflow, *where)
+        again = redone(run, lambda: cityflow("run", small_flight.workflow, *where))
+    small_flight.describe()
+    assert planned.code == 0, planned.text
+    assert "1 × inputs changed" in planned.out
+    assert again == {("ingest", "n1")}
+    assert contents(run) == contents(flight_run)
+
+
+def test_an_image_that_breaks_after_the_catalog_is_named_and_heals(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    run = copy_of(flight_run, tmp_path / "run")
+    whole = small_flight.image("n7").read_bytes()
+    forget(run, "ingest", "n7")
+    with changed(small_flight, "n7", whole[: len(whole) // 2]):
+        done = cityflow.run(small_flight, run, ok=False)
+    assert "n7" in done.err
+    ingested, matched = newest(run, "ingest"), newest(run, "match")
+    assert [u for u, r in ingested.items() if r["status"] == "failed"] == ["n7"]
+    hurt = {u: r for u, r in matched.items() if r["status"] != "done"}
+    assert all("n7" in u + r["reason"] for u, r in hurt.items())
+    assert {r["status"] for r in hurt.values()} == {"failed", "degraded"}
+    assert any(r["status"] == "done" for r in matched.values())
+    assert len(newest(run, "reconstruct")) == HOUSES
+    assert cityflow("rerun", run, "--failed").code == 0
+    assert contents(run) == contents(flight_run)

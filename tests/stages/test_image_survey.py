@@ -1,0 +1,44 @@
+"""What the driver knows of a small flight, and images that do not fit the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from pydantic import ValidationError
+
+from cityflow.io.stac import read_catalog
+from cityflow.stages.image_survey import ImageSurvey
+from cityflow.stages.parameters import CityParameters
+from cluster.small_flight import GSD_M, WORKFLOW, make_flight
+
+
+def parameters(**tiles: float) -> CityParameters:
+    tree = {k: v for k, v in WORKFLOW.items() if k != "name"}
+    return CityParameters.model_validate({**tree, "tiles": {"tile_m": 50, **tiles}})
+
+
+def test_a_grey_image_among_coloured_ones_is_left_out_by_name(tmp_path: Path) -> None:
+    flight = make_flight(tmp_path / "flight", described=False)
+    Image.open(flight.image("n1")).convert("L").save(flight.image("n1"))
+    notes = " ".join(flight.describe(gains=False).notes)
+    assert "n1.jpg" in notes or "n1:" in notes
+    assert "1 band of 8 bits" in notes
+    assert {a.bands for a in read_catalog(flight.catalog).images} == {3}
+
+
+def test_tiles_frames_and_cells_follow_from_the_flight(tmp_path: Path) -> None:
+    flight = make_flight(tmp_path / "flight", described=False)
+    flight.describe(gains=False)
+    survey = ImageSurvey(read_catalog(flight.catalog), parameters())
+    assert list(survey.tiles) == ["1700_8940", "1701_8940"]
+    assert [f.name for f in survey.frames] == ["nadir", "north_45"]
+    assert survey.cell_m == GSD_M
+    assert all(survey.flight_tiles(t) and survey.ortho_images(t) for t in survey.tiles.values())
+
+
+@pytest.mark.parametrize("cell_m", [0.06, 0.13, 0.3])
+def test_a_cell_that_fits_no_tile_is_refused_with_those_that_do(cell_m: float) -> None:
+    with pytest.raises(ValidationError, match=r"images\.cell_m .* these do: .*0\.125"):
+        CityParameters.model_validate({"images": {"cell_m": cell_m}, "tiles": {"tile_m": 50}})
