@@ -38,6 +38,7 @@ from town_figures import stage_figures
 
 WORKFLOW = Path(__file__).parents[1] / "workflows" / "oblique_city.yaml"
 QUALITY = 90
+MOST_TILT = np.radians(20.0)
 
 
 class _OneMatch(CitySource):
@@ -55,14 +56,13 @@ class OneMatch(Prepared):
 
 
 def central_flight_tile(images: ImageSurvey) -> FlightTile:
-    """Of the ground tile under the middle of all views: the one with most partners and cells, the first of these by name."""
+    """Of the ground tile under the middle of all views, and of bases that look down: the one with most partners and cells."""
     centres = np.array([_ground_point(v) for v in images.views.values()])
     x, y = np.median(centres, axis=0)
-    size = images.parameters.tiles.tile_m
-    tile = images.tiles[tile_at(float(x), float(y), size).name]
-    return max(
-        sorted(images.flight_tiles(tile), key=lambda f: f.name), key=lambda f: (len(f.partners), len(f.cells.chosen))
-    )
+    tile = images.tiles[tile_at(float(x), float(y), images.parameters.tiles.tile_m).name]
+    found = sorted(images.flight_tiles(tile), key=lambda f: f.name)
+    level = [f for f in found if images.views[f.base].image.tilt < MOST_TILT]
+    return max(level or found, key=lambda f: (len(f.partners), len(f.cells.chosen)))
 
 
 def _ground_point(view: View) -> tuple[float, float]:
