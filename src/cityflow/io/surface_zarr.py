@@ -108,6 +108,11 @@ def create(
     return fresh or any(made)
 
 
+def create_group(store: StoreLike) -> None:
+    """An empty group, for other groups to stand in."""
+    zarr.open_group(store, mode="a", zarr_format=3, use_consolidated=False)
+
+
 def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> None:
     """Write one tile's chunk of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles.
 

@@ -18,10 +18,10 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.look_directions import looking
-from cityflow.orientation.masters import MasterParameters, candidates, choose_masters
+from cityflow.orientation.masters import MasterParameters, candidates, cell_for, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
 from cityflow.orientation.thinning import surplus_masters
-from cityflow.orientation.views import View, gsd, sees
+from cityflow.orientation.views import View, footprints, gsd, sees
 
 MOST_SAMPLES = 48
 """Cells of a base at which its partners are judged."""
@@ -118,6 +118,11 @@ class FlightPlan:
         return {frame.name: (frame, tuple(sorted(members[frame.name]))) for frame in kept}
 
     @cached_property
+    def cell_m(self) -> float:
+        """Edge of the cells that are given to masters, metres."""
+        return self.parameters.masters.cell_m or cell_for(footprints(self.around.views))
+
+    @cached_property
     def _median_gsd(self) -> float:
         known = [g for g in (gsd(view) for view in self.around.views) if np.isfinite(g)]
         return float(np.median(known)) if known else float("inf")
@@ -150,7 +155,7 @@ class FlightPlan:
         tile_name : of the ground tile, for the units' names
         bounds : of the ground tile, world metres
         """
-        cell_m = self.parameters.masters.cell_m
+        cell_m = self.cell_m
         tiles = []
         for direction in self.directions:
             over = self.masters(direction).over(bounds, cell_m)
@@ -175,8 +180,8 @@ class FlightPlan:
 
     def _choose(self, direction: str) -> Masters:
         frame, members = self.directions[direction]
-        p = self.parameters.masters
-        found = candidates(self.around.views, members, looking(frame), p.cell_m, p.most_gsd_ratio * self._median_gsd)
+        p = self.parameters.masters.model_copy(update={"cell_m": self.cell_m})
+        found = candidates(self.around.views, members, looking(frame), self.cell_m, p.most_gsd_ratio * self._median_gsd)
         known: dict[int, tuple[bytes, Pairing]] = {}
         for last in (*(False,) * (ROUNDS - 1), True):
             surplus = surplus_masters(self.around.views, found, p)
@@ -224,5 +229,5 @@ class FlightPlan:
         return np.concatenate([self._middles(chosen, height) for height in view.heights])
 
     def _middles(self, cells: IntArray, height: float) -> FloatArray:
-        xy = (cells + 0.5) * self.parameters.masters.cell_m
+        xy = (cells + 0.5) * self.cell_m
         return np.column_stack([xy, np.full(len(xy), height)])

@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -25,10 +26,20 @@ GRAZING_DEG = 75.0
 """Ground is not matched along rays farther from the vertical than this."""
 
 
+CELLS_M = (2.0, 4.0, 8.0, 16.0, 24.0)
+CELL_SHARE = 0.25
+"""Cells that are given to masters: the largest of these whose edge is at most this share of a footprint's."""
+
+
 class MasterParameters(Parameters):
     """Which ground an image answers for."""
 
-    cell_m: float = Field(24.0, ge=1, le=1000, description="edge of the cells that are given to masters, metres")
+    cell_m: float | None = Field(
+        None,
+        ge=1,
+        le=1000,
+        description="edge of the cells that are given to masters, metres; null: from the footprints",
+    )
     masters_per_cell: int = Field(1, ge=1, le=16, description="masters of a cell in each look direction")
     max_overlap: float = Field(
         0.2, ge=0, le=1, description="share of what is matched for a master that may lie on the ground of others"
@@ -43,6 +54,13 @@ class MasterParameters(Parameters):
         description="ground that an image resolves worse than this many median GSDs has no master in it",
     )
     halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a master's ground, pixels")
+
+
+def cell_for(footprints: Sequence[shapely.Polygon]) -> float:
+    """Edge of the cells for a flight, metres: small images cannot see large cells whole."""
+    areas = [f.area for f in footprints if not f.is_empty]
+    edge = CELL_SHARE * float(np.sqrt(np.median(areas))) if areas else CELLS_M[-1]
+    return max((c for c in CELLS_M if c <= edge), default=CELLS_M[0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,6 +72,7 @@ class _Thinning:
             self.windows[k] = self.window(k, self.owned[k])
 
     def window(self, k: int, positions: list[int]) -> Window:
+        assert self.parameters.cell_m is not None
         return window_of(self.views[k], self.cell[positions], self.parameters.cell_m, self.parameters.halo_px)
 
     def poorest(self) -> list[int]:

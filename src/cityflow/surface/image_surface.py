@@ -40,7 +40,7 @@ class ImageSurfaceParameters(Parameters):
     noise: NoiseParameters = NoiseParameters()
     dtm: DtmParameters = DtmParameters(method="windows")
     vegetation: ColourVegetationParameters = ColourVegetationParameters()
-    cover: CoverParameters = CoverParameters(level_share=0.25)
+    cover: CoverParameters = CoverParameters(level_share=1.0, water_share=0.1, water_area_m2=600.0)
     surveyed: SurveyedParameters = SurveyedParameters()
     thinned_m: float = Field(
         0.24, ge=0.05, le=5, description="one point per square of this edge for the buildings, metres"

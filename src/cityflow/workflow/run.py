@@ -18,7 +18,7 @@ from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.task import Record, Task
-from cityflow.io.surface_zarr import LAYERS, Layer, create, frame_layers, image_layers
+from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
 from cityflow.stages import reconstruct
 from cityflow.stages.city import CitySource
 from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
@@ -126,6 +126,7 @@ def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
         kind = survey.ortho_kind
         made(ZARR, survey.product_grid, image_layers(*kind))
     if survey.door == IMAGES:
+        create_group(wanted.store.zarr_store(FRAMES))
         for frame in survey.images.oblique_frames:
             made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
     made(survey.zarr, survey.grid)
