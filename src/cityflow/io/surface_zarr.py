@@ -126,7 +126,13 @@ def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, ND
     for name, layer in layers.items():
         array: Any = group[name]
         height, width = array.chunks[-2:]
-        if layer.shape[-2:] != tile.shape or layer.shape[:-2] != array.shape[:-2] or rows.start % height or cols.start % width or tile.shape != (height, width):
+        if (
+            layer.shape[-2:] != tile.shape
+            or layer.shape[:-2] != array.shape[:-2]
+            or rows.start % height
+            or cols.start % width
+            or tile.shape != (height, width)
+        ):
             raise ValueError(f"layer {name} of shape {layer.shape} over {tile} is not one chunk of {array.chunks}")
         array[..., rows, cols] = layer.astype(array.dtype, copy=False)
 

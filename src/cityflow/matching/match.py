@@ -154,9 +154,7 @@ def _prepared(
         reason = f"vertical parallax could not be measured; {share:.1%} of the pixels match"
         good = share >= UNMEASURED_SHARE
         return draft if good else None, PairReport(partner.name, good, reason, matched=share)
-    report = PairReport(
-        partner.name, True, "", parallax.median_px, parallax.ninety_px, parallax.rest_px, matched=share
-    )
+    report = PairReport(partner.name, True, "", parallax.median_px, parallax.ninety_px, parallax.rest_px, matched=share)
     if _too_far(parallax, parameters):
         reason = f"vertical parallax {parallax.ninety_px:.2f} px (90 %), {parallax.rest_px:.2f} px after correction"
         return None, replace(report, used=False, reason=reason)

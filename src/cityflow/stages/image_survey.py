@@ -84,13 +84,19 @@ class ImageSurvey:
     @cached_property
     def tiles(self) -> dict[str, Tile]:
         """Ground tiles that some image sees that looks down steeply enough, south-west first."""
-        size = self.parameters.tiles.tile_m
-        steep = [v for v in self.views.values() if v.image.tilt <= MOST_TILT] or list(self.views.values())
-        seen = footprints(steep)
+        views = list(self.views.values())
+        found = self._tiles_seen_by([v for v in views if v.image.tilt <= MOST_TILT]) or self._tiles_seen_by(views)
+        return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
+
+    def _tiles_seen_by(self, views: Sequence[View]) -> list[Tile]:
+        """Ground tiles that at least two of the views see, so that there is something to match."""
+        if len(views) < 2:
+            return []
+        seen = footprints(views)
         tree = STRtree(seen)
         x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(seen, dtype=object))
-        found = [t for t in tiles_over((x_min, y_min, x_max, y_max), size) if self._is_seen(t, tree)]
-        return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
+        all_tiles = tiles_over((x_min, y_min, x_max, y_max), self.parameters.tiles.tile_m)
+        return [t for t in all_tiles if self._is_seen(t, tree)]
 
     def _is_seen(self, tile: Tile, tree: STRtree) -> bool:
         """Two views at least: one alone has no depth."""

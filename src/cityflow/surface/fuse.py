@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
-from cityflow.surface.fuse_cells import cell_points, expected_precision
+from cityflow.surface.fuse_cells import cell_points, expected_precision, steepness
 from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
@@ -50,6 +50,15 @@ class FuseParameters(Parameters):
         description="of two surfaces in a cell the lower one is taken from this share of the weight on",
     )
     step_m: float = Field(0.5, gt=0, le=20, description="two surfaces in a cell are at least this far apart, metres")
+    above_deg: float = Field(
+        25.0, ge=0, le=90, description="views nearer to the vertical see a surface from above, degrees; 0: none does"
+    )
+    beneath_cells: float = Field(
+        3.0,
+        ge=0,
+        le=100,
+        description="slanting views' points so far below the surface seen from above lie under it, cells",
+    )
     least_support: float = Field(0.03, ge=0, le=10, description="weight of points below which a cell is a hole")
     plane_cells: float = Field(
         2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
@@ -66,8 +75,8 @@ class FuseParameters(Parameters):
 
     @property
     def halo_cells(self) -> int:
-        """Cells around a tile whose points a cell of the tile depends on, without filling."""
-        return int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
+        """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice."""
+        return 2 * (int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1)
 
     @property
     def halo_m(self) -> float:
@@ -120,12 +129,47 @@ def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     _, y_min, _, y_max = _grown(grid)
     inside = (points.xyz[:, 1] > y_min) & (points.xyz[:, 1] < y_max)
     points = points if inside.all() else points.take(inside)
+    count = _count(points, grid)
+    made = _surface(without_what_lies_beneath(points, grid, p), grid, p)
+    return Fused(grid, made.dsm, count, made.sigma)
+
+
+def _count(points: ImagePoints, grid: Grid) -> NDArray[np.uint32]:
+    """(rows, cols) points per cell."""
+    cell = _cells(points, grid)
+    return np.bincount(cell[cell >= 0], minlength=grid.rows * grid.cols).reshape(grid.shape).astype(np.uint32)
+
+
+def _cells(points: ImagePoints, grid: Grid) -> IntArray:
+    """(N,) running number of the cell of each point; -1 for those outside the grid, or nowhere."""
+    known = np.isfinite(points.xyz).all(axis=1)
+    cell = np.full(len(points), -1, np.int64)
+    row, col = grid.indices(points.xyz[known, 0], points.xyz[known, 1])
+    inside = (row >= 0) & (row < grid.rows) & (col >= 0) & (col < grid.cols)
+    cell[known] = np.where(inside, row * grid.cols + col, -1)
+    return cell
+
+
+def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters) -> ImagePoints:
+    """Points without those of slanting views that lie under the surface that steep views see.
+
+    Such views see walls under eaves and the ground under crowns: many points above one another in one cell, which would outvote the roof.
+    """
+    steep = steepness(points) >= np.cos(np.radians(p.above_deg))
+    if steep.all() or not steep.any():
+        return points
+    top = _surface(points.take(steep), grid, p).dsm
+    cell = _cells(points, grid)
+    limit = np.where(cell >= 0, top.ravel()[cell], np.nan) - p.beneath_cells * grid.cell
+    return points.take(steep | ~(points.xyz[:, 2] < limit))
+
+
+def _surface(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     quality, sigma = expected_precision(points, (grid.cell, p.half_views, p.upright))
     placed = cell_points(points, grid, quality, sigma)
-    count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
-        return Fused(grid, nothing, count, nothing.copy())
+        return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
     band = p.band_cells * grid.cell
     found = modes(
         placed,
@@ -137,6 +181,7 @@ def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     )
     z = on_planes(found, p.plane_cells, band / 2)
     z[~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)] = np.nan
+    count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
     return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
 
 

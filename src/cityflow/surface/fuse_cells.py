@@ -135,6 +135,12 @@ def expected_precision(points: ImagePoints, weighing: tuple[float, float, float]
     return _precision(points.xyz, points.centres, points.image, points.views, points.sigma, weighing)
 
 
+def steepness(points: ImagePoints) -> FloatArray:
+    """(N,) cosine of the angle between each point's ray and the vertical of the frame."""
+    ray = points.centres[points.image] - points.xyz
+    return np.asarray(ray[:, 2] / np.maximum(np.linalg.norm(ray, axis=1), 1e-9))
+
+
 @njit(cache=True, nogil=True)
 def _precision(
     xyz: FloatArray,
