@@ -132,7 +132,8 @@ def read_surface(run: Path, bounds: Bounds) -> Surface:
     """The layers of `surface.zarr` over the judged area."""
     store = run / "surface.zarr"
     a = dict(zarr.open_group(store, mode="r", use_consolidated=False).attrs)
-    whole = Grid(*(float(str(a[k])) for k in ("x_min", "y_max", "cell")), *(int(str(a[k])) for k in ("rows", "cols")))
+    x_min, y_max, cell = (float(str(a[k])) for k in ("x_min", "y_max", "cell"))
+    whole = Grid(x_min, y_max, cell, int(str(a["rows"])), int(str(a["cols"])))
     names = ("dsm", "dsm_filled", "dtm", "class", "ortho_seen")
     _, layers = read_layers(str(store), whole, bounds, names)
     return Surface(*(layers[n] for n in names))

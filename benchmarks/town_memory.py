@@ -83,6 +83,7 @@ def enlarged_survey(survey: Path, out: Path, factor: int) -> None:
         target = out / "images" / image.name
         if not target.exists():
             small = cv2.imread(str(survey / "images" / image.name))
+            assert small is not None, image.name
             large = cv2.resize(small, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
             cv2.imwrite(str(target), large, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     write_colmap(out / "orientation", [enlarged(i, factor) for i in images], model.sparse * factor)
@@ -92,8 +93,9 @@ def enlarged_survey(survey: Path, out: Path, factor: int) -> None:
 
 def enlarged(image: OrientedImage, factor: int) -> OrientedImage:
     c = image.camera
-    size = {"width": c.width * factor, "height": c.height * factor}
-    camera = replace(c, **size, fx=c.fx * factor, fy=c.fy * factor, cx=c.cx * factor, cy=c.cy * factor)
+    camera = replace(
+        c, width=c.width * factor, height=c.height * factor, fx=c.fx * factor, fy=c.fy * factor, cx=c.cx * factor, cy=c.cy * factor
+    )  # fmt: skip
     return replace(image, camera=camera, centre=image.centre * factor)
 
 

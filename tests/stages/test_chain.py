@@ -20,7 +20,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.stac import read_catalog
 from cityflow.io.surface_zarr import create
 from cityflow.stages.city import CitySource
-from cityflow.stages.surface import ZARR
+from cityflow.stages.survey import ZARR
 from cityflow.workflow.settings import load_workflow
 from cluster.small_city import SmallCity, contents, make_city, scene
 

@@ -30,9 +30,9 @@ def _rows(mesh: TownMesh, inside: tuple[float, float, float, float]) -> np.ndarr
     corners = mesh.vertices[mesh.triangles]
     x, y = corners[..., 0], corners[..., 1]
     chosen = np.any((x > inside[0]) & (x < inside[2]) & (y > inside[1]) & (y < inside[3]), axis=1)
-    rest = [mesh.part, mesh.material, mesh.unit, mesh.seed]
-    frames = [mesh.texture_origin, mesh.texture_u, mesh.texture_v, mesh.tint]
-    rows = np.hstack([corners.reshape(-1, 9), np.column_stack(rest), *frames])[chosen]
+    rest: list[np.ndarray] = [mesh.part, mesh.material, mesh.unit, mesh.seed]
+    frames: list[np.ndarray] = [mesh.texture_origin, mesh.texture_u, mesh.texture_v, mesh.tint]
+    rows: np.ndarray = np.hstack([corners.reshape(-1, 9), np.column_stack(rest), *frames])[chosen]
     return rows[np.lexsort(rows.T)]
 
 
