@@ -39,7 +39,9 @@ def task(survey: Survey, unit: str) -> Task:
     seen = sorted(
         {n for u in maps for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)}
     )
-    images = [n for n in seen if n in place.frame.images and survey.tiled_image(n) is not None]
+    # a small cluster's images may be masters for a larger one that looks nearly the same way
+    shown_here = {*place.frame.images, *bases}
+    images = [n for n in seen if n in shown_here and survey.tiled_image(n) is not None]
     shown = shown_images(survey, images)
     frame = {
         "name": place.frame.name,
@@ -81,7 +83,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
     core, wide = Grid.covering(bounds, a["cell_m"]), Grid.covering(around, a["cell_m"])
     points = _in_frame(workspace, task, frame, wide.bounds)
-    if not len(points):
+    if not len(points) or not a["images"]:
         return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
     fused = fuse(points, wide, fusing)
     whole_surface = fill_steps(fused, fusing).astype(np.float32)

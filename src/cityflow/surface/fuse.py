@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from scipy.ndimage import minimum_filter
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
@@ -42,7 +43,7 @@ class FuseParameters(Parameters):
     band_cells: float = Field(2.5, ge=0.5, le=20, description="points of one surface lie within this height, cells")
     band_sigmas: float = Field(3.0, ge=0, le=20, description="but at least this many expected standard deviations")
     half_views: float = Field(1.0, ge=0, le=10, description="this many agreeing partners give a point half its weight")
-    upright: float = Field(1.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
+    upright: float = Field(0.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
     lower_share: float = Field(
         0.8,
         ge=0,
@@ -59,6 +60,7 @@ class FuseParameters(Parameters):
         le=100,
         description="slanting views' points so far below the surface seen from above lie under it, cells",
     )
+    beside_cells: int = Field(2, ge=0, le=10, description="but not so near to a step of that surface, cells")
     least_support: float = Field(0.03, ge=0, le=10, description="weight of points below which a cell is a hole")
     plane_cells: float = Field(
         2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
@@ -76,7 +78,7 @@ class FuseParameters(Parameters):
     @property
     def halo_cells(self) -> int:
         """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice."""
-        return 2 * (int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1)
+        return 2 * (int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1) + self.beside_cells
 
     @property
     def halo_m(self) -> float:
@@ -153,14 +155,16 @@ def _cells(points: ImagePoints, grid: Grid) -> IntArray:
 def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters) -> ImagePoints:
     """Points without those of slanting views that lie under the surface that steep views see.
 
-    Such views see walls under eaves and the ground under crowns: many points above one another in one cell, which would outvote the roof.
+    Such views see the ground under crowns, and walls under eaves: many points above one another in one cell, which would outvote what stands above.
+    Next to a step, or to what steep views do not see, all keep their say: steep views too widen what stands in front.
     """
     steep = steepness(points) >= np.cos(np.radians(p.above_deg))
     if steep.all() or not steep.any():
         return points
     top = _surface(points.take(steep), grid, p).dsm
     cell = _cells(points, grid)
-    limit = np.where(cell >= 0, top.ravel()[cell], np.nan) - p.beneath_cells * grid.cell
+    lowest = minimum_filter(np.where(np.isnan(top), -np.inf, top), 2 * p.beside_cells + 1, mode="nearest")
+    limit = np.where(cell >= 0, lowest.ravel()[cell], -np.inf) - p.beneath_cells * grid.cell
     return points.take(steep | ~(points.xyz[:, 2] < limit))
 
 
