@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -153,3 +154,24 @@ def test_an_image_that_cannot_be_read_is_left_out_and_named(whole: list[Task]) -
     assert all(t.arguments["unread"] == [name] for t in concerned)
     assert all(name not in t.arguments["pixels"] for t in concerned)
     assert {t.name for t in ended} == {t.name for t in whole}
+
+
+def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of_small_clusters() -> None:
+    def turned(asset: ImageAsset) -> ImageAsset:
+        """Looking 14° aside: too far for the cluster, too few for one of their own."""
+        c, s = np.cos(np.radians(14.0)), np.sin(np.radians(14.0))
+        view = asset.oriented
+        rotation = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]]) @ view.rotation
+        return replace(asset, oriented=replace(view, rotation=rotation))
+
+    chosen = [a.name for a in CATALOG.images if a.name.endswith("_right")][10:13]
+    images = tuple(turned(a) if a.name in chosen else a for a in CATALOG.images)
+    source = CitySource(replace(CATALOG, images=images), parameters())
+    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["maps"]]
+    survey = source.survey.images
+    assert any(len(f.images) < 5 for f in survey.frames)
+    joined = {n for f in survey.frames if len(f.images) < 5 for n in f.images}
+    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["maps"]}
+    assert joined & bases
+    for task in frames:
+        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["maps"]} <= set(task.arguments["images"])
