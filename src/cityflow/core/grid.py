@@ -132,5 +132,14 @@ def grid_over(tiles: Iterable[Tile], cell_m: float) -> Grid:
     return Grid.covering((low[0], low[1], high[0], high[1]), cell_m)
 
 
+def grown(bounds: Bounds, by: float) -> Bounds:
+    """A box with `by` metres more on every side.
+
+    >>> grown((0.0, 0.0, 2.0, 1.0), 0.5)
+    (-0.5, -0.5, 2.5, 1.5)
+    """
+    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
+
+
 def bounds_meet(a: Bounds, b: Bounds) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -80,7 +80,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )
     bounds: Bounds = tuple(a["bounds"])
     halo = max(fusing.halo_m, ortho.halo_m)
-    around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
+    around = grown(bounds, halo)
     core, wide = Grid.covering(bounds, a["cell_m"]), Grid.covering(around, a["cell_m"])
     points = _in_frame(workspace, task, frame, wide.bounds)
     if not len(points) or not a["images"]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints, joined, points_of
-from cityflow.core.grid import Bounds, Grid, bounds_meet
+from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -56,7 +56,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = FuseParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
     reach = parameters.halo_m + 2 * a["cell_m"] * a["factor"]
-    around = (bounds[0] - reach, bounds[1] - reach, bounds[2] + reach, bounds[3] + reach)
+    around = grown(bounds, reach)
     reader = DepthReader(workspace.store, a["maps"], a["images"], a["bands"], around)
     made = fused_tile(reader, bounds, a["cell_m"], a["factor"], parameters)
     workspace.write(FUSED, _encoded(made))

@@ -139,9 +139,6 @@ class ImageSurvey:
         views = list(self.views.values())
         return views, STRtree(footprints(views))
 
-    def frame_named(self, name: str) -> LocalFrame:
-        return next(f for f in self.frames if f.name == name)
-
     @cached_property
     def oblique_frames(self) -> tuple[LocalFrame, ...]:
         """Frames that get a tilted DSM and ortho: not the nadir, and of enough images."""

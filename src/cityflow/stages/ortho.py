@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
@@ -56,7 +56,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     bounds: Bounds = tuple(a["bounds"])
     grid = Grid.covering(bounds, a["cell_m"])
     halo = parameters.halo_m
-    around = (bounds[0] - halo, bounds[1] - halo, bounds[2] + halo, bounds[3] + halo)
+    around = grown(bounds, halo)
     city = Grid.covering(tuple(a["product_grid"]), a["cell_m"])
     wide, layers = read_layers(workspace.store.zarr_store(ZARR), city, around, ["dsm_filled"])
     surface = layers["dsm_filled"]

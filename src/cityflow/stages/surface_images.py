@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, Grid, tiles_over
+from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.core.points import PointCloud
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -74,7 +74,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = ImageSurfaceParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
     context = parameters.context_m
-    around = (bounds[0] - context, bounds[1] - context, bounds[2] + context, bounds[3] + context)
+    around = grown(bounds, context)
     wide = side_by_side([fuse.read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
     working = Grid.covering(bounds, a["cell_m"] * a["factor"])
     surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
@@ -60,7 +60,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = ImageSurfaceParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
     context = parameters.context_m
-    around = (bounds[0] - context, bounds[1] - context, bounds[2] + context, bounds[3] + context)
+    around = grown(bounds, context)
     wide = _given(task, fine_grid(around, a["cell_m"], a["factor"]))
     working = Grid.covering(bounds, a["cell_m"] * a["factor"])
     surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface import dtm as dtm_methods
@@ -119,7 +119,7 @@ def image_surface(
     external_dtm : (rows, cols) terrain on the tile's own working grid, metres; replaces the estimate where it is not NaN
     """
     p = parameters or ImageSurfaceParameters()
-    around = _grown(bounds, p.context_m)
+    around = grown(bounds, p.context_m)
     return surface_of_fused(fused_tile(points, around, cell_m, factor, p.fuse), bounds, p, external_dtm)
 
 
@@ -148,10 +148,6 @@ def surface_of_fused(
 
 def _working(fine: Grid, factor: int) -> Grid:
     return Grid(fine.x_min, fine.y_max, fine.cell * factor, fine.rows // factor, fine.cols // factor)
-
-
-def _grown(bounds: Bounds, by: float) -> Bounds:
-    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
 
 
 def _cloud(fused: Fused, p: ImageSurfaceParameters) -> PointCloud:

@@ -11,7 +11,7 @@ import shapely
 from scipy.ndimage import distance_transform_edt, maximum_filter, minimum_filter
 
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Grid, grown
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Part, TownMesh
 from cityflow.synthetic.town import Town
@@ -53,7 +53,7 @@ class TruthRasters:
 def truth_rasters(town: Town, grid: Grid) -> TruthRasters:
     """Cast one ray per cell centre."""
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-    mesh = town.mesh(_grown(grid.bounds, 1.0))
+    mesh = town.mesh(grown(grid.bounds, 1.0))
     dsm, triangle = _first_from_above(mesh, x, y)
     bare_mesh = without(mesh, PASSING_PARTS)
     dsm_bare, bare_triangle = _first_from_above(bare_mesh, x, y)
@@ -234,7 +234,3 @@ def _ids(town: Town, units: tuple[int, ...]) -> str:
 
 def _hex(tint: tuple[int, int, int]) -> str:
     return "#{:02x}{:02x}{:02x}".format(*tint)
-
-
-def _grown(bounds: Bounds, by: float) -> Bounds:
-    return bounds[0] - by, bounds[1] - by, bounds[2] + by, bounds[3] + by
