@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.points import PointCloud
@@ -117,6 +117,39 @@ class RoofPlane:
 
 
 @dataclass(frozen=True, slots=True)
+class OutlineEdge:
+    """A straight part of an outline, or a wall inside it, and how it is known.
+
+    Attributes
+    ----------
+    line : LineString in plan, world metres
+    source : ``wall`` (points on the façade), ``roof`` (edge of the roof region), ``given``
+    sigma_m : standard deviation across the line; NaN where nothing tells
+    seen : share of its length along which façade points stand, 0 to 1
+    """
+
+    line: LineString
+    source: str
+    sigma_m: float = float("nan")
+    seen: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """A principal aspect (degrees from east, counter-clockwise, 0 to 180, of lines in plan) or slope (0 to 90), with its precision.
+
+    Attributes
+    ----------
+    degrees, sigma : degrees
+    weight : share of the evidence that follows it, 0 to 1
+    """
+
+    degrees: float
+    sigma: float
+    weight: float
+
+
+@dataclass(frozen=True, slots=True)
 class Outline:
     """A building outline in plan.
 
@@ -127,12 +160,21 @@ class Outline:
         both have every vertex of their common boundary, bit for bit
     attributes : everything the source said of it
     remark : what was repaired, or empty
+    roof : outline of the roof where it is known apart from the walls; `polygon` is then that of the walls
+    edges : of the polygon, and how each is known; empty where nobody asked
+    inner_edges : walls that rise above a lower roof within the outline
+    aspects, slopes : principal directions of what stands inside, where they were found
     """
 
     id: str
     polygon: Polygon
     attributes: Mapping[str, Scalar] = field(default_factory=dict)
     remark: str = ""
+    roof: Polygon | None = None
+    edges: tuple[OutlineEdge, ...] = ()
+    inner_edges: tuple[OutlineEdge, ...] = ()
+    aspects: tuple[Direction, ...] = ()
+    slopes: tuple[Direction, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,12 +187,15 @@ class Evidence:
     outline : Polygon, as in `Outline`
     points : roof points inside the outline, world frame (building class, or high and not vegetation)
     ground_height : metres, the floor of the solid: lowest DTM height along the outline
+    aspects, slopes : principal directions found while the outline was split; a prior, and only that
     """
 
     id: str
     outline: Polygon
     points: PointCloud
     ground_height: float
+    aspects: tuple[Direction, ...] = ()
+    slopes: tuple[Direction, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray,
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
+from cityflow.core.wall_points import WallPoints
 
 
 class RegionParameters(Parameters):
@@ -44,6 +45,7 @@ class RegionSurface:
     holes : (rows, cols) bool, cells without a measurement
     core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
     count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
+    walls : points on façades in the same area, or None where nobody looked for them
     """
 
     grid: Grid
@@ -52,6 +54,7 @@ class RegionSurface:
     holes: BoolArray
     core: Bounds | None = None
     count: IntArray | NDArray[np.uint32] | None = None
+    walls: WallPoints | None = None
 
 
 @dataclass(frozen=True, slots=True)
