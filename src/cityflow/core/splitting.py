@@ -119,9 +119,9 @@ def joined_segments(parts: Sequence[Segments], frames: tuple[str, ...]) -> Segme
             np.empty((0, 3)), np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.uint8), np.empty(0, np.float32), frames
         )  # fmt: skip
     return Segments(
-        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("start", "end", "frame", "layer", "strength")),
-        frames,
-    )
+        np.concatenate([p.start for p in parts]), np.concatenate([p.end for p in parts]), np.concatenate([p.frame for p in parts]),
+        np.concatenate([p.layer for p in parts]), np.concatenate([p.strength for p in parts]), frames,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
