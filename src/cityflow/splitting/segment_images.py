@@ -1,0 +1,152 @@
+"""Eight-bit pictures of orthos and surface models in which what matters is an edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
+
+MIDDLE = 128.0
+CONTRAST_RADIUS_M = 1.5
+STEP_RADIUS_M = 0.75
+CREASE_CELL_M = 0.2
+"""Slopes need a base: on cells of 8 cm the noise of matched heights would be steeper than roofs."""
+NOISE_LEVELS = 7.0
+"""Noise is kept below this many grey levels, or a detector drowns in it."""
+STEP_LEVELS_PER_M = 200.0
+SPREAD_LEVELS = 40.0
+NOT_GREY = 4.0
+"""A colour is looked at by itself when it varies by this many times its noise where grey does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeImage:
+    """What lines are sought in.
+
+    Attributes
+    ----------
+    pixels : (rows, cols) uint8
+    usable : (rows, cols) bool, where the pixels say something
+    factor : cells of the frame's grid per pixel
+    crease : True where a line is a change of slope, not of height or colour
+    """
+
+    pixels: ByteArray
+    usable: BoolArray
+    factor: int = 1
+    crease: bool = False
+
+
+def ortho_images(ortho: NDArray[np.uint8] | NDArray[np.uint16], seen: BoolArray, cell: float) -> list[EdgeImage]:
+    """Grey, and the colour that tells most beyond it, both with their contrast balanced so that shade does not count."""
+    bands = ortho.astype(np.float32)
+    grey = bands[:3].mean(axis=0)
+    images = [EdgeImage(balanced(grey, seen, cell), seen)]
+    if len(bands) < 3 or not seen.any():
+        return images
+    colour = _beyond_grey(bands, grey, seen)
+    if colour is not None:
+        images.append(EdgeImage(balanced(colour, seen, cell), seen))
+    return images
+
+
+def surface_images(dsm: Float32Array, inside: BoolArray, cell: float) -> list[EdgeImage]:
+    """Steps in height on roofs of any slope, and creases (ridges, valleys, feet of walls) in two directions."""
+    known = np.isfinite(dsm)
+    if not known.any():
+        return []
+    return [EdgeImage(step_image(dsm, known & inside, cell), known & inside), *crease_images(dsm, known & inside, cell)]
+
+
+def balanced(grey: Float32Array, seen: BoolArray, cell: float) -> ByteArray:
+    """Grey values less their local mean over their local spread, which noise bounds from below."""
+    size = 2 * max(round(CONTRAST_RADIUS_M / cell), 2) + 1
+    smooth = cv2.GaussianBlur(_filled(grey, seen), (0, 0), 0.6)
+    mean, weight = _local_mean(smooth, seen, size)
+    square, _ = _local_mean(smooth * smooth, seen, size)
+    spread = np.sqrt(np.maximum(square - mean * mean, 0.0))
+    floor = max(SPREAD_LEVELS / NOISE_LEVELS * _noise(smooth, seen), 1e-3 * float(np.abs(smooth).max()) + 1e-6)
+    return _bytes((smooth - mean) / np.maximum(spread, floor) * SPREAD_LEVELS, seen & (weight > 0))
+
+
+def step_image(dsm: Float32Array, known: BoolArray, cell: float) -> ByteArray:
+    """Heights less their local mean: planes vanish at any slope, steps stay."""
+    size = 2 * max(round(STEP_RADIUS_M / cell), 2) + 1
+    smooth = cv2.GaussianBlur(_filled(dsm, known), (0, 0), 0.6)
+    mean, _ = _local_mean(smooth, known, size)
+    levels = min(STEP_LEVELS_PER_M, NOISE_LEVELS / max(_noise(smooth, known), 1e-6))
+    return _bytes((smooth - mean) * levels, known)
+
+
+def crease_images(dsm: Float32Array, known: BoolArray, cell: float) -> list[EdgeImage]:
+    """The two components of the unit normal in plan: a crease is a step in at least one of them."""
+    factor = max(round(CREASE_CELL_M / cell), 1)
+    coarse, there = _coarser(_filled(dsm, known), known, factor)
+    if min(coarse.shape) < 8:
+        return []
+    ground = cell * factor
+    dx, dy = (cv2.Sobel(coarse, cv2.CV_32F, *order, ksize=3, scale=1 / (8 * ground)) for order in ((1, 0), (0, 1)))
+    length = np.sqrt(1.0 + dx * dx + dy * dy)
+    noise = _noise(coarse, there) / (ground * np.sqrt(12.0))
+    levels = min(110.0, 2 * NOISE_LEVELS / max(noise, 1e-6))
+    turned = ((dx + dy) * np.sqrt(0.5), (dx - dy) * np.sqrt(0.5))
+    return [EdgeImage(_bytes(d / length * levels, there), there, factor, True) for d in turned]
+
+
+def _beyond_grey(bands: Float32Array, grey: Float32Array, seen: BoolArray) -> Float32Array | None:
+    """The band, less what grey explains of it, that varies most over its noise; None where all is noise."""
+    flat = grey[seen] - grey[seen].mean()
+    best, found = NOT_GREY, None
+    for band in bands:
+        values = band[seen] - band[seen].mean()
+        rest = band - np.float32(np.dot(values, flat) / max(np.dot(flat, flat), 1e-6)) * grey
+        told = float(rest[seen].std()) / max(_noise(rest, seen), 1e-3)
+        if told > best:
+            best, found = told, rest
+    return found
+
+
+def _noise(image: Float32Array, known: BoolArray) -> float:
+    """Standard deviation of what no smooth surface explains, from the median of second differences."""
+    second = image[1:-1, 1:-1] * 4 - image[:-2, 1:-1] - image[2:, 1:-1] - image[1:-1, :-2] - image[1:-1, 2:]
+    of = np.abs(second[known[1:-1, 1:-1]])
+    return float(np.median(of)) * 1.4826 / np.sqrt(20.0) if len(of) else 0.0
+
+
+def _filled(image: Float32Array, known: BoolArray) -> Float32Array:
+    """Unknown cells take the mean of the known ones around, so that their borders raise no edge."""
+    if known.all():
+        return np.asarray(image, np.float32)
+    value = np.where(known, image, 0).astype(np.float32)
+    weight = known.astype(np.float32)
+    for size in (5, 21, 101):
+        sums, counts = cv2.blur(value, (size, size)), cv2.blur(weight, (size, size))
+        gap = (weight == 0) & (counts > 1e-6)
+        value[gap] = sums[gap] / counts[gap]
+        weight[gap] = 1.0
+    value[weight == 0] = float(np.mean(image[known])) if known.any() else 0.0
+    return value
+
+
+def _local_mean(image: Float32Array, known: BoolArray, size: int) -> tuple[Float32Array, Float32Array]:
+    weight = cv2.blur(known.astype(np.float32), (size, size))
+    mean = cv2.blur(np.where(known, image, 0).astype(np.float32), (size, size))
+    return mean / np.maximum(weight, 1e-6), weight
+
+
+def _coarser(image: Float32Array, known: BoolArray, factor: int) -> tuple[Float32Array, BoolArray]:
+    rows, cols = image.shape[0] // factor * factor, image.shape[1] // factor * factor
+    if rows == 0 or cols == 0:
+        return image[:0, :0], known[:0, :0]
+    size = (cols // factor, rows // factor)
+    coarse = cv2.resize(np.ascontiguousarray(image[:rows, :cols]), size, interpolation=cv2.INTER_AREA)
+    there = cv2.resize(known[:rows, :cols].astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(coarse, np.float32), there > 0.5
+
+
+def _bytes(values: Float32Array, known: BoolArray) -> ByteArray:
+    return np.where(known, np.clip(values + MIDDLE, 0, 255), MIDDLE).astype(np.uint8)

@@ -1,0 +1,77 @@
+"""Lines in a raster become segments in the world, as far as their course through space can be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.splitting import FrameRasters, Segments
+from cityflow.splitting.segment_heights import courses
+from cityflow.splitting.segment_lines import Lines
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a segment must keep to.
+
+    Attributes
+    ----------
+    near : both ends and the middle lie in it, world metres
+    lowest : none lies lower, world metres
+    step_m : sides that differ by more are a step, and the upper one carries the segment
+    scatter_m : standard deviation of heights along it that is borne
+    least_length_m : in space
+    """
+
+    near: Polygon
+    lowest: float
+    step_m: float
+    scatter_m: float
+    least_length_m: float
+
+
+def segments_in_space(
+    lines: Lines, raster: FrameRasters, of: tuple[int, int, tuple[str, ...]], limits: Limits
+) -> Segments:
+    """Lines whose course is known, inside the outline, in the world.
+
+    Parameters
+    ----------
+    raster : its surface tells the heights
+    of : number of the frame, layer, and names of all frames
+    """
+    index, layer, names = of
+    course = courses(raster.dsm, lines.ends, raster.grid.cell, limits.step_m)
+    known = course.known(limits.scatter_m) & (~lines.crease | (course.step <= limits.step_m))
+    lines, z = lines.take(known), course.z[known]
+    start, end = (raster.frame.to_world(_frame_xyz(raster, lines.ends[:, i], z[:, i])) for i in (0, 1))
+    found = Segments(
+        start, end, np.full(len(start), index, np.int64), np.full(len(start), layer, np.uint8), _strength(lines), names
+    )
+    return found.take((found.length >= limits.least_length_m) & within(found, limits.near, limits.lowest))
+
+
+def within(segments: Segments, near: Polygon, lowest: float) -> BoolArray:
+    """(N,) segments of which both ends and the middle stand inside, above a height."""
+    shapely.prepare(near)
+    start, end = segments.start, segments.end
+    inside = np.minimum(start[:, 2], end[:, 2]) >= lowest
+    for share in (0.02, 0.5, 0.98):
+        xy = start[:, :2] + share * (end - start)[:, :2]
+        inside &= shapely.contains_xy(near, xy[:, 0], xy[:, 1])
+    return np.asarray(inside)
+
+
+def _frame_xyz(raster: FrameRasters, places: FloatArray, z: FloatArray) -> FloatArray:
+    grid = raster.grid
+    x = grid.x_min + (places[:, 0] + 0.5) * grid.cell
+    return np.column_stack([x, grid.y_max - (places[:, 1] + 0.5) * grid.cell, z])
+
+
+def _strength(lines: Lines) -> Float32Array:
+    """Longer and of more contrast is more distinct; 20 cells or 25 levels give two thirds each."""
+    return ((1 - np.exp(-lines.length / 20)) * (1 - np.exp(-lines.contrast / 25))).astype(np.float32)
