@@ -46,6 +46,7 @@ class RegionSurface:
     core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
     count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
     walls : points on façades in the same area, or None where nobody looked for them
+    dtm : (rows, cols) float32, terrain, metres; None where nobody asked
     """
 
     grid: Grid
@@ -55,6 +56,7 @@ class RegionSurface:
     core: Bounds | None = None
     count: IntArray | NDArray[np.uint32] | None = None
     walls: WallPoints | None = None
+    dtm: Float32Array | None = None
 
 
 @dataclass(frozen=True, slots=True)
