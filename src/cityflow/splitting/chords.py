@@ -103,13 +103,10 @@ def chord(piece: FloatArray, area: BaseGeometry, borders: Borders) -> FloatArray
     if not around:
         return "lies outside the outline"
     crossings = _crossings(p, direction, borders.edges)
-    ends = [
-        _end(position, limit, crossings, sign)
-        for position, limit, sign in ((0.0, around[0][0], -1.0), (length, around[0][1], 1.0))
-    ]
-    if ends[0] is None or ends[1] is None:
+    first, last = _end(0.0, around[0][0], crossings, -1.0), _end(length, around[0][1], crossings, 1.0)
+    if first is None or last is None:
         return f"ends inside the outline, more than {REACH_M:g} m from its border"
-    tied = np.array([borders.tied(p + t * direction) for t in ends])
+    tied = np.array([borders.tied(p + t * direction) for t in (first, last)])
     if _runs_along(tied, area):
         return "runs along the border"
     return tied

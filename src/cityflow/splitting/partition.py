@@ -17,6 +17,7 @@ from cityflow.splitting.gaps import gap_lines, gap_within
 
 _NARROWEST_M = 1.0
 """What is narrower nowhere holds a house."""
+_DETAIL_M = 0.05
 _ON_LINE_M = 3 * LATTICE_M
 
 TOO_SMALL = "leaves a piece below the minimum area"
@@ -73,14 +74,15 @@ def with_vertices(polygon: Polygon, points: FloatArray, tolerance_m: float = 1e-
     Points farther than the tolerance from every edge are left out, as are all where they would spoil the polygon.
     """
     rings = [shapely.get_coordinates(ring) for ring in (polygon.exterior, *polygon.interiors)]
-    new = [_ring_with(ring, np.asarray(points, np.float64).reshape(-1, 2), tolerance_m) for ring in rings]
+    new = [_line_with(ring, np.asarray(points, np.float64).reshape(-1, 2), tolerance_m) for ring in rings]
     if all(len(a) == len(b) for a, b in zip(rings, new, strict=True)):
         return polygon
     result = Polygon(new[0], new[1:])
     return result if result.is_valid else polygon
 
 
-def _ring_with(ring: FloatArray, points: FloatArray, tolerance: float) -> FloatArray:
+def _line_with(ring: FloatArray, points: FloatArray, tolerance: float) -> FloatArray:
+    """A polyline, (n, 2), with the points as vertices that lie on its edges."""
     edges = shapely.linestrings(np.stack([ring[:-1], ring[1:]], axis=1))
     there = {tuple(v) for v in ring.tolist()}
     fresh = np.array([p for p in dict.fromkeys(map(tuple, points.tolist())) if p not in there]).reshape(-1, 2)
@@ -197,15 +199,20 @@ class _Cutting:
         return done
 
     def _faces(self, lines: Sequence[_Line]) -> _Faces:
-        borders = Borders.of([shapely.get_coordinates(r) for r in shapely.get_rings(self.area)])
-        between = [shapely.linestrings(x) for g in self.gaps.values() for x in gap_lines(g, self.area, borders)]
-        chords = [shapely.linestrings(line.ends) for line in lines]
-        noded = shapely.union_all([self.area.boundary, *between, *chords], grid_size=LATTICE_M)
+        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(self.area)]
+        between = [line for g in self.gaps.values() for line in gap_lines(g, self.area, Borders.of(rings))]
+        chords = [line.ends for line in lines]
+        ends = np.concatenate([line[[0, -1]] for line in between + chords] or [np.empty((0, 2))])
+        # An end is up to 0.05 mm off the line that it ends on; left to the noding, the two would cross beside it.
+        tied = [_line_with(line, ends, LATTICE_M) for line in rings + between + chords]
+        noded = shapely.union_all([LineString(line) for line in tied], grid_size=LATTICE_M)
         every = shapely.transform(shapely.get_parts(shapely.polygonize([noded])), on_lattice)
         inside = shapely.intersects(self.area, shapely.point_on_surface(every))
         polygons = np.asarray(shapely.orient_polygons(every[inside], exterior_cw=False), object)
         one, other, middle = _common_edges(polygons)
-        rank = _strongest_along(middle, chords, np.array([line.rank for line in lines], np.int64))
+        rank = _strongest_along(
+            middle, [LineString(c) for c in chords], np.array([line.rank for line in lines], np.int64)
+        )
         return _Faces(polygons, self._gap_of(polygons), one, other, rank)
 
     def _gap_of(self, polygons: NDArray[np.object_]) -> IntArray:
@@ -218,7 +225,7 @@ class _Cutting:
     def _mend_smallest(self, faces: _Faces) -> bool:
         """Drop what cut off the smallest piece that holds no house; False where there is none."""
         area = shapely.area(faces.polygons)
-        narrow = shapely.is_empty(shapely.buffer(faces.polygons, -0.5 * _NARROWEST_M))
+        narrow = _is_narrow(faces.polygons)
         bad = np.flatnonzero((faces.gap < 0) & (narrow | (area < self.minimum)))
         for face in bad[np.lexsort((bad, area[bad]))].tolist():
             ranks, gaps = faces.ranks_at(face), faces.gaps_at(face)
@@ -247,6 +254,14 @@ class _Cutting:
             _ordered(faces.polygons[faces.gap < 0]), tuple(used), tuple(dropped),
             _ordered(faces.polygons[faces.gap >= 0]), tuple(sorted(self.gap_reasons.items())),
         )  # fmt: skip
+
+
+def _is_narrow(polygons: NDArray[np.object_]) -> BoolArray:
+    """Nowhere as wide as a house; the area is at most perimeter times inradius, which spares most the erosion."""
+    result = np.asarray(shapely.area(polygons) < 0.5 * _NARROWEST_M * shapely.length(polygons))
+    doubtful = shapely.simplify(polygons[result], _DETAIL_M)
+    result[result] = shapely.is_empty(shapely.buffer(doubtful, -0.5 * _NARROWEST_M, quad_segs=2))
+    return result
 
 
 def _common_edges(polygons: NDArray[np.object_]) -> tuple[IntArray, IntArray, FloatArray]:
