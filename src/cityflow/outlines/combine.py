@@ -1,0 +1,128 @@
+"""Wall footprints: the wall line where façades were seen, the roof's edge elsewhere.
+
+Nex, Rupnik and Remondino (2013, §2.3) close walls to footprints; Gross, Thoennessen and von Hansen (2005) outline roofs.
+Both are taken together here: all lines cut the neighbourhood of a roof into faces, and a minimum cut says which of them
+are building.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from pydantic import Field
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.parameters import Parameters
+from cityflow.outlines.combine_cut import building_faces
+from cityflow.outlines.combine_evidence import Surroundings, border_costs, evidence, wall_roles
+from cityflow.outlines.combine_faces import faces_of, integrals
+from cityflow.outlines.combine_lines import candidate_pieces
+from cityflow.outlines.combine_rings import cleaned
+from cityflow.outlines.wall_line import WallLine
+
+
+class CombineParameters(Parameters):
+    """How walls and the roof over them become one footprint."""
+
+    overhang_m: float = Field(1.6, ge=0, le=5, description="a roof reaches no farther beyond its walls, m")
+    extension_m: float = Field(4.0, ge=0, le=30, description="a wall may go on so far beyond what was seen of it, m")
+    step_m: float = Field(0.25, ge=0, le=2, description="smaller steps in a wall are straightened, m")
+    closed_share: float = Field(
+        0.6, gt=0, le=1, description="walls without a roof are a building where façades were seen along this share"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A building by its walls, and its roof where one was found (world metres)."""
+
+    polygon: Polygon
+    roof: Polygon | None
+    remark: str
+
+
+def footprints(
+    around: Surroundings, roof: Polygon | None, walls: Sequence[WallLine], parameters: CombineParameters
+) -> list[Footprint]:
+    """The footprints in one place: one, or several where walls stand between, or none.
+
+    Parameters
+    ----------
+    around : what the surface says, with a margin around the region of at least `overhang_m`
+    roof : outline of the region's roof, world metres; None where walls stand alone
+    walls : near the region
+    parameters : CombineParameters
+    """
+    origin = np.array(around.grid.bounds[:2])
+    local_roof = None if roof is None else shapely.transform(roof, lambda xy: xy - origin)
+    found = _local_footprints(around, local_roof, [_moved(w, -origin) for w in walls], parameters)
+    polygons = [shapely.transform(p, lambda xy: xy + origin) for p in found]
+    if roof is None:
+        return [Footprint(p, None, "walls alone") for p in polygons]
+    remark = "walls" if len(polygons) == 1 else f"walls, one of {len(polygons)} parts of a region"
+    return [Footprint(p, _roof_of(p, polygons, roof, parameters.overhang_m), remark) for p in polygons]
+
+
+def _moved(wall: WallLine, by: FloatArray) -> WallLine:
+    return replace(wall, line=shapely.transform(wall.line, lambda xy: xy + by))
+
+
+def _local_footprints(
+    around: Surroundings, roof: Polygon | None, walls: Sequence[WallLine], parameters: CombineParameters
+) -> list[Polygon]:
+    world = np.array(around.grid.bounds[:2])
+    roles = wall_roles([_moved(w, world) for w in walls], around, parameters.overhang_m)
+    pieces = candidate_pieces(walls, roof, parameters.overhang_m, parameters.extension_m)
+    if not len(pieces.ends):
+        return []
+    width, height = around.grid.cols * around.grid.cell, around.grid.rows * around.grid.cell
+    faces = faces_of(np.concatenate([_within(pieces.ends, width, height), _frame(width, height)]))
+    gain, cell = evidence(around, pieces, roles, parameters.overhang_m)
+    left, right = border_costs(faces, pieces, roles)
+    chosen = building_faces(faces, integrals(faces, gain, cell), left, right)
+    return _joined(faces.polygons[chosen], parameters.step_m)
+
+
+def _frame(width: float, height: float) -> FloatArray:
+    corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], float)
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
+def _within(ends: FloatArray, width: float, height: float) -> FloatArray:
+    """The pieces cut off where they leave the frame."""
+    cut = shapely.intersection(shapely.linestrings(ends), shapely.box(0, 0, width, height))
+    parts = shapely.get_parts(cut)
+    parts = parts[(shapely.get_type_id(parts) == 1) & ~shapely.is_empty(parts)]
+    return np.asarray(shapely.get_coordinates(parts).reshape(-1, 2, 2))
+
+
+def _joined(faces: np.ndarray, step_m: float) -> list[Polygon]:
+    """Faces as clean polygons, from the south-west."""
+    if not len(faces):
+        return []
+    parts = [p for p in shapely.get_parts(shapely.union_all(faces)) if isinstance(p, Polygon)]
+    clean = [cleaned(p, step_m) for p in parts]
+    clean = [p for p in clean if p.is_valid and not p.is_empty]
+    return sorted((shapely.orient_polygons(p, exterior_cw=False) for p in clean), key=lambda p: p.bounds)
+
+
+def _roof_of(polygon: Polygon, every: Sequence[Polygon], roof: Polygon, reach_m: float) -> Polygon | None:
+    """The part of the roof over one footprint: all of it, unless other footprints or trees have a part in it."""
+    near = shapely.intersection(roof, shapely.buffer(polygon, reach_m, join_style="mitre"))
+    others = [p for p in every if p is not polygon]
+    if others:
+        near = shapely.difference(near, shapely.union_all(others))
+    parts = [p for p in shapely.get_parts(near) if isinstance(p, Polygon)]
+    return max(parts, key=lambda p: (p.area, p.bounds)) if parts else None
+
+
+def seen_share(polygon: Polygon, walls: Sequence[WallLine], aside_m: float = 0.3) -> float:
+    """Share of a polygon's boundary along which walls were seen."""
+    if not walls:
+        return 0.0
+    near = shapely.buffer(shapely.union_all([w.line for w in walls]), aside_m, cap_style="flat")
+    return float(shapely.intersection(polygon.boundary, near).length / polygon.length)

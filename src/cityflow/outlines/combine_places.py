@@ -1,0 +1,106 @@
+"""Where footprints are sought: around every building region, and around walls that no region explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.points import HIGH_VEGETATION
+from cityflow.outlines.combine_evidence import Surroundings
+from cityflow.outlines.regions import Region, RegionSurface
+from cityflow.outlines.wall_line import WallLine
+
+_MARGIN_M = 4.0
+_TOGETHER_M = 3.0
+"""Walls without a roof farther apart than this are not of one building."""
+
+
+class Places:
+    """The surface, its building mask and its walls, to be asked for one place after the other.
+
+    Parameters
+    ----------
+    surface : RegionSurface
+    mask : (rows, cols) bool, all building regions
+    walls : of the whole area
+    minimum_height_m : lower surfaces are nearly terrain
+    """
+
+    def __init__(
+        self, surface: RegionSurface, mask: BoolArray, walls: Sequence[WallLine], minimum_height_m: float
+    ) -> None:
+        self._grid, self._mask = surface.grid, mask
+        self._low = np.isfinite(surface.ndsm) & (np.nan_to_num(surface.ndsm) < minimum_height_m)
+        self._low &= ~mask & (surface.klass != HIGH_VEGETATION)
+        self._walls = list(walls)
+        self._lines = np.array([w.line for w in walls], dtype=object)
+        self._tree = shapely.STRtree(self._lines)
+
+    def around(self, region: Region, reach_m: float) -> tuple[Surroundings, list[WallLine]]:
+        """What is known around a region, and the walls within `reach_m` of it."""
+        numbers = np.sort(self._tree.query(region.polygon(), predicate="dwithin", distance=reach_m))
+        walls = [self._walls[k] for k in numbers.tolist()]
+        bounds = shapely.total_bounds(np.append(self._lines[numbers], shapely.box(*region.grid.bounds)))
+        rows, cols, grid = self._window(tuple(bounds.tolist()))
+        own = np.zeros(self._grid.shape, bool)
+        r = round((self._grid.y_max - region.grid.y_max) / self._grid.cell)
+        c = round((region.grid.x_min - self._grid.x_min) / self._grid.cell)
+        trimmed, r_0, c_0 = _trimmed(region.mask, r, c, self._grid.shape)
+        own[r_0 : r_0 + trimmed.shape[0], c_0 : c_0 + trimmed.shape[1]] = trimmed
+        own = own[rows, cols]
+        return Surroundings(grid, own, self._mask[rows, cols] & ~own, self._low[rows, cols]), walls
+
+    def lonely(self, reach_m: float) -> list[tuple[Surroundings, list[WallLine]]]:
+        """Groups of walls farther than `reach_m` from every region, with what is known around them."""
+        numbers = self._without_region(reach_m)
+        result = []
+        for group in self._groups(numbers):
+            rows, cols, grid = self._window(tuple(shapely.total_bounds(self._lines[group]).tolist()))
+            mask = self._mask[rows, cols]
+            nothing = np.zeros_like(mask)
+            result.append(
+                (Surroundings(grid, nothing, mask, self._low[rows, cols]), [self._walls[k] for k in group.tolist()])
+            )
+        return result
+
+    def _without_region(self, reach_m: float) -> IntArray:
+        row, col = np.nonzero(self._mask)
+        x, y = self._grid.x_centres()[col], self._grid.y_centres()[row]
+        if not len(x) or not len(self._lines):
+            return np.arange(len(self._lines))
+        regions = shapely.STRtree(shapely.points(x, y))
+        near = np.unique(regions.query(self._lines, predicate="dwithin", distance=reach_m)[0])
+        return np.setdiff1d(np.arange(len(self._lines)), near)
+
+    def _groups(self, numbers: IntArray) -> list[IntArray]:
+        lines = self._lines[numbers]
+        if len(lines) < 2:
+            return []
+        a, b = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=_TOGETHER_M)
+        links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(lines), len(lines)))
+        count, label = connected_components(links, directed=False)
+        groups = [numbers[label == k] for k in range(count)]
+        return [g for g in groups if len(g) > 1]
+
+    def _window(self, bounds: Bounds) -> tuple[slice, slice, Grid]:
+        """The part of the raster over the bounds and a margin."""
+        grid, margin = self._grid, _MARGIN_M
+        row_0, col_0 = grid.indices(np.array([bounds[0] - margin]), np.array([bounds[3] + margin]))
+        row_1, col_1 = grid.indices(np.array([bounds[2] + margin]), np.array([bounds[1] - margin]))
+        r_0, r_1 = max(int(row_0[0]), 0), min(int(row_1[0]) + 1, grid.rows)
+        c_0, c_1 = max(int(col_0[0]), 0), min(int(col_1[0]) + 1, grid.cols)
+        own = Grid(grid.x_min + c_0 * grid.cell, grid.y_max - r_0 * grid.cell, grid.cell, r_1 - r_0, c_1 - c_0)
+        return slice(r_0, r_1), slice(c_0, c_1), own
+
+
+def _trimmed(mask: BoolArray, row: int, col: int, shape: tuple[int, int]) -> tuple[BoolArray, int, int]:
+    """The part of a mask, whose first cell lies at (row, col), that lies inside a raster; and where that begins."""
+    r_0, c_0 = max(-row, 0), max(-col, 0)
+    r_1, c_1 = min(mask.shape[0], shape[0] - row), min(mask.shape[1], shape[1] - col)
+    return mask[r_0:r_1, c_0:c_1], row + r_0, col + c_0
