@@ -1,0 +1,173 @@
+"""Points on a voxel lattice fixed in the world, one each, so that neither the cut of tiles nor the number of images matters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.depth_map import ImagePoints
+
+Int32Array = NDArray[np.int32]
+
+FIXED = 1_000_000
+"""Sums run in whole micrometres and millionths: whole numbers add up the same in any order."""
+LEAST_SIGMA_M, MOST_SIGMA_M = 0.01, 2.0
+AT_ONCE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Voxels:
+    """Occupied voxels, sorted by column of the lattice and then by height.
+
+    Attributes
+    ----------
+    cell : edge of a voxel, metres
+    xyz : (N, 3) weighted mean of the points of each, world metres
+    towards : (N, 3) float32, mean direction to the images that see it; shorter than 1 where they disagree
+    sigma : (N,) float32, root mean square of the points' precision along the ray, metres
+    views : (N,) uint8, most partners of any of its points
+    row, col, level : (N,) int32, place in the lattice, counted from the world's origin
+    """
+
+    cell: float
+    xyz: FloatArray
+    towards: Float32Array
+    sigma: Float32Array
+    views: ByteArray
+    row: Int32Array
+    col: Int32Array
+    level: Int32Array
+
+    def __len__(self) -> int:
+        return len(self.xyz)
+
+    def take(self, chosen: BoolArray) -> Voxels:
+        return Voxels(
+            self.cell, self.xyz[chosen], self.towards[chosen], self.sigma[chosen], self.views[chosen],
+            self.row[chosen], self.col[chosen], self.level[chosen],
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Where each column of the lattice begins among sorted voxels.
+
+    Attributes
+    ----------
+    row_0, col_0 : lattice indices of ``start[0, 0]``, which lies `rim` columns outside the occupied ones
+    rows, cols : of the table
+    start : (rows · cols + 1,) int32; column (r, c) holds voxels ``start[r · cols + c]`` to ``start[r · cols + c + 1]``
+    """
+
+    row_0: int
+    col_0: int
+    rows: int
+    cols: int
+    start: Int32Array
+
+    @classmethod
+    def of(cls, voxels: Voxels, rim: int) -> Columns:
+        """The table over some voxels with `rim` empty columns around."""
+        row_0, col_0 = int(voxels.row.min()) - rim, int(voxels.col.min()) - rim
+        rows, cols = int(voxels.row.max()) - row_0 + 1 + rim, int(voxels.col.max()) - col_0 + 1 + rim
+        place = (voxels.row.astype(np.int64) - row_0) * cols + (voxels.col.astype(np.int64) - col_0)
+        counts = np.bincount(place, minlength=rows * cols)
+        return cls(row_0, col_0, rows, cols, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32))
+
+
+def thinned(points: ImagePoints, cell: float, least_slant: float) -> Voxels:
+    """One point per occupied voxel, the mean of its points, weighted by their precision.
+
+    Parameters
+    ----------
+    points : world metres
+    cell : edge of a voxel, metres
+    least_slant : points whose ray stands steeper than this (sine of the angle to the plumb line) are left out:
+        no upright surface can be seen along it (Nex et al. 2013 §2.2: mixed pixels lie along the ray)
+    """
+    usable = _slanting(points, least_slant)
+    index = np.floor(points.xyz[usable] / cell).astype(np.int32)
+    if not len(index):
+        empty = np.empty(0, np.int32)
+        return Voxels(
+            cell, np.empty((0, 3)), np.empty((0, 3), np.float32), np.empty(0, np.float32), np.empty(0, np.uint8),
+            empty, empty, empty,
+        )  # fmt: skip
+    order = _sorted_by_voxel(index)
+    col, row, level = index[order].T
+    first = np.flatnonzero(np.concatenate([[True], (np.diff(col) != 0) | (np.diff(row) != 0) | (np.diff(level) != 0)]))
+    chosen = usable[order]
+    xyz, towards, sigma, views = _means(
+        points.xyz, points.image, points.sigma, points.views, points.centres, chosen, first.astype(np.int64), cell
+    )
+    return Voxels(cell, xyz, towards, sigma, views, row[first], col[first], level[first])
+
+
+def _slanting(points: ImagePoints, least: float) -> IntArray:
+    """Indices of points whose ray slants enough."""
+    found = []
+    for begin in range(0, len(points), AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        ray = points.centres[points.image[part]] - points.xyz[part]
+        level = np.hypot(ray[:, 0], ray[:, 1])
+        found.append(np.flatnonzero(level >= least * np.hypot(level, ray[:, 2])) + begin)
+    return np.concatenate(found) if found else np.empty(0, np.int64)
+
+
+def _sorted_by_voxel(index: Int32Array) -> IntArray:
+    low = index.min(axis=0).astype(np.int64)
+    size = index.max(axis=0).astype(np.int64) - low + 1
+    key = ((index[:, 1] - low[1]) * size[0] + (index[:, 0] - low[0])) * size[2] + (index[:, 2] - low[2])
+    return np.argsort(key, kind="stable")
+
+
+@njit(cache=True, nogil=True)
+def _means(  # noqa: PLR0913
+    xyz: FloatArray,
+    image: IntArray,
+    sigma: Float32Array,
+    views: ByteArray,
+    centres: FloatArray,
+    chosen: IntArray,
+    first: IntArray,
+    cell: float,
+) -> tuple[FloatArray, Float32Array, Float32Array, ByteArray]:
+    n = len(first)
+    mean, towards = np.empty((n, 3)), np.empty((n, 3), np.float32)
+    spread, most = np.empty(n, np.float32), np.zeros(n, np.uint8)
+    offset, direction = np.empty(3, np.int64), np.empty(3, np.int64)
+    corner = np.empty(3)
+    for v in range(n):
+        end = first[v + 1] if v + 1 < n else len(chosen)
+        offset[:], direction[:] = 0, 0
+        total, square = 0, 0
+        for k in range(3):
+            corner[k] = np.floor(xyz[chosen[first[v]], k] / cell) * cell
+        for j in range(first[v], end):
+            p = chosen[j]
+            s = min(max(np.float64(sigma[p]), LEAST_SIGMA_M), MOST_SIGMA_M) if sigma[p] == sigma[p] else MOST_SIGMA_M
+            weight = max(int(1.0 / (s * s)), 1)
+            x, y, z = (
+                centres[image[p], 0] - xyz[p, 0],
+                centres[image[p], 1] - xyz[p, 1],
+                centres[image[p], 2] - xyz[p, 2],
+            )
+            length = np.sqrt(x * x + y * y + z * z)
+            direction[0] += int(np.rint(x / length * FIXED))
+            direction[1] += int(np.rint(y / length * FIXED))
+            direction[2] += int(np.rint(z / length * FIXED))
+            for k in range(3):
+                offset[k] += weight * int(np.rint((xyz[p, k] - corner[k]) * FIXED))
+            total += weight
+            square += int(np.rint(s * s * FIXED))
+            most[v] = max(most[v], views[p])
+        count = end - first[v]
+        for k in range(3):
+            mean[v, k] = corner[k] + offset[k] / (total * FIXED)
+            towards[v, k] = direction[k] / (count * FIXED)
+        spread[v] = np.sqrt(square / (count * FIXED))
+    return mean, towards, spread, most
