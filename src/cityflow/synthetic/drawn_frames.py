@@ -166,9 +166,9 @@ def _cut(drawn: DrawnFrame, grid: Grid) -> DrawnFrame:
 def cut_rasters(rasters: FrameRasters, grid: Grid) -> FrameRasters:
     """The part of a frame's rasters over a smaller grid of the same lattice."""
     rows, cols = rasters.grid.slices(grid)
-    ortho = None if rasters.ortho is None else np.ascontiguousarray(rasters.ortho[:, rows, cols])
-    seen = None if rasters.seen is None else np.ascontiguousarray(rasters.seen[rows, cols])
-    return replace(rasters, grid=grid, dsm=np.ascontiguousarray(rasters.dsm[rows, cols]), ortho=ortho, seen=seen)
+    ortho = None if rasters.ortho is None else rasters.ortho[:, rows, cols].copy()
+    seen = None if rasters.seen is None else rasters.seen[rows, cols].copy()
+    return replace(rasters, grid=grid, dsm=rasters.dsm[rows, cols].copy(), ortho=ortho, seen=seen)
 
 
 def _kinds(scene: Scene, view: ParallelView) -> NDArray[np.uint8]:
@@ -198,7 +198,8 @@ def _ortho(signal: Float32Array, dsm: Float32Array, true: TrueView, seed: int, p
     lean = np.float32(np.tan(np.radians(p.lean_deg)))
     across = [lean * smooth_noise(grid, seed + 50 + k, 0.5 * IMAGE_PATCH_M / cell) for k in range(2)]
     row, col = np.indices(grid.shape, np.float32)
-    moved = cv2.remap(signal, col - error * across[0] / cell, row + error * across[1] / cell, cv2.INTER_LINEAR)
+    towards = col - error * across[0] / cell, row + error * across[1] / cell
+    moved = np.asarray(cv2.remap(signal, *towards, cv2.INTER_LINEAR), np.float32)
     rng = np.random.default_rng([seed, 3])
     sensor = p.render.sensor
     values = toned(noisy(moved, sensor, rng), sensor)
