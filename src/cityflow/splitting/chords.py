@@ -16,7 +16,7 @@ from cityflow.core.building import VERTEX_DECIMALS
 LATTICE_M = 10.0**-VERTEX_DECIMALS
 REACH_M = 0.5
 """How far a line may end before the border, or beyond a line that it should end on."""
-_VERTEX_REACH_M = 0.1
+VERTEX_REACH_M = 0.1
 _SHIFT_M = 0.002
 """How far an end may move along the border to find a place on the lattice that lies on the border, too."""
 _ALONG_BORDER_M = 0.02
@@ -55,7 +55,7 @@ class Borders:
         if not len(self.edges):
             return on_lattice(point)
         apart = np.hypot(*(self.places - point).T)
-        near = np.flatnonzero(apart <= _VERTEX_REACH_M)
+        near = np.flatnonzero(apart <= VERTEX_REACH_M)
         if len(near):
             order = np.lexsort((self.places[near, 1], self.places[near, 0], np.round(apart[near], 6)))
             return np.asarray(self.places[near[order[0]]])

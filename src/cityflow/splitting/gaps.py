@@ -8,7 +8,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.chords import REACH_M, Borders, on_lattice
+from cityflow.splitting.chords import REACH_M, VERTEX_REACH_M, Borders, on_lattice
 
 _STRAIGHT_M = 0.02
 _LEAST_M2 = 0.01
@@ -56,14 +56,17 @@ def gap_lines(gap: BaseGeometry, area: BaseGeometry, borders: Borders) -> list[F
     """Polylines, each (n, 2) on the lattice, of a gap's border that run through the area, their ends tied to its border."""
     boundary = shapely.boundary(area)
     inner = shapely.difference(shapely.boundary(gap), shapely.buffer(boundary, _ON_BORDER_M))
-    merged = shapely.line_merge(inner)
-    return [
-        _tied(shapely.get_coordinates(part), borders) for part in shapely.get_parts(merged) if part.length > _BEYOND_M
-    ]
+    parts = shapely.get_parts(shapely.simplify(shapely.line_merge(inner), _STRAIGHT_M))
+    tied = [_tied(shapely.get_coordinates(part), borders) for part in parts if part.length > _BEYOND_M]
+    return [line for line in tied if len(line) > 1]
 
 
 def _tied(line: FloatArray, borders: Borders) -> FloatArray:
+    """Without vertices that lie nearer to its ends than others are tied over."""
     if (line[0] == line[-1]).all():
         return on_lattice(line)
+    first, last = borders.tied(line[0]), borders.tied(line[-1])
     inner = on_lattice(line[1:-1])
-    return np.vstack([borders.tied(line[0])[None], inner, borders.tied(line[-1])[None]])
+    apart = np.minimum(np.hypot(*(inner - first).T), np.hypot(*(inner - last).T))
+    kept = np.vstack([first[None], inner[apart > VERTEX_REACH_M], last[None]])
+    return kept[np.append(True, (kept[1:] != kept[:-1]).any(axis=1))]

@@ -176,18 +176,25 @@ class _Cutting:
             return self.area
         return shapely.difference(self.area, shapely.union_all(list(self.gaps.values())))
 
+    def _fixed_lines(self) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Rings of the outline, and borders of gaps that run through it."""
+        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(self.area)]
+        between: list[FloatArray] = []
+        for gap in self.gaps.values():
+            between += gap_lines(gap, self.area, Borders.of(rings + between))
+        return rings, between
+
     def _chords(self) -> list[_Line]:
         """Every piece that runs from border to border, or ends on another that does."""
         free = self._free()
         shapely.prepare(free)
-        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(self.area)]
-        rings += [line for g in self.gaps.values() for line in gap_lines(g, self.area, Borders.of(rings))]
+        around, between = self._fixed_lines()
         waiting = [rank for rank in range(len(self.cut_of)) if rank not in self.reasons]
         done: list[_Line] = []
         while waiting:
             left: dict[int, str] = {}
             for rank in waiting:
-                found = chord(self.cut_of[rank][1], free, Borders.of(rings + [line.ends for line in done]))
+                found = chord(self.cut_of[rank][1], free, Borders.of(around + between + [line.ends for line in done]))
                 if isinstance(found, str):
                     left[rank] = found
                 else:
@@ -199,8 +206,7 @@ class _Cutting:
         return done
 
     def _faces(self, lines: Sequence[_Line]) -> _Faces:
-        rings = [shapely.get_coordinates(r) for r in shapely.get_rings(self.area)]
-        between = [line for g in self.gaps.values() for line in gap_lines(g, self.area, Borders.of(rings))]
+        rings, between = self._fixed_lines()
         chords = [line.ends for line in lines]
         ends = np.concatenate([line[[0, -1]] for line in between + chords] or [np.empty((0, 2))])
         # An end is up to 0.05 mm off the line that it ends on; left to the noding, the two would cross beside it.
