@@ -2,6 +2,10 @@
 
 Completeness and correctness as usual for building detection: the share of the truth that was found, and the share of
 the found that is true. By number, an outline counts as matched when the union of the others covers at least half of it.
+
+An IoU of each true outline is told in two ways. `iou_each` holds it against the found ones that belong to it, so a found outline that joins two true
+ones across a narrow gap halves the figure of both. `iou_joined` holds all that belongs together, on both sides, against each other: then joining costs
+the area of the gap alone, and how well gaps are cut is told by `evaluation.units`.
 """
 
 from __future__ import annotations
@@ -11,10 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 
 _HALF = 0.5
 
@@ -32,6 +38,7 @@ class OutlineAccuracy:
     iou_weighted : mean over the true outlines over the minimum area of each one's IoU, weighted by its area
     iou_each : (true,) IoU of each true outline over the minimum area with the union of the found ones that touch it by
         more than half of the smaller; 0 where there is none
+    iou_joined : (true,) likewise, of the union of all true ones with the union of all found ones that hang together so
     boundary_m : median distance of points along the found boundaries of matched outlines from the true boundary
     corner_median_m, corner_mean_m : distance of each true corner of a matched outline from the nearest found one
     missed, wrong : positions of the unmatched in the sequences given
@@ -46,11 +53,22 @@ class OutlineAccuracy:
     iou: float
     iou_weighted: float
     iou_each: FloatArray
+    iou_joined: FloatArray
     boundary_m: float
     corner_median_m: float
     corner_mean_m: float
     missed: tuple[int, ...]
     wrong: tuple[int, ...]
+
+    @property
+    def iou_mean(self) -> float:
+        """Of `iou_each`."""
+        return float(self.iou_each.mean()) if len(self.iou_each) else float("nan")
+
+    @property
+    def iou_joined_mean(self) -> float:
+        """Of `iou_joined`."""
+        return float(self.iou_joined.mean()) if len(self.iou_joined) else float("nan")
 
 
 def compare_outlines(
@@ -72,7 +90,8 @@ def compare_outlines(
     common = shapely.area(shapely.intersection(f_union, t_union))
     f_large, t_large = shapely.area(f) > minimum_area_m2, shapely.area(t) > minimum_area_m2
     f_matched, t_matched = _covered_share(f, t_union) >= _HALF, _covered_share(t, f_union) >= _HALF
-    iou_each = _iou_each(t[t_large], f)
+    pairs = _belonging(t[t_large], f)
+    iou_each = _iou_each(t[t_large], f, pairs)
     boundary, corners = _deviations(f[f_large & f_matched], t[t_large & t_matched])
     return OutlineAccuracy(
         found=int(f_large.sum()),
@@ -84,6 +103,7 @@ def compare_outlines(
         iou=_ratio(common, shapely.area(shapely.union(f_union, t_union))),
         iou_weighted=_ratio(float(iou_each @ shapely.area(t[t_large])), float(shapely.area(t[t_large]).sum())),
         iou_each=iou_each,
+        iou_joined=_iou_joined(t[t_large], f, pairs),
         boundary_m=_median(boundary),
         corner_median_m=_median(corners),
         corner_mean_m=float(corners.mean()) if len(corners) else float("nan"),
@@ -121,15 +141,35 @@ def _covered_share(polygons: np.ndarray, cover: BaseGeometry) -> FloatArray:
     return np.asarray(shapely.area(shapely.intersection(polygons, cover)) / np.where(area > 0, area, np.inf))
 
 
-def _iou_each(true: np.ndarray, found: np.ndarray) -> FloatArray:
-    result = np.zeros(len(true))
+def _belonging(true: np.ndarray, found: np.ndarray) -> tuple[IntArray, IntArray]:
+    """Pairs of outlines that share more than half of the smaller, ordered by the true one."""
     t, f = shapely.STRtree(found).query(true, predicate="intersects")
     common = shapely.area(shapely.intersection(true[t], found[f]))
     belongs = common > _HALF * np.minimum(shapely.area(true[t]), shapely.area(found[f]))
-    for index in np.unique(t[belongs]):
-        other = shapely.union_all(found[f[belongs & (t == index)]])
-        result[index] = shapely.intersection(true[index], other).area / shapely.union(true[index], other).area
+    order = np.lexsort((f[belongs], t[belongs]))
+    return t[belongs][order].astype(np.int64), f[belongs][order].astype(np.int64)
+
+
+def _iou_each(true: np.ndarray, found: np.ndarray, pairs: tuple[IntArray, IntArray]) -> FloatArray:
+    result = np.zeros(len(true))
+    for index in np.unique(pairs[0]):
+        result[index] = _iou(true[index], shapely.union_all(found[pairs[1][pairs[0] == index]]))
     return result
+
+
+def _iou_joined(true: np.ndarray, found: np.ndarray, pairs: tuple[IntArray, IntArray]) -> FloatArray:
+    size = len(true) + len(found)
+    linked = coo_array((np.ones(len(pairs[0])), (pairs[0], pairs[1] + len(true))), shape=(size, size))
+    _, label = connected_components(linked, directed=False)
+    result, of_true, of_found = np.zeros(len(true)), label[: len(true)], label[len(true) :]
+    for group in np.unique(of_true[pairs[0]]):
+        mine = of_true == group
+        result[mine] = _iou(shapely.union_all(true[mine]), shapely.union_all(found[of_found == group]))
+    return result
+
+
+def _iou(a: BaseGeometry, b: BaseGeometry) -> float:
+    return float(shapely.intersection(a, b).area / shapely.union(a, b).area)
 
 
 def _deviations(found: np.ndarray, true: np.ndarray) -> tuple[FloatArray, FloatArray]:
