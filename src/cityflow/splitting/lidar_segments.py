@@ -28,6 +28,9 @@ class LidarSegmentParameters(Parameters):
     least_length_m: float = Field(1.5, gt=0, le=20, description="shorter segments are dropped, metres")
     step_m: float = Field(0.2, gt=0, le=3, description="sides of a segment that differ by more are a step, metres")
     scatter_m: float = Field(0.2, gt=0, le=2, description="scatter of heights along a segment that is borne, metres")
+    sigma_m: float = Field(
+        0.15, gt=0, le=2, description="standard deviation of a segment's heights that is borne, metres"
+    )
     reach_m: float = Field(
         0.8, gt=0, le=5, description="holes between points up to twice this wide are bridged, metres"
     )
@@ -53,7 +56,12 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     inside = covered(raster, near, (evidence.ground_height, evidence.ground_height), 2 * cell)
     lines = lines_of(surface_images(raster.dsm, inside, cell), parameters.least_length_m / cell)
     limits = Limits(
-        near, evidence.ground_height - 1.0, parameters.step_m, parameters.scatter_m, parameters.least_length_m
+        near,
+        evidence.ground_height - 1.0,
+        parameters.step_m,
+        parameters.scatter_m,
+        parameters.sigma_m,
+        parameters.least_length_m,
     )
     return segments_in_space(lines, raster, (0, POINTS, names), limits)
 

@@ -17,7 +17,7 @@ CREASE_CELL_M = 0.2
 """Slopes need a base: on cells of 8 cm the noise of matched heights would be steeper than roofs."""
 NOISE_LEVELS = 7.0
 """Noise is kept below this many grey levels, or a detector drowns in it."""
-STEP_LEVELS_PER_M = 200.0
+STEP_LEVELS_PER_M, STEP_LEVELS = 200.0, 110.0
 SPREAD_LEVELS = 40.0
 NOT_GREY = 4.0
 """A colour is looked at by itself when it varies by this many times its noise where grey does not."""
@@ -79,7 +79,8 @@ def step_image(dsm: Float32Array, known: BoolArray, cell: float) -> ByteArray:
     smooth = cv2.GaussianBlur(_filled(dsm, known), (0, 0), 0.6)
     mean, _ = _local_mean(smooth, known, size)
     levels = min(STEP_LEVELS_PER_M, NOISE_LEVELS / max(_noise(smooth, known), 1e-6))
-    return _bytes((smooth - mean) * levels, known)
+    clipped = np.clip((smooth - mean) * levels, -STEP_LEVELS, STEP_LEVELS)
+    return _bytes(cv2.GaussianBlur(clipped, (0, 0), 1.0), known)
 
 
 def crease_images(dsm: Float32Array, known: BoolArray, cell: float) -> list[EdgeImage]:

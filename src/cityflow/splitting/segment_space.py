@@ -9,9 +9,12 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.core.splitting import FrameRasters, Segments
-from cityflow.splitting.segment_heights import courses
+from cityflow.core.splitting import ORTHO, FrameRasters, Segments
+from cityflow.splitting.segment_heights import Courses, courses
 from cityflow.splitting.segment_lines import Lines
+
+SURE = 3.0
+"""Standard deviations that a step or a bend must be above zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +27,18 @@ class Limits:
     lowest : none lies lower, world metres
     step_m : sides that differ by more are a step, and the upper one carries the segment
     scatter_m : standard deviation of heights along it that is borne
+    sigma_m : expected standard deviation of its own heights that is borne
     least_length_m : in space
+    least_bend_deg : a surface that bends by less has no crease
     """
 
     near: Polygon
     lowest: float
     step_m: float
     scatter_m: float
+    sigma_m: float
     least_length_m: float
+    least_bend_deg: float = 7.0
 
 
 def segments_in_space(
@@ -46,13 +53,23 @@ def segments_in_space(
     """
     index, layer, names = of
     course = courses(raster.dsm, lines.ends, raster.grid.cell, limits.step_m)
-    known = course.known(limits.scatter_m) & (~lines.crease | (course.step <= limits.step_m))
+    known = (course.scatter <= limits.scatter_m) & (course.sigma <= limits.sigma_m)
+    if layer != ORTHO:
+        known &= _seen_in_surface(course, limits)
     lines, z = lines.take(known), course.z[known]
     start, end = (raster.frame.to_world(_frame_xyz(raster, lines.ends[:, i], z[:, i])) for i in (0, 1))
     found = Segments(
         start, end, np.full(len(start), index, np.int64), np.full(len(start), layer, np.uint8), _strength(lines), names
     )
     return found.take((found.length >= limits.least_length_m) & within(found, limits.near, limits.lowest))
+
+
+def _seen_in_surface(course: Courses, limits: Limits) -> BoolArray:
+    """Steps and creases that the surface has: its pictures also show edges where a local mean meets a step from afar."""
+    step = course.step >= np.maximum(0.6 * limits.step_m, SURE * course.step_sigma)
+    flush = course.step <= np.maximum(limits.step_m, SURE * course.step_sigma)
+    bend = course.bend_deg >= np.maximum(limits.least_bend_deg, SURE * course.bend_sigma_deg)
+    return np.asarray(step | (flush & bend))
 
 
 def within(segments: Segments, near: Polygon, lowest: float) -> BoolArray:

@@ -20,8 +20,12 @@ class SegmentParameters(Parameters):
     least_length_cells: float = Field(7.0, ge=3, le=100, description="shorter segments are dropped, cells")
     outside_m: float = Field(1.0, ge=0, le=5, description="how far outside the outline a segment may lie, metres")
     step_m: float = Field(0.12, gt=0, le=2, description="sides of a segment that differ by more are a step, metres")
-    scatter_m: float = Field(0.15, gt=0, le=2, description="scatter of heights along a segment that is borne, metres")
-    scatter_cells: float = Field(1.5, gt=0, le=20, description="the same, in cells; the larger of both counts")
+    scatter_cells: float = Field(
+        3.5, gt=0, le=20, description="scatter of heights along a segment that is borne, cells"
+    )
+    sigma_cells: float = Field(
+        1.0, gt=0, le=10, description="standard deviation of a segment's heights that is borne, cells"
+    )
     below_ground_m: float = Field(1.0, ge=0, le=10, description="how far below the ground a segment may lie, metres")
     lidar: LidarSegmentParameters = Field(
         LidarSegmentParameters(), description="where there are points and no pictures"
@@ -58,7 +62,7 @@ def _of_frame(
     cell = raster.grid.cell
     limits = Limits(
         evidence.outline.buffer(parameters.outside_m, join_style="mitre"), heights[0], parameters.step_m,
-        max(parameters.scatter_m, parameters.scatter_cells * cell), parameters.least_length_m,
+        parameters.scatter_cells * cell, parameters.sigma_cells * cell, parameters.least_length_m,
     )  # fmt: skip
     least = max(parameters.least_length_cells, 0.5 * parameters.least_length_m / cell)
     return [

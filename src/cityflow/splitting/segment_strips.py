@@ -1,0 +1,137 @@
+"""Planes fitted to the strips of cells along lines, by least absolute deviations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import Float32Array, FloatArray
+
+LEFT, RIGHT, ACROSS = 0, 1, 2
+START, END, SCATTER, SLOPE, COUNT, WIDTH = range(6)
+STATIONS = 40
+"""Places along a line at which heights are looked up; more do not make it surer."""
+ROWS = 6
+ROUNDS = 5
+INNER_CELLS, OUTER_CELLS, WIDE_CELLS = 1.0, 5.0, 14.0
+"""A matched step is smeared over a cell or two: the nearest cells belong to neither side."""
+NOISY_CELLS = 0.5
+"""Where heights scatter by more than this, as on façades, a wider strip is tried."""
+STILL_FLAT = 1.25
+"""It is taken when it scatters by no more than this times what the narrow one does."""
+ALIKE_CELLS = 3.5
+"""Errors of matching are alike over about so many cells: only every so many count as independent."""
+LEAST_KNOWN = 0.5
+
+
+@njit(cache=True, nogil=True)
+def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> FloatArray:
+    """(N, 3, 6) of the left side, the right side, and both as one plane.
+
+    Parameters
+    ----------
+    dsm : (rows, cols) float32, metres
+    ends : (N, 2, 2) column and row of start and end, counted from the centre of the first cell
+
+    Returns
+    -------
+    Height on the line at start and end, robust standard deviation about the plane (metres), slope across the line
+    (metres per metre, to the right), number of independent heights, width of the strip (metres); NaN where less than
+    half of a strip is known
+    """
+    result = np.full((len(ends), 3, 6), np.nan)
+    t, u, z = np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2)
+    wide = np.empty(6)
+    for i in range(len(ends)):
+        length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
+        if length < 1e-6:
+            continue
+        for side in range(3):
+            _strip(dsm, ends[i], (length, OUTER_CELLS, cell), side, (t, u, z), result[i, side])
+            if result[i, side, SCATTER] > NOISY_CELLS * cell:
+                wide[:] = np.nan
+                _strip(dsm, ends[i], (length, WIDE_CELLS, cell), side, (t, u, z), wide)
+                if wide[SCATTER] <= STILL_FLAT * result[i, side, SCATTER]:
+                    result[i, side] = wide
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _strip(
+    dsm: Float32Array, ends: FloatArray, size: tuple[float, float, float], side: int,
+    samples: tuple[FloatArray, FloatArray, FloatArray], result: FloatArray,
+) -> None:  # fmt: skip
+    length, outer, cell = size
+    t, u, z = samples
+    stations = min(max(int(length), 4), STATIONS)
+    first, last = (1.0, 1.0) if side == LEFT else ((-1.0, -1.0) if side == RIGHT else (-1.0, 1.0))
+    count, asked, sign = 0, 0, first
+    while True:
+        count = _gather(dsm, ends, (length, outer), (stations, sign), (t, u, z), count)
+        asked += stations * ROWS
+        if sign >= last:
+            break
+        sign = last
+    if count < LEAST_KNOWN * asked:
+        return
+    _fit(t[:count], u[:count], z[:count], cell, result)
+    width = (outer - INNER_CELLS) * (2.0 if side == ACROSS else 1.0)
+    result[COUNT] = max(count / asked * length * width / ALIKE_CELLS**2, 1.0)
+    result[WIDTH] = width * cell
+
+
+@njit(cache=True, nogil=True)
+def _gather(
+    dsm: Float32Array, ends: FloatArray, size: tuple[float, float], how: tuple[int, float],
+    samples: tuple[FloatArray, FloatArray, FloatArray], count: int,
+) -> int:  # fmt: skip
+    """Known heights on one side: share of the way, cells across and metres, of the centres of the cells met."""
+    length, outer = size
+    stations, sign = how
+    t, u, z = samples
+    rows, cols = dsm.shape
+    along_x, along_y = (ends[1, 0] - ends[0, 0]) / length, (ends[1, 1] - ends[0, 1]) / length
+    for k in range(stations):
+        s = length * (k + 0.5) / stations
+        for j in range(ROWS):
+            w = sign * (INNER_CELLS + (outer - INNER_CELLS) * (j + 0.5) / ROWS)
+            col = int(np.floor(ends[0, 0] + s * along_x - w * along_y + 0.5))
+            row = int(np.floor(ends[0, 1] + s * along_y + w * along_x + 0.5))
+            if row < 0 or col < 0 or row >= rows or col >= cols or not np.isfinite(dsm[row, col]):
+                continue
+            x, y = col - ends[0, 0], row - ends[0, 1]
+            t[count] = (x * along_x + y * along_y) / length - 0.5
+            u[count] = y * along_x - x * along_y
+            z[count] = dsm[row, col]
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float, result: FloatArray) -> None:
+    """Plane by least absolute deviations: reweighted least squares from the median."""
+    n = len(t)
+    rest = np.empty(n)
+    middle = np.median(z)
+    a, b, c = 0.0, 0.0, 0.0
+    for turn in range(ROUNDS):
+        w0, wt, wu, wtt, wtu, wuu, wz, wtz, wuz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(n):
+            zi = z[i] - middle
+            w = 1.0 if turn == 0 else 1.0 / max(abs(zi - a - b * t[i] - c * u[i]), 0.1 * cell)
+            w0 += w
+            wt += w * t[i]
+            wu += w * u[i]
+            wtt += w * t[i] * t[i]
+            wtu += w * t[i] * u[i]
+            wuu += w * u[i] * u[i]
+            wz += w * zi
+            wtz += w * t[i] * zi
+            wuz += w * u[i] * zi
+        m = np.array([[w0, wt, wu], [wt, wtt, wtu], [wu, wtu, wuu]]) + np.eye(3) * (1e-9 * w0)
+        a, b, c = np.linalg.solve(m, np.array([wz, wtz, wuz]))
+    for i in range(n):
+        rest[i] = abs(z[i] - middle - a - b * t[i] - c * u[i])
+    result[START], result[END] = middle + a - 0.5 * b, middle + a + 0.5 * b
+    result[SCATTER] = 1.4826 * np.median(rest)
+    result[SLOPE] = c / cell
