@@ -12,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS
+from cityflow.geometry.ring_vertices import on_lattice
 
 LATTICE_M = 10.0**-VERTEX_DECIMALS
 REACH_M = 0.5
@@ -21,11 +22,6 @@ _SHIFT_M = 0.002
 """How far an end may move along the border to find a place on the lattice that lies on the border, too."""
 _ALONG_BORDER_M = 0.02
 _NO_LENGTH_M = 1e-6
-
-
-def on_lattice(xy: FloatArray) -> FloatArray:
-    """Coordinates as multiples of 0.1 mm (world metres), without negative zeros."""
-    return np.round(xy, VERTEX_DECIMALS) + 0.0
 
 
 @dataclass(frozen=True, slots=True)

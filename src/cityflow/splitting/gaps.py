@@ -8,7 +8,8 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.chords import REACH_M, VERTEX_REACH_M, Borders, on_lattice
+from cityflow.geometry.ring_vertices import on_lattice
+from cityflow.splitting.chords import REACH_M, VERTEX_REACH_M, Borders
 
 _STRAIGHT_M = 0.02
 _LEAST_M2 = 0.01

@@ -12,7 +12,9 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.splitting.chords import LATTICE_M, Borders, chord, on_lattice, pieces_inside
+from cityflow.geometry.ring_vertices import line_with_vertices, on_lattice
+from cityflow.geometry.ring_vertices import with_vertices as with_vertices
+from cityflow.splitting.chords import LATTICE_M, Borders, chord, pieces_inside
 from cityflow.splitting.gaps import gap_lines, gap_within
 
 _NARROWEST_M = 1.0
@@ -47,7 +49,11 @@ class Partition:
 
 
 def partition(
-    outline: Polygon, cuts: Sequence[LineString], gaps: Sequence[Polygon] = (), minimum_area_m2: float = 20.0
+    outline: Polygon,
+    cuts: Sequence[LineString],
+    gaps: Sequence[Polygon] = (),
+    minimum_area_m2: float = 20.0,
+    drawn: int = 0,
 ) -> Partition:
     """Cut an outline.
 
@@ -61,42 +67,12 @@ def partition(
     cuts : straight lines, the strongest first
     gaps : what lies between houses and belongs to none; trimmed to the outline
     minimum_area_m2 : smallest unit; an outline that is smaller stays as it is
+    drawn : so many of the first cuts were drawn by a person: no piece is too small for them
     """
     area = _usable(outline)
     if area is None:
         return Partition((outline,), dropped=tuple((i, "the outline has no area") for i in range(len(cuts))))
-    return _Cutting(area, cuts, gaps, minimum_area_m2).result()
-
-
-def with_vertices(polygon: Polygon, points: FloatArray, tolerance_m: float = 1e-3) -> Polygon:
-    """The polygon with those points, (n, 2), as vertices that lie on its edges: so it ties with a neighbour bit for bit.
-
-    Points farther than the tolerance from every edge are left out, as are all where they would spoil the polygon.
-    """
-    rings = [shapely.get_coordinates(ring) for ring in (polygon.exterior, *polygon.interiors)]
-    new = [_line_with(ring, np.asarray(points, np.float64).reshape(-1, 2), tolerance_m) for ring in rings]
-    if all(len(a) == len(b) for a, b in zip(rings, new, strict=True)):
-        return polygon
-    result = Polygon(new[0], new[1:])
-    return result if result.is_valid else polygon
-
-
-def _line_with(ring: FloatArray, points: FloatArray, tolerance: float) -> FloatArray:
-    """A polyline, (n, 2), with the points as vertices that lie on its edges."""
-    edges = shapely.linestrings(np.stack([ring[:-1], ring[1:]], axis=1))
-    there = {tuple(v) for v in ring.tolist()}
-    fresh = np.array([p for p in dict.fromkeys(map(tuple, points.tolist())) if p not in there]).reshape(-1, 2)
-    if not len(fresh):
-        return ring
-    pairs, apart = shapely.STRtree(edges).query_nearest(
-        shapely.points(fresh), max_distance=tolerance, return_distance=True, all_matches=False
-    )
-    point, edge = pairs
-    if not len(point):
-        return ring
-    along = ((fresh[point] - ring[edge]) * (ring[edge + 1] - ring[edge])).sum(axis=1)
-    order = np.lexsort((apart, along, edge))
-    return np.insert(ring, edge[order] + 1, fresh[point[order]], axis=0)
+    return _Cutting(area, cuts, gaps, minimum_area_m2, drawn).result()
 
 
 def _usable(outline: BaseGeometry) -> BaseGeometry | None:
@@ -148,9 +124,9 @@ class _Cutting:
     """Pieces of cuts and gaps that are still in play, and why the others are not."""
 
     def __init__(
-        self, area: BaseGeometry, cuts: Sequence[LineString], gaps: Sequence[Polygon], minimum_area_m2: float
+        self, area: BaseGeometry, cuts: Sequence[LineString], gaps: Sequence[Polygon], minimum_m2: float, drawn: int
     ) -> None:
-        self.area, self.minimum = area, minimum_area_m2
+        self.area, self.minimum = area, minimum_m2
         self.cuts = len(cuts)
         self.gaps: dict[int, BaseGeometry] = {}
         self.gap_reasons: dict[int, str] = {}
@@ -162,6 +138,7 @@ class _Cutting:
                 self.gaps[index] = part
         free = self._free()
         self.cut_of = [(i, piece) for i, cut in enumerate(cuts) for piece in pieces_inside(cut, free)]
+        self.drawn = sum(cut < drawn for cut, _ in self.cut_of)
         self.reasons: dict[int, str] = {}
 
     def result(self) -> Partition:
@@ -210,7 +187,7 @@ class _Cutting:
         chords = [line.ends for line in lines]
         ends = np.concatenate([line[[0, -1]] for line in between + chords] or [np.empty((0, 2))])
         # An end is up to 0.05 mm off the line that it ends on; left to the noding, the two would cross beside it.
-        tied = [_line_with(line, ends, LATTICE_M) for line in rings + between + chords]
+        tied = [line_with_vertices(line, ends, LATTICE_M) for line in rings + between + chords]
         noded = shapely.union_all([LineString(line) for line in tied], grid_size=LATTICE_M)
         every = shapely.transform(shapely.get_parts(shapely.polygonize([noded])), on_lattice)
         inside = shapely.intersects(self.area, shapely.point_on_surface(every))
@@ -235,6 +212,8 @@ class _Cutting:
         bad = np.flatnonzero((faces.gap < 0) & (narrow | (area < self.minimum)))
         for face in bad[np.lexsort((bad, area[bad]))].tolist():
             ranks, gaps = faces.ranks_at(face), faces.gaps_at(face)
+            if not narrow[face]:
+                ranks = ranks[ranks >= self.drawn]
             reason = SLIVER if narrow[face] and area[face] >= self.minimum else TOO_SMALL
             if len(ranks):
                 self.reasons[int(ranks.max())] = reason
