@@ -1,0 +1,85 @@
+"""All that is known at every station of an axis piece."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.splitting import SplitEvidence
+from cityflow.splitting.score_colour import Change, facade_changes, roof_change
+from cityflow.splitting.score_height import HeightChange, height_change
+from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
+from cityflow.splitting.strip_images import Cells, RoofStrip, eaves, facade_strips, roof_strip
+
+ROOF_WINDOW_M, ROOF_GUARD_M = 2.0, 0.16
+FACADE_WINDOW_M, FACADE_GUARD_M = 3.0, 0.2
+HEIGHT_WINDOW_M, HEIGHT_GUARD_M = 1.6, 0.25
+FACADE_CELL_M = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class PieceEvidence:
+    """Of one piece.
+
+    Attributes
+    ----------
+    roof : its roof laid out along it
+    slices : what of the segments lies in each slice
+    height, roof_colour : changes seen from above; the latter None without an ortho
+    facades : of each side (0 lower, 1 upper end of the chords) the changes in every frame that shows it
+    """
+
+    piece: AxisPiece
+    roof: RoofStrip
+    slices: SliceEvidence
+    height: HeightChange
+    roof_colour: Change | None
+    facades: tuple[tuple[Change, ...], tuple[Change, ...]]
+
+    @property
+    def stations(self) -> FloatArray:
+        return self.piece.stations
+
+
+def gather(
+    piece: AxisPiece, outline: Polygon, evidence: SplitEvidence, points: SegmentPoints, cells: Sequence[Cells]
+) -> PieceEvidence:
+    """Look at a piece in every frame.
+
+    Parameters
+    ----------
+    outline : the part of the evidence's outline that the piece belongs to
+    points : on the filtered segments
+    cells : of the oblique frames
+    """
+    roof = roof_strip(piece, outline, evidence.frames[0])
+    heights = eaves(piece, roof)
+    strips = facade_strips(piece, cells, heights, evidence.ground_height, _facade_cell(evidence))
+    sides: tuple[list[Change], list[Change]] = ([], [])
+    changes = facade_changes(strips, piece.stations, FACADE_WINDOW_M, FACADE_GUARD_M)
+    for strip, change in zip(strips, changes, strict=True):
+        sides[strip.side].append(change)
+    guard = max(1.5 * evidence.gsd_m, HEIGHT_GUARD_M)
+    return PieceEvidence(
+        piece,
+        roof,
+        slice_evidence(piece, points, heights, evidence.ground_height),
+        height_change(roof, piece.stations, max(HEIGHT_WINDOW_M, 5 * evidence.gsd_m), guard),
+        roof_change(roof, piece.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
+        (tuple(sides[0]), tuple(sides[1])),
+    )
+
+
+def _facade_cell(evidence: SplitEvidence) -> float:
+    coarsest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
+    return max(FACADE_CELL_M, 1.6 * float(coarsest))
+
+
+def at_stations(values: FloatArray, default: float = 0.0) -> FloatArray:
+    """Unknown becomes the default."""
+    return np.where(np.isfinite(values), values, default)

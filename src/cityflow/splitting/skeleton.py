@@ -1,0 +1,268 @@
+"""Axis pieces of an outline: straight strips along which chords run from one façade to the one opposite (Dahlke 2017 §2.2).
+
+The skeleton that slices stand perpendicular to is made of chords: for each direction that the outline's edges have, lines across are
+swept over the outline; where both ends of a chord meet edges along that direction, and successive chords overlap, they make a strip.
+Rows give one strip, L- and T-shapes one for each wing, rings one for each side, curved rows a chain of short ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+
+SIMPLIFY_M = 0.3
+"""Vertices nearer than this to the line between their neighbours say nothing of where façades run."""
+TURN_TOLERANCE_DEG = 12.0
+"""How far the edges at a chord's ends may be turned from the strip."""
+SAME_STRIP = 0.5
+"""Overlap of successive chords (of the longer one) that belong together."""
+CROSSWISE = 1.6
+"""A chord is no cut where it is this many times longer than its strip: it runs lengthwise."""
+DIRECTIONS = 16
+"""Of an outline at most so many directions are looked at; a circle has them all."""
+ROUND = 0.88
+"""4π·area / perimeter² beyond which an outline is round (a square has 0.79)."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisPiece:
+    """A strip of an outline with chords across it; u counts along it, v to its left.
+
+    Attributes
+    ----------
+    origin : (2,) world metres, where u = v = 0
+    along : (2,) unit vector of u
+    stations : (S,) u of the chords, equally spaced, metres
+    low, high : (S,) v of both ends of each chord, metres
+    chain_m : length of the strips that follow one another round a curve; its own where it is straight, metres
+    """
+
+    origin: FloatArray
+    along: FloatArray
+    stations: FloatArray
+    low: FloatArray
+    high: FloatArray
+    chain_m: float
+
+    @property
+    def across(self) -> FloatArray:
+        """(2,) unit vector of v."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def length(self) -> float:
+        return float(self.stations[-1] - self.stations[0])
+
+    @property
+    def depth(self) -> float:
+        """Usual length of the chords, metres."""
+        return float(np.median(self.high - self.low))
+
+    @property
+    def aspect_deg(self) -> float:
+        return float(np.degrees(np.arctan2(self.along[1], self.along[0])) % 180.0)
+
+    def to_uv(self, xy: FloatArray) -> FloatArray:
+        """(…, 2) world → (…, 2) u, v."""
+        return np.asarray((xy - self.origin) @ np.column_stack([self.along, self.across]))
+
+    def to_world(self, uv: FloatArray) -> FloatArray:
+        """(…, 2) u, v → (…, 2) world."""
+        return np.asarray(uv @ np.stack([self.along, self.across]) + self.origin)
+
+    def ends_at(self, u: float) -> tuple[float, float]:
+        """v of both ends of the chord nearest to u."""
+        k = int(np.argmin(np.abs(self.stations - u)))
+        return float(self.low[k]), float(self.high[k])
+
+
+def is_round(outline: Polygon) -> bool:
+    """True for circles and polygons close to one."""
+    return bool(4 * np.pi * outline.area / outline.length**2 > ROUND)
+
+
+def axis_pieces(
+    outline: Polygon, aspects_deg: Sequence[float], step_m: float, shortest_m: float
+) -> tuple[AxisPiece, ...]:
+    """Strips of an outline, longest first.
+
+    Parameters
+    ----------
+    aspects_deg : directions known from elsewhere, strongest first; edges of the outline that run nearly along one take it
+    step_m : distance between chords, metres
+    shortest_m : shorter chains of strips are not returned, metres
+    """
+    if is_round(outline):
+        return ()
+    plain = _plain(outline)
+    origin = np.floor(np.array(plain.bounds[:2]))
+    edges = _edges(plain, origin)
+    directions = strip_directions(edges, aspects_deg)
+    strips = [s for angle in directions for s in _strips(edges, angle, directions, step_m)]
+    chains = _chain_lengths(strips)
+    kept = [
+        AxisPiece(origin, s.along, s.stations, s.low, s.high, c)
+        for s, c in zip(strips, chains, strict=True)
+        if c >= shortest_m and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
+    ]
+    return tuple(sorted(kept, key=lambda p: -len(p.stations)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Strip:
+    along: FloatArray
+    stations: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def _plain(outline: Polygon) -> Polygon:
+    """Without spikes, tiny holes and vertices that mean nothing."""
+    rough = shapely.simplify(outline, SIMPLIFY_M)
+    opened = shapely.buffer(shapely.buffer(rough, -SIMPLIFY_M, join_style="mitre"), SIMPLIFY_M, join_style="mitre")
+    parts = [p for p in shapely.get_parts(opened) if p.geom_type == "Polygon"]
+    largest = max(parts, key=lambda p: p.area, default=outline)
+    solid = largest if largest.area > 0.9 * outline.area else outline
+    holes = [r for r in solid.interiors if Polygon(r).area > 4.0]
+    simple = shapely.simplify(Polygon(solid.exterior, holes), SIMPLIFY_M)
+    return simple if simple.geom_type == "Polygon" and not simple.is_empty else outline
+
+
+def _edges(outline: Polygon, origin: FloatArray) -> FloatArray:
+    """(E, 4) x, y of both ends of every edge, less the origin."""
+    rings = [shapely.get_coordinates(r)[:, :2] - origin for r in (outline.exterior, *outline.interiors)]
+    return np.concatenate([np.hstack([r[:-1], r[1:]]) for r in rings])
+
+
+def strip_directions(edges: FloatArray, aspects_deg: Sequence[float]) -> FloatArray:
+    """Directions of edges, degrees from east, 0 to 180: clusters by length; those near a known aspect are that aspect."""
+    d = edges[:, 2:] - edges[:, :2]
+    length = np.hypot(*d.T)
+    angle = np.degrees(np.arctan2(d[:, 1], d[:, 0])) % 180.0
+    known = [a % 180.0 for a in aspects_deg]
+    found: list[float] = []
+    left = length > 0.4
+    while left.any() and len(found) < DIRECTIONS:
+        votes = [float(length[left & (_turn(angle, a) < TURN_TOLERANCE_DEG / 2)].sum()) for a in angle[left]]
+        seed = float(angle[left][int(np.argmax(votes))])
+        near = left & (_turn(angle, seed) < TURN_TOLERANCE_DEG / 2)
+        mean = _mean_angle(angle[near], length[near])
+        if float(length[near].sum()) > 0.02 * float(length.sum()):
+            found.append(_known_one(mean, known))
+        left &= ~near & (_turn(angle, mean) >= TURN_TOLERANCE_DEG / 2)
+    return np.unique(np.round(found, 6))
+
+
+def _known_one(angle: float, known: Sequence[float]) -> float:
+    near = [a for a in known if _turn(np.array([a]), angle)[0] < 4.0]
+    return min(near, key=lambda a: float(_turn(np.array([a]), angle)[0])) if near else angle
+
+
+def _turn(angle: FloatArray, other: float | FloatArray) -> FloatArray:
+    """Difference of directions of lines, degrees, 0 to 90."""
+    return np.abs((angle - other + 90.0) % 180.0 - 90.0)
+
+
+def _mean_angle(angle: FloatArray, weight: FloatArray) -> float:
+    double = np.radians(2 * angle)
+    return float(np.degrees(np.arctan2((weight * np.sin(double)).sum(), (weight * np.cos(double)).sum())) / 2 % 180.0)
+
+
+def _strips(edges: FloatArray, angle: float, directions: FloatArray, step: float) -> list[_Strip]:
+    """Runs of chords across `angle` whose ends meet edges for which it is the nearest of the directions."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    along = np.array([c, s])
+    turned = np.hstack([edges[:, :2] @ np.array([[c, -s], [s, c]]), edges[:, 2:] @ np.array([[c, -s], [s, c]])])
+    first = np.floor(turned[:, [0, 2]].min() / step)
+    count = int(np.ceil(turned[:, [0, 2]].max() / step) - first) + 1
+    stations = (first + 0.5 + np.arange(count)) * step
+    at, low, high, ends = chords(turned, stations)
+    edge_angle = np.degrees(np.arctan2(edges[:, 3] - edges[:, 1], edges[:, 2] - edges[:, 0])) % 180.0
+    fits = _fits(edge_angle[ends], angle, directions)
+    runs = _runs(at[fits], low[fits], high[fits])
+    return [_Strip(along, stations[at[fits][r]], low[fits][r], high[fits][r]) for r in runs]
+
+
+def _fits(ends_deg: FloatArray, angle: float, directions: FloatArray) -> BoolArray:
+    """True for chords whose (n, 2) end edges run along `angle`, both roughly, on average closely and as nearly as along any other."""
+    turn = (ends_deg[:, None, :] - directions[None, :, None] + 90.0) % 180.0 - 90.0
+    rough = np.abs(turn).max(axis=2) < 2 * TURN_TOLERANCE_DEG
+    mean = np.where(rough, np.abs(turn.mean(axis=2)), 90.0)
+    own = mean[:, int(np.argmin(np.abs(directions - angle)))]
+    return np.asarray((own < TURN_TOLERANCE_DEG) & (own <= mean.min(axis=1) + 2.0))
+
+
+def chords(edges: FloatArray, stations: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    """Where upright lines at u = stations run inside: station's index, lower v, upper v, (n, 2) edges hit; ordered."""
+    u_0, u_1 = edges[:, [0, 2]].min(axis=1), edges[:, [0, 2]].max(axis=1)
+    first, after = np.searchsorted(stations, u_0), np.searchsorted(stations, u_1)
+    count = after - first
+    edge = np.repeat(np.arange(len(edges)), count)
+    at = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + first[edge]
+    share = (stations[at] - edges[edge, 0]) / (edges[edge, 2] - edges[edge, 0])
+    v = edges[edge, 1] + share * (edges[edge, 3] - edges[edge, 1])
+    order = np.lexsort((v, at))
+    at, v, edge = at[order], v[order], edge[order]
+    return at[::2], v[::2], v[1::2], np.column_stack([edge[::2], edge[1::2]])
+
+
+def _runs(at: IntArray, low: FloatArray, high: FloatArray) -> list[IntArray]:
+    """Chords of successive stations that overlap, as lists of their numbers."""
+    open_runs: list[list[int]] = []
+    done: list[list[int]] = []
+    for k in range(len(at)):
+        for run in open_runs:
+            j = run[-1]
+            common = min(high[k], high[j]) - max(low[k], low[j])
+            if at[k] == at[j] + 1 and common > SAME_STRIP * max(high[k] - low[k], high[j] - low[j]):
+                run.append(k)
+                break
+        else:
+            open_runs.append([k])
+        done += [r for r in open_runs if at[r[-1]] < at[k] - 1]
+        open_runs = [r for r in open_runs if at[r[-1]] >= at[k] - 1]
+    return [np.array(r, np.int64) for r in (*done, *open_runs)]
+
+
+def _chain_lengths(strips: Sequence[_Strip]) -> list[float]:
+    """Of each strip the length of all that follow one another with a small turn."""
+    length = np.array([s.stations[-1] - s.stations[0] for s in strips])
+    label = np.arange(len(strips))
+    for i, a in enumerate(strips):
+        for j in range(i):
+            if label[i] != label[j] and _follow(a, strips[j]):
+                label[label == label[i]] = label[j]
+    return [float(length[label == label[i]].sum()) for i in range(len(strips))]
+
+
+def _follow(a: _Strip, b: _Strip) -> bool:
+    turn = abs(a.along[0] * b.along[1] - a.along[1] * b.along[0])
+    if turn > np.sin(np.radians(30.0)):
+        return False
+    depth = min(float(np.median(a.high - a.low)), float(np.median(b.high - b.low)))
+    gaps = np.linalg.norm(_ends(a)[:, None] - _ends(b)[None], axis=2)
+    return bool(gaps.min() < 0.4 * depth)
+
+
+def _ends(strip: _Strip) -> FloatArray:
+    """(2, 2) middle of the first and of the last chord."""
+    v = (strip.low + strip.high)[[0, -1]] / 2
+    return np.outer(strip.stations[[0, -1]], strip.along) + np.outer(v, [-strip.along[1], strip.along[0]])
+
+
+def uv_mask(piece: AxisPiece, outline: Polygon, u: FloatArray, v: FloatArray) -> BoolArray:
+    """(U, V) cells of a regular grid in u, v whose centres lie inside the outline."""
+    cell = float(u[1] - u[0])
+    mask = np.zeros((len(v), len(u)), np.uint8)
+    for ring, value in ((outline.exterior, 1), *((r, 0) for r in outline.interiors)):
+        uv = piece.to_uv(shapely.get_coordinates(ring)[:, :2])
+        corners = np.column_stack([(uv[:, 0] - u[0]) / cell, (uv[:, 1] - v[0]) / cell])
+        cv2.fillPoly(mask, [np.round(corners * 16).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
+    return np.asarray(mask.T > 0)

@@ -1,0 +1,217 @@
+"""A complex of houses becomes single units (Dahlke 2017 §2, §4): gaps first, then the terraces between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from pydantic import Field
+from shapely import LineString, Polygon
+
+from cityflow.core.parameters import Parameters
+from cityflow.core.splitting import CutLine, Segments, SplitEvidence, Splitting
+from cityflow.splitting.cuts import Candidate, candidates, line_at
+from cityflow.splitting.gap_strips import GapStrip, find_gaps
+from cityflow.splitting.partition import partition
+from cityflow.splitting.piece_evidence import gather
+from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, principal_directions
+from cityflow.splitting.segments import SegmentParameters, find_segments
+from cityflow.splitting.skeleton import AxisPiece, axis_pieces, is_round
+from cityflow.splitting.slices import SegmentPoints, points_on_segments
+from cityflow.splitting.strip_images import Cells, facade_cells, roof_strip
+
+SAME_LINE_M = 1.2
+"""Lines of neighbouring pieces whose middles are nearer are the same border."""
+SHORTEST_CHAIN_M = 4.5
+
+
+class SplitParameters(Parameters):
+    """How outlines are split."""
+
+    threshold: float = Field(0.5, ge=0, le=1, description="confidence from which a cut is accepted")
+    gap_threshold: float = Field(0.5, ge=0, le=1, description="confidence from which a gap is accepted")
+    minimum_area_m2: float = Field(20.0, gt=0, le=1000, description="no unit is smaller, m²")
+    slice_cells: float = Field(2.0, ge=1, le=20, description="width and step of slices, cells of the nadir rasters")
+    widest_slice_m: float = Field(0.4, gt=0, le=2, description="but no more than this, metres")
+    gaps: bool = Field(True, description="look for gaps before terraces")
+    segments: SegmentParameters = SegmentParameters()
+    principal: PrincipalParameters = PrincipalParameters()
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What is found once for an outline: all segments, its principal directions, cells of the oblique frames."""
+
+    segments: Segments
+    principal: Principal
+    cells: list[Cells]
+
+
+def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
+    """Split one outline; whatever its shape, there is a result.
+
+    Parameters
+    ----------
+    evidence : rasters of every look direction over the outline, the nadir first
+    """
+    reason = _unsplittable(evidence, parameters)
+    if reason:
+        return Splitting((evidence.outline,), reason=reason)
+    segments = find_segments(evidence, parameters.segments)
+    principal = principal_directions(segments, parameters.principal)
+    seen = _Seen(segments, principal, facade_cells(evidence.frames[1:]))
+    step = slice_step(evidence, parameters)
+    gaps, gap_lines = _gaps(evidence, seen, parameters, step) if parameters.gaps else ([], [])
+    accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= parameters.gap_threshold]
+    parts = _parts(evidence.outline, accepted_gaps)
+    found = [c for part in parts for c in _terraces(evidence, part, seen, parameters, step)]
+    return _splitting(evidence, (accepted_gaps, gap_lines), _once(found), principal, parameters)
+
+
+def slice_step(evidence: SplitEvidence, parameters: SplitParameters) -> float:
+    """Width of a slice, metres."""
+    return float(min(parameters.slice_cells * evidence.gsd_m, parameters.widest_slice_m))
+
+
+def _unsplittable(evidence: SplitEvidence, parameters: SplitParameters) -> str:
+    outline = evidence.outline
+    if outline.is_empty or not outline.is_valid:
+        return "the outline is not valid"
+    if outline.area < 2 * parameters.minimum_area_m2:
+        return f"{outline.area:.1f} m² are too small for two units of {parameters.minimum_area_m2:g} m²"
+    if not evidence.frames:
+        return "no rasters"
+    if is_round(outline):
+        return "a round building has no cut lines"
+    return ""
+
+
+def _aspects(principal: Principal) -> list[float]:
+    return [a.degrees for a in principal.aspects]
+
+
+def _pieces(part: Polygon, principal: Principal, step: float) -> tuple[AxisPiece, ...]:
+    return axis_pieces(part, _aspects(principal), step, SHORTEST_CHAIN_M)
+
+
+def _gaps(
+    evidence: SplitEvidence, seen: _Seen, parameters: SplitParameters, step: float
+) -> tuple[list[Polygon], list[tuple[CutLine, CutLine]]]:
+    """Every gap as a polygon, with its two border lines."""
+    polygons, lines = [], []
+    for piece in _pieces(evidence.outline, seen.principal, step):
+        roof = roof_strip(piece, evidence.outline, evidence.frames[0])
+        for gap in find_gaps(roof, evidence.ground_height, piece.depth):
+            pair = _gap_lines(piece, evidence.outline, gap, _sigma(piece, seen.principal))
+            if pair is not None:
+                a, b = (shapely.get_coordinates(c.line) for c in pair)
+                polygons.append(Polygon(np.concatenate([a, b[::-1]])))
+                lines.append(pair)
+    return polygons, lines
+
+
+def _gap_lines(piece: AxisPiece, outline: Polygon, gap: GapStrip, sigma: float) -> tuple[CutLine, CutLine] | None:
+    found = []
+    for u in (gap.u_0, gap.u_1):
+        line = line_at(piece, outline, u)
+        if line is None:
+            return None
+        found.append(CutLine(line, "gap", gap_m=gap.width, confidence=gap.confidence, angle_sigma_deg=sigma))
+    return found[0], found[1]
+
+
+def _sigma(piece: AxisPiece, principal: Principal) -> float:
+    near = [a.sigma for a in principal.aspects if abs((a.degrees - piece.aspect_deg + 90) % 180 - 90) < 1e-3]
+    return float(near[0]) if near else float("nan")
+
+
+def _parts(outline: Polygon, gaps: Sequence[Polygon]) -> list[Polygon]:
+    """What the gaps leave, without slivers."""
+    if not gaps:
+        return [outline]
+    left = shapely.difference(outline, shapely.buffer(shapely.union_all(list(gaps)), 0.02, join_style="mitre"))
+    return [p for p in shapely.get_parts(left) if isinstance(p, Polygon) and p.area > 1.0] or [outline]
+
+
+def _terraces(
+    evidence: SplitEvidence, part: Polygon, seen: _Seen, parameters: SplitParameters, step: float
+) -> list[Candidate]:
+    """Possible borders in a part between gaps, by the directions of that part."""
+    if part.area < 2 * parameters.minimum_area_m2:
+        return []
+    inside = _within(seen.segments, part)
+    principal = principal_directions(inside, parameters.principal)
+    if not principal.aspects:
+        principal = seen.principal
+    kept = filtered(inside, principal, parameters.principal) if principal.aspects else inside
+    points = points_on_segments(kept, evidence.gsd_m)
+    found = []
+    for piece in _pieces(part, principal, step):
+        found += _of_piece(piece, part, evidence, points, seen.cells, _sigma(piece, principal))
+    return found
+
+
+def _of_piece(
+    piece: AxisPiece,
+    part: Polygon,
+    evidence: SplitEvidence,
+    points: SegmentPoints,
+    cells: list[Cells],
+    sigma: float,
+) -> list[Candidate]:
+    return candidates(gather(piece, part, evidence, points, cells), part, sigma)
+
+
+def _within(segments: Segments, part: Polygon) -> Segments:
+    middle = (segments.start + segments.end)[:, :2] / 2
+    near = shapely.buffer(part, 1.0, join_style="mitre")
+    return segments.take(np.asarray(shapely.contains_xy(near, middle[:, 0], middle[:, 1])))
+
+
+def _once(found: Sequence[Candidate]) -> list[Candidate]:
+    """Strongest first, without lines that another piece has found too."""
+    kept: list[Candidate] = []
+    for c in sorted(found, key=lambda c: (-c.log_odds, *shapely.get_coordinates(c.cut.line)[0])):
+        middle = shapely.line_interpolate_point(c.cut.line, 0.5, normalized=True)
+        if all(middle.distance(k.cut.line) > SAME_LINE_M for k in kept):
+            kept.append(c)
+    return kept
+
+
+def _splitting(
+    evidence: SplitEvidence,
+    gaps: tuple[list[Polygon], list[tuple[CutLine, CutLine]]],
+    found: Sequence[Candidate],
+    principal: Principal,
+    parameters: SplitParameters,
+) -> Splitting:
+    polygons, pairs = gaps
+    good = [c.cut for c in found if c.cut.confidence >= parameters.threshold]
+    lines: list[LineString] = [c.line for c in good]
+    result = partition(evidence.outline, lines, polygons, parameters.minimum_area_m2)
+    kept_pairs = [p for p in pairs if p[0].confidence >= parameters.gap_threshold]
+    unused = {i for i, _ in result.gaps_dropped}
+    used_gaps = [c for i, p in enumerate(kept_pairs) if i not in unused for c in p]
+    rejected = [c for i, p in enumerate(kept_pairs) if i in unused for c in p]
+    rejected += [c for p in pairs if p[0].confidence < parameters.gap_threshold for c in p]
+    used = set(result.used)
+    rejected += [c for i, c in enumerate(good) if i not in used]
+    rejected += [c.cut for c in found if c.cut.confidence < parameters.threshold]
+    accepted = [good[i] for i in result.used]
+    return Splitting(
+        result.units,
+        (*accepted, *used_gaps),
+        tuple(replace(c) for c in rejected),
+        principal.aspects,
+        principal.slopes,
+        "" if len(result.units) > 1 else _why_whole(found, principal),
+        (("candidates", float(len(found))), ("gaps", float(len(used_gaps) // 2))),
+    )
+
+
+def _why_whole(found: Sequence[Candidate], principal: Principal) -> str:
+    if not principal.aspects:
+        return "no principal directions"
+    return "no border is likely enough" if found else "nothing hints at a border"
