@@ -25,6 +25,7 @@ from cityflow.surface.overview import (
     refined_classes,
     thinned_cells,
 )
+from cityflow.surface.pits import PitParameters, pits
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.surveyed import SurveyedParameters, surveyed
 
@@ -39,6 +40,7 @@ class ImageSurfaceParameters(Parameters):
     fuse: FuseParameters = FuseParameters()
     noise: NoiseParameters = NoiseParameters()
     dtm: DtmParameters = DtmParameters(method="windows")
+    pits: PitParameters = PitParameters()
     vegetation: ColourVegetationParameters = ColourVegetationParameters()
     cover: CoverParameters = CoverParameters(level_share=1.0, water_share=0.1, water_area_m2=600.0)
     surveyed: SurveyedParameters = SurveyedParameters()
@@ -171,6 +173,10 @@ def _terrain(
     """(rows, cols) terrain of the working grid, NaN outside the survey."""
     part, given = external
     terrain = dtm_methods.estimate_dtm(cloud, dsm, work, p.dtm)
+    holes = pits(dsm, terrain, work.cell, p.pits)
+    if holes.any():
+        row, col = work.indices(cloud.xyz[:, 0], cloud.xyz[:, 1])
+        terrain = dtm_methods.estimate_dtm(cloud.take(~holes[row, col]), np.where(holes, np.nan, dsm), work, p.dtm)
     if given is not None:
         terrain = terrain.copy()
         terrain[part] = np.where(np.isnan(given), terrain[part], given)
