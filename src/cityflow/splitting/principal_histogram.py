@@ -10,8 +10,10 @@ from scipy import ndimage
 
 from cityflow.core.arrays import FloatArray
 
-MIXTURE_ROUNDS = 40
-LEAST_SIGMA_DEG, MOST_SIGMA_DEG = 0.08, 2.5
+MIXTURE_ROUNDS = 30
+SIGMA_CLASSES = 8
+OWN_SIGMA_DEG = 0.1
+"""Lines of one orientation differ by so much among themselves: no house is built better."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,32 +25,60 @@ class Peak:
     weight: float
 
 
-def deviation_deg(values: FloatArray, centre: float, period: float) -> FloatArray:
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Directions of lines.
+
+    Attributes
+    ----------
+    degrees : (N,) within `span`
+    weight : (N,) how much each counts
+    sigma : (N,) standard deviation of each, degrees
+    span : degrees
+    circular : whether the end of the span is its beginning
+    """
+
+    degrees: FloatArray
+    weight: FloatArray
+    sigma: FloatArray
+    span: tuple[float, float]
+    circular: bool
+
+    @property
+    def period(self) -> float:
+        """Degrees after which values come again; 0 where they do not."""
+        return self.span[1] - self.span[0] if self.circular else 0.0
+
+
+def deviation_deg(values: FloatArray, centre: float | FloatArray, period: float) -> FloatArray:
     """Values less a centre, the shorter way round; a period of 0 means that they do not go round.
 
     >>> float(deviation_deg(np.array(179.0), 1.0, 180.0))
     -2.0
     """
     off = np.asarray(values, np.float64) - centre
-    return off if period == 0 else (off + period / 2) % period - period / 2
+    return np.asarray(off if period == 0 else (off + period / 2) % period - period / 2)
 
 
-def smoothed_histogram(
-    values: FloatArray, weight: FloatArray, span: tuple[float, float], bin_deg: float, sigma_deg: float, circular: bool
-) -> FloatArray:
-    """(n,) weight per bin over `span`, smoothed."""
-    count = max(round((span[1] - span[0]) / bin_deg), 4)
-    histogram, _ = np.histogram(values, bins=count, range=span, weights=weight)
-    width = sigma_deg / ((span[1] - span[0]) / count)
-    return np.asarray(
-        ndimage.gaussian_filter1d(histogram.astype(np.float64), width, mode="wrap" if circular else "constant")
-    )
+def density(sample: Sample, bin_deg: float) -> FloatArray:
+    """(n,) histogram of weights over the span, in which each direction is as wide as it is uncertain."""
+    count = max(round((sample.span[1] - sample.span[0]) / bin_deg), 8)
+    width = (sample.span[1] - sample.span[0]) / count
+    edges = np.geomspace(OWN_SIGMA_DEG, max(float(sample.sigma.max(initial=1.0)), 1.0), SIGMA_CLASSES)
+    of = np.argmin(np.abs(np.log(sample.sigma[:, None] / edges)), axis=1)
+    total = np.zeros(count)
+    for k, sigma in enumerate(edges):
+        part, _ = np.histogram(sample.degrees[of == k], count, sample.span, weights=sample.weight[of == k])
+        # half a degree at least: a histogram of few lines is ragged
+        wide = np.hypot(sigma, 0.5) / width
+        total += ndimage.gaussian_filter1d(
+            part.astype(np.float64), wide, mode="wrap" if sample.circular else "constant"
+        )
+    return total
 
 
-def peaks_of(
-    histogram: FloatArray, span: tuple[float, float], circular: bool, least_share: float, most: int
-) -> list[Peak]:
-    """Local maxima above a share of the highest, each refined by a polynomial of degree 2 through it, highest first."""
+def peaks_of(histogram: FloatArray, span: tuple[float, float], circular: bool, share: float, most: int) -> list[Peak]:
+    """Local maxima that rise above the rest by a share of the highest, each refined by a polynomial of degree 2, highest first."""
     n = len(histogram)
     if histogram.max(initial=0.0) <= 0:
         return []
@@ -56,7 +86,7 @@ def peaks_of(
     before, after = padded[:-2], padded[2:]
     at = np.flatnonzero((histogram > before) & (histogram >= after))
     floor = float(np.median(histogram))
-    at = at[histogram[at] - floor >= least_share * (histogram.max() - floor)]
+    at = at[histogram[at] - floor >= share * (histogram.max() - floor)]
     at = at[np.lexsort((at, -histogram[at]))][:most]
     width = (span[1] - span[0]) / n
     curve = before[at] - 2 * histogram[at] + after[at]
@@ -66,39 +96,42 @@ def peaks_of(
     return [Peak(float(c), float(s), float(h)) for c, s, h in zip(centre, sigma, histogram[at], strict=True)]
 
 
-def mixture(
-    values: FloatArray, weight: FloatArray, peaks: Sequence[Peak], sigma_deg: float, period: float, least_share: float
-) -> list[Peak]:
-    """Normal distributions about the peaks and an even background, fitted together: neighbours do not pull each other."""
+def mixture(sample: Sample, peaks: Sequence[Peak]) -> tuple[list[Peak], FloatArray]:
+    """Normal distributions about the peaks and an even background, fitted together: neighbours do not pull each other.
+
+    Returns
+    -------
+    The peaks as fitted, in the order given; `sigma` is the standard deviation of the centre. And (K, N) the probability
+    that each direction belongs to each of them.
+    """
     if not peaks:
-        return []
+        return [], np.empty((0, len(sample.degrees)))
     centre = np.array([p.degrees for p in peaks])
-    sigma = np.full(len(peaks), sigma_deg)
     share = np.full(len(peaks) + 1, 1.0 / (len(peaks) + 1))
-    even = 1.0 / (period or 70.0)
-    total = weight.sum()
+    even = 1.0 / (sample.span[1] - sample.span[0])
+    total = max(float(sample.weight.sum()), 1e-12)
+    belongs = np.zeros((len(peaks), len(sample.degrees)))
+    precision = np.ones(len(peaks))
     for _ in range(MIXTURE_ROUNDS):
-        off = np.stack([deviation_deg(values, c, period) for c in centre])
-        density = share[:-1, None] / (sigma[:, None] * 2.5066) * np.exp(-0.5 * (off / sigma[:, None]) ** 2)
-        part = weight * density / (density.sum(axis=0) + share[-1] * even + 1e-300)
-        mass = np.maximum(part.sum(axis=1), 1e-12)
-        centre = centre + (part * off).sum(axis=1) / mass
-        sigma = np.clip(np.sqrt((part * off**2).sum(axis=1) / mass), LEAST_SIGMA_DEG, MOST_SIGMA_DEG)
+        off = np.stack([deviation_deg(sample.degrees, c, sample.period) for c in centre])
+        likely = share[:-1, None] / sample.sigma * np.exp(-0.5 * (off / sample.sigma) ** 2) / np.sqrt(2 * np.pi)
+        belongs = likely / (likely.sum(axis=0) + share[-1] * even + 1e-300)
+        exact = belongs / sample.sigma**2
+        precision = np.maximum(exact.sum(axis=1), 1e-12)
+        centre = centre + np.clip((exact * off).sum(axis=1) / precision, -1.0, 1.0)
+        mass = (belongs * sample.weight).sum(axis=1)
         share = np.append(mass / total, max(1.0 - mass.sum() / total, 1e-3))
-    found = [
-        Peak(float(c % period if period else c), float(s), float(m / total))
-        for c, s, m in zip(centre, sigma, mass, strict=True)
+    fitted = [
+        Peak(float(c % sample.period if sample.circular else c), float(1.0 / np.sqrt(p)), float(s))
+        for c, p, s in zip(centre, precision, share[:-1], strict=True)
     ]
-    found.sort(key=lambda p: (-p.weight, p.degrees))
-    return _apart([p for p in found if p.weight >= least_share * found[0].weight], period)
+    return fitted, belongs
 
 
-def _apart(peaks: list[Peak], period: float) -> list[Peak]:
-    """Those that are further from stronger ones than their common spread."""
+def apart(peaks: Sequence[Peak], period: float, least_deg: float) -> list[Peak]:
+    """Strongest first, without those nearer than `least_deg` to a stronger one."""
     result: list[Peak] = []
-    for peak in peaks:
-        if all(
-            abs(float(deviation_deg(np.array(peak.degrees), p.degrees, period))) > max(0.5, p.sigma) for p in result
-        ):
+    for peak in sorted(peaks, key=lambda p: (-p.weight, p.degrees)):
+        if all(abs(float(deviation_deg(np.array(peak.degrees), p.degrees, period))) >= least_deg for p in result):
             result.append(peak)
     return result
