@@ -42,6 +42,31 @@ def owner(house: str) -> str:
     return tile_at(x, y, TILE).name
 
 
+def halves() -> dict[str, dict[str, Any]]:
+    """What the houses are split into: a western and an eastern half each."""
+    found = {}
+    for house, about in HOUSES.items():
+        x_min, y_min, x_max, y_max = about["bounds"]
+        row, i = house[1:].split("_")
+        west = [f"h{row}_{int(i) - 1}.b"] if f"h{row}_{int(i) - 1}" in HOUSES else []
+        east = [f"h{row}_{int(i) + 1}.a"] if f"h{row}_{int(i) + 1}" in HOUSES else []
+        middle, y = (x_min + x_max) / 2, y_min + 7.5
+        found[f"{house}.a"] = {
+            "bounds": [x_min, y_min, middle, y_max],
+            "point": [x_min + 10, y],
+            "neighbours": [*west, f"{house}.b"],
+        }
+        found[f"{house}.b"] = {
+            "bounds": [middle, y_min, x_max, y_max],
+            "point": [x_max - 10, y],
+            "neighbours": [f"{house}.a", *east],
+        }
+    return found
+
+
+HALVES = halves()
+
+
 def catalog(given: bool) -> Catalog:
     bounds = [(0.0, 0.0, 400.0, 760.0), (400.0, 0.0, 840.0, 400.0), (400.0, 400.0, 840.0, 760.0)]
     files = tuple(LidarAsset(f"f{i}", f"f{i}.laz", f"{i}" * 64, 1, b, (0.0, 9.0), 9) for i, b in enumerate(bounds))
@@ -64,6 +89,13 @@ def record_of(task: Task) -> Record:
             {**entry, "id": h, "digest": h, **v, "neighbour_tiles": sorted({owner(n) for n in v["neighbours"]})}
             for h, v in HOUSES.items()
             if owner(h) == task.unit
+        ]
+    if task.stage == "units":
+        entry = {"path": f"work/units/{task.unit}/out", "start": 0, "length": 1}
+        result["units"] = [
+            {**entry, "id": u, "digest": u, **v, "neighbour_tiles": sorted({owner(n[:-2]) for n in v["neighbours"]})}
+            for u, v in HALVES.items()
+            if u[:-2] in task.arguments["own"]
         ]
     return Record(
         task.stage,
@@ -99,20 +131,28 @@ def test_every_task_once_and_after_what_it_reads(given: bool, seed: int) -> None
     place = {name: i for i, name in enumerate(names)}
     tiles = {u for s, u in names if s == "surface"}
     assert len(tiles) == 16
-    assert {u for s, u in names if s == "reconstruct"} == set(HOUSES)
+    units = HOUSES if given else HALVES
+    assert {u for s, u in names if s == "reconstruct"} == set(units)
+    assert {u for s, u in names if s == "split"} == (set() if given else set(HOUSES))
     assert {u for s, u in names if s == "export"} == tiles | {"city"}
     assert place["export", "city"] == len(names) - 1
-    for house, about in HOUSES.items():
+    for unit, about in units.items():
+        house = unit if given else unit[:-2]
         x_min, y_min, x_max, y_max = about["bounds"]
         under = {tile_at(x, y, TILE).name for x in (x_min - 1, x_max + 1) for y in (y_min - 1, y_max + 1)} & tiles
-        assert all(place["surface", t] < place["reconstruct", house] for t in under)
-        assert place["outline", owner(house)] < place["reconstruct", house]
-        assert all(place["reconstruct", n] < place["export", owner(house)] for n in [house, *about["neighbours"]])
+        assert all(place["surface", t] < place["reconstruct", unit] for t in under)
+        assert place["outline", owner(house)] < place["reconstruct", unit]
+        assert all(place["reconstruct", n] < place["export", owner(house)] for n in [unit, *about["neighbours"]])
+        if not given:
+            assert place["outline", owner(house)] < place["split", house] < place["units", owner(house)]
+            assert all(place["split", n] < place["units", owner(house)] for n in HOUSES[house]["neighbours"])
+            assert place["units", owner(house)] < place["reconstruct", unit]
     assert all(place["ingest", "f0"] < place["surface", t] for t in tiles if t.startswith("0_"))
 
 
-def test_the_order_of_events_changes_no_task() -> None:
-    runs = [run_through(CitySource(catalog(True), CityParameters()), np.random.default_rng(s)) for s in range(5)]
+@pytest.mark.parametrize("given", [True, False])
+def test_the_order_of_events_changes_no_task(given: bool) -> None:
+    runs = [run_through(CitySource(catalog(given), CityParameters()), np.random.default_rng(s)) for s in range(5)]
     digests = [{(t.stage, t.unit): t.digest for t in run} for run in runs]
     assert all(d == digests[0] for d in digests[1:])
 
@@ -129,6 +169,19 @@ def test_an_area_takes_its_units_with_their_neighbours_and_asks_for_no_more_surf
     }
     assert all(whole[t.name] == t.digest for t in ended if t.stage in ("ingest", "surface", "outline", "reconstruct"))
     assert len([t for t in ended if t.stage == "surface"]) < 16
+
+
+def test_an_area_asks_for_the_same_splits_as_the_whole() -> None:
+    whole = {
+        t.name: t.digest for t in run_through(CitySource(catalog(False), CityParameters()), np.random.default_rng(2))
+    }
+    area = Area(shapely.box(0, 0, 130, 100))
+    ended = run_through(CitySource(catalog(False), CityParameters(), area), np.random.default_rng(1))
+    assert 0 < len([t for t in ended if t.stage == "split"]) < len(HOUSES)
+    assert {t.unit for t in ended if t.stage == "reconstruct"} == {
+        f"h0_{i}.{half}" for i, half in ((0, "a"), (0, "b"), (1, "a"), (1, "b"), (2, "a"), (2, "b"), (3, "a"))
+    }
+    assert all(whole[t.name] == t.digest for t in ended if t.stage in ("outline", "split", "units", "reconstruct"))
 
 
 def test_an_override_touches_its_unit_and_the_exports_that_read_it() -> None:

@@ -35,6 +35,7 @@ def catalog() -> Catalog:
 
 
 CATALOG = catalog()
+SOURCE = CitySource(CATALOG, CityParameters(tiles=TileParameters(tile_m=100.0)))
 
 
 def parameters(tile_m: float = 100.0) -> CityParameters:
@@ -44,12 +45,25 @@ def parameters(tile_m: float = 100.0) -> CityParameters:
 def record_of(task: Task, failed: Sequence[str] = ()) -> Record:
     """What the task would have left."""
     result: dict[str, Any] = {"digest": f"{task.stage} {task.unit}"}
+    if task.stage in ("outline", "units"):
+        result["units"] = [_entry(task)]
     outputs = {f"work/{task.stage}/{task.unit}/out": f"{task.stage} {task.unit}"}
     status, reason = (Status.FAILED, "damaged") if task.name in failed else (Status.DONE, "")
     return Record(
         task.stage, task.unit, 1, task.digest, task.version, status, reason, {} if failed and status is Status.FAILED else outputs,
         result, task.parameters, task.inputs,
     )  # fmt: skip
+
+
+def _entry(task: Task) -> dict[str, Any]:
+    """One house in the middle of every tile."""
+    col, row = (int(v) for v in task.unit.split("_"))
+    size = 100.0 if row < 30 else 50.0  # rows of the area by the tiles used here
+    x, y = (col + 0.5) * size, (row + 0.5) * size
+    return {
+        "id": f"house {task.unit}", "path": f"work/{task.stage}/{task.unit}/out", "start": 0, "length": 1, "digest": f"house {task.unit}",
+        "bounds": [x - 5, y - 5, x + 5, y + 5], "point": [x, y], "neighbours": [], "neighbour_tiles": [],
+    }  # fmt: skip
 
 
 def run_through(source: CitySource, seed: int = 0, failed: Sequence[str] = ()) -> list[Task]:
@@ -73,15 +87,28 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     place = {name: i for i, name in enumerate(names)}
     assert names[-1] == ("export", "city")
     by_stage = {
-        stage: [t for t in whole if t.stage == stage] for stage in ("match", "fuse", "surface", "ortho", "frame")
+        stage: [t for t in whole if t.stage == stage]
+        for stage in ("match", "fuse", "surface", "ortho", "frame", "walls", "outline", "split", "units")
     }
     assert all(by_stage.values())
     for task in by_stage["match"]:
         assert all(place["ingest", tree["name"]] < place["match", task.unit] for tree in task.arguments["images"])
-    for stage in ("fuse", "frame"):
+    for stage in ("fuse", "frame", "walls"):
         for task in by_stage[stage]:
             read = [path.split("/")[2] for path in task.arguments["maps"]]
             assert all(place["match", u] < place[stage, task.unit] for u in read)
+    for task in by_stage["outline"]:
+        assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
+        assert f"work/walls/{task.unit}/out" in task.arguments["walls"]
+    for task in by_stage["split"]:
+        own = task.unit.removeprefix("house ")
+        assert all(place[stage, own] < place["split", task.unit] for stage in ("surface", "ortho", "outline"))
+        assert {tree["name"] for tree in task.arguments["frames"]} == {
+            f.name for f in SOURCE.survey.images.oblique_frames
+        }
+        over = SOURCE.survey.images.frame_units_over([own])
+        assert over
+        assert all(place["frame", u] < place["split", task.unit] for u in over)
     assert (
         {t.unit for t in by_stage["fuse"]}
         == {t.unit for t in by_stage["surface"]}

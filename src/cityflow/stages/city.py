@@ -25,19 +25,25 @@ from cityflow.stages import (
     ortho,
     outline,
     reconstruct,
+    split,
     surface,
     surface_images,
     surface_rasters,
+    units,
+    walls,
 )  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey, UnitEntry
 
 Node = tuple[str, str]
-"""Stage and unit. Two stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
-that share walls with them are known'."""
+"""Stage and unit. Some stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
+that share walls with them are known'; and where outlines are split, ``outlined`` for 'the outlines of this tile are known', ``beside`` for 'those that
+touch them, too', ``cut`` for 'all of these are split'."""
 
-PICTURES = {match.STAGE: match.task, fuse.STAGE: fuse.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task}
+PICTURES = {
+    match.STAGE: match.task, fuse.STAGE: fuse.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task, walls.STAGE: walls.task,
+}  # fmt: skip
 """Stages that only a survey of images has."""
 
 SURFACES = {LIDAR: surface.task, IMAGES: surface_images.task, RASTERS: surface_rasters.task}
@@ -68,6 +74,8 @@ class CitySource:
         self._wanted: set[Node] = set()
         self._known: dict[str, UnitEntry] = {}
         self._chosen: dict[str, list[str]] = {}
+        self._outlines: dict[str, UnitEntry] = {}
+        self._outlines_of: dict[str, list[str]] = {}
         self._exports: dict[Node, None] = {}
 
     def initial(self) -> Iterator[Task]:
@@ -110,7 +118,9 @@ class CitySource:
             if record.status is Status.FAILED:
                 return  # without outlines nobody knows what to export: what an earlier run left stays
             yield from self._refuse_broken(record)
-        if task.stage == outline.STAGE:
+        if task.stage == outline.STAGE and self.survey.splits:
+            self._learn_outlines(task.unit, record)
+        elif task.stage in (outline.STAGE, units.STAGE):
             yield from self._learn_units(task.unit, record)
         yield from self._open(node)
 
@@ -118,10 +128,10 @@ class CitySource:
         """Units per stage as far as the catalog tells; what is known exactly is counted by walking the graph."""
         tiles = sum(self.area.meets(t.bounds) for t in self.survey.tiles.values())
         outlines = self.survey.catalog.outlines
-        units = outlines.count if outlines is not None and self.survey.outlines_given and self.area.is_everywhere else 0
+        given = outlines.count if outlines is not None and self.survey.outlines_given and self.area.is_everywhere else 0
         files = len(self.survey.files) + self.survey.outlines_given
         return {"ingest": files if self.area.is_everywhere else 0, "surface": tiles, "outline": tiles,
-                "reconstruct": units, "export": tiles + 1}  # fmt: skip
+                **({"units": tiles} if self.survey.splits else {}), "reconstruct": given, "export": tiles + 1}  # fmt: skip
 
     def _pictures(self, tiles: list[str]) -> Iterator[Node]:
         """Orthos of the tiles and of the frames that look at them."""
@@ -138,6 +148,10 @@ class CitySource:
             if node in self._wanted:
                 continue
             self._wanted.add(node)
+            if node[0] == units.STAGE:
+                # what it reads is known only when the outlines are
+                yield from self._want([("outlined", node[1])])
+                continue
             needs = self._needs(node)
             yield from self._want(needs)
             if self._gates.wait(node, needs):
@@ -154,19 +168,48 @@ class CitySource:
         if stage == outline.STAGE:
             if survey.outlines_given:
                 return [(ingest.STAGE, ingest.OUTLINES)]
-            return [(surface.STAGE, t) for t in survey.near(name, survey.parameters.outline.found.halo_m)]
+            near = survey.near(name, survey.parameters.outline.found.halo_m)
+            seen = [(walls.STAGE, t) for t in near] if survey.sees_walls else []
+            return [*((surface.STAGE, t) for t in near), *seen]
+        if stage in ("outlined", "beside", "cut", split.STAGE):
+            return self._needs_of_splitting(node)
         if stage == reconstruct.STAGE:
             return [(surface.STAGE, t) for t in survey.tiles_under(self._known[name])]
         if stage == "gather":
-            return [(outline.STAGE, t) for t in survey.ring(name)]
+            return [(self._unit_stage, t) for t in survey.ring(name)]
         if stage == "adjoin":
-            return [(outline.STAGE, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
+            return [(self._unit_stage, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
         if stage == ingest.STAGE:
             return self._needs_of_ingest(name)
         return [
             *((surface.STAGE, t) for t in survey.ring(name)),
             *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
         ]
+
+    @property
+    def _unit_stage(self) -> str:
+        """The stage whose records name the units."""
+        return units.STAGE if self.survey.splits else outline.STAGE
+
+    def _needs_of_splitting(self, node: Node) -> list[Node]:
+        stage, name = node
+        survey = self.survey
+        if stage == "outlined":
+            return [(outline.STAGE, name)]
+        if stage == "beside":
+            return [(outline.STAGE, t) for o in self._outlines_of[name] for t in self._outlines[o].neighbour_tiles]
+        if stage == "cut":
+            return [(split.STAGE, o) for o in self._touched_by(name)]
+        under = survey.tiles_under(self._outlines[name])
+        pictures = [(ortho.STAGE, t) for t in under] if survey.door == IMAGES else []
+        frames = [(frame.STAGE, u) for u in split.frame_units(survey, self._outlines[name])]
+        return [*((surface.STAGE, t) for t in under), *pictures, *frames]
+
+    def _touched_by(self, tile: str) -> list[str]:
+        """The outlines of a tile and those that touch them."""
+        own = self._outlines_of[tile]
+        beside = [n for o in own for n in self._outlines[o].neighbours if n in self._outlines]
+        return list(dict.fromkeys([*own, *beside]))
 
     def _needs_of_ingest(self, name: str) -> list[Node]:
         """Raw frames wait for the calibration of their camera."""
@@ -185,7 +228,8 @@ class CitySource:
         wanted = survey.parameters.image_surface
         if stage == surface.STAGE:
             return [(fuse.STAGE, t) for t in survey.near(name, wanted.context_m)]
-        around = survey.near(name, wanted.fuse.halo_m) if stage == fuse.STAGE else images.frame_tile(name).ground_tiles
+        reach = {fuse.STAGE: wanted.fuse.halo_m, walls.STAGE: survey.wall_parameters.halo_m}
+        around = survey.near(name, reach[stage]) if stage in reach else images.frame_tile(name).ground_tiles
         return [(match.STAGE, f.name) for t in around for f in images.flight_tiles(survey.tiles[t])]
 
     def _free(self, node: Node) -> Iterator[Task]:
@@ -197,6 +241,14 @@ class CitySource:
             yield from self._want([("adjoin", name)])
         elif stage == "adjoin":
             yield from self._want([("export", name)])
+        elif stage in ("outlined", "beside"):
+            yield from self._want([("beside" if stage == "outlined" else "cut", name)])
+        elif stage == "cut":
+            every = [self._outlines[o] for o in self._touched_by(name)]
+            own = len(self._outlines_of[name])
+            yield units.task(survey, name, every[:own], every[own:])
+        elif stage == split.STAGE:
+            yield split.task(survey, self._outlines[name])
         elif stage == ingest.STAGE:
             yield self._ingest_task(name)
         elif stage == surface.STAGE:
@@ -211,8 +263,8 @@ class CitySource:
             refused = survey.refused_outlines() if self.area.is_everywhere else {}
             yield export_city.task(survey, [tile for _, tile in self._exports], refused)
         else:
-            units = [self._known[u] for u in self._units_of_export(name)]
-            yield export.task(survey, name, self._chosen[name], units)
+            shown = [self._known[u] for u in self._units_of_export(name)]
+            yield export.task(survey, name, self._chosen[name], shown)
 
     def _ingest_task(self, name: str) -> Task:
         if name == ingest.OUTLINES:
@@ -225,6 +277,11 @@ class CitySource:
     def _units_of_export(self, tile: str) -> list[str]:
         own = self._chosen[tile]
         return list(dict.fromkeys([*own, *(n for u in own for n in self._known[u].neighbours if n in self._known)]))
+
+    def _learn_outlines(self, tile: str, record: Record) -> None:
+        found = [UnitEntry.of(tile, entry) for entry in record.result.get("units", [])]
+        self._outlines.update({o.id: o for o in found})
+        self._outlines_of[tile] = [o.id for o in found]
 
     def _learn_units(self, tile: str, record: Record) -> Iterator[Task]:
         """Units of the area start at once; neighbours outside it only because an export needs their walls."""

@@ -40,7 +40,7 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them."""
     ring = survey.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
-    outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
+    outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in ring}
     hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
     return Task(

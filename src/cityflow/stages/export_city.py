@@ -35,17 +35,18 @@ TITLES = {
 def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Task:
     """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
+    units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     exports = {t: survey.records[STAGE, t].outputs for t in tiles}
     surfaces = {t: {**survey.products_of("surface", t), **survey.products_of("ortho", t)} for t in tiles}
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
         inputs={
-            "outlines": digest_of(outlines), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
+            "outlines": digest_of([outlines, units]), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
             **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
         },
         arguments={
-            "outlines": list(outlines), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
+            "outlines": list(outlines), "units": list(units), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
             "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
             "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
@@ -60,9 +61,12 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = ExportParameters.model_validate(task.parameters)
     for path, data in _rasters(task):
         workspace.publish(path, data)
-    outlines = [s.outline for p in task.arguments["outlines"] for s in decode_all(workspace.read(p))]
+    outlines, units = (
+        [s.outline for p in task.arguments[kind] for s in decode_all(workspace.read(p))]
+        for kind in ("outlines", "units")
+    )
     exported = [p for outputs in task.arguments["exports"].values() for p in outputs]
-    workspace.publish("products/outlines.gpkg", _map(outlines, read_rows(workspace.store, exported), task))
+    workspace.publish("products/outlines.gpkg", _map(outlines, units, read_rows(workspace.store, exported), task))
     paths = sorted(p for p in exported if p.startswith(CITYJSON_FOLDER))
     if paths and len(paths) <= parameters.join_up_to_tiles:
         workspace.publish("products/city.city.jsonl", b"".join(_joined(workspace, task, paths)))
@@ -126,15 +130,17 @@ def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[
     return join(files, header)
 
 
-def _map(outlines: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task) -> bytes:
+def _map(
+    outlines: Iterable[Outline], units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task
+) -> bytes:
     """Outlines as used, units with their attributes, and the status of everything, also of what left no building."""
-    ordered = sorted(outlines, key=lambda o: o.id)
+    ordered = sorted(units, key=lambda o: o.id)
     finished = [_unit(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
     places = {o.id: shapely.Point(o.polygon.representative_point()) for o in ordered}
     fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
     fates |= {u: (Status.REFUSED, reason) for u, reason in task.arguments["refused"].items()}
     status = [(u, places.get(u), *fate) for u, fate in sorted(fates.items())]
-    layers = [outline_layer(ordered), unit_layer(finished), status_layer(status)]
+    layers = [outline_layer(sorted(outlines, key=lambda o: o.id)), unit_layer(finished), status_layer(status)]
     return write_geopackage(layers, resolve(task.arguments["crs"]))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cityflow.core.building import Status
 from cityflow.core.grid import Grid, Tile
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
@@ -9,9 +10,10 @@ from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.stages.outline_lines import entries, lines, owned
 from cityflow.stages.survey import Survey
+from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 1
+VERSION = 2
 
 
 def task(survey: Survey, name: str) -> Task:
@@ -36,12 +38,17 @@ def run_given(workspace: Workspace, task: Task) -> Outcome:
 def _found_task(survey: Survey, name: str) -> Task:
     parameters = survey.parameters_for(STAGE, name, survey.parameters.outline)
     seen = survey.near(name, survey.parameters.outline.found.halo_m)
+    walls = {p: d for t in seen for p, d in survey.outputs_of("walls", t).items()} if survey.sees_walls else {}
+    blind = {
+        f"walls {t}": survey.reason_of("walls", t) for t in seen if survey.sees_walls and survey.reason_of("walls", t)
+    }
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
         parameters=parameters["found"],
-        inputs={t: survey.digest_of_result("surface", t) for t in seen},
+        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
-                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen},
+                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen,
+                   "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -56,8 +63,14 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     grid, layers = read_layers(
         workspace.store.zarr_store(task.arguments["zarr"]), city, tile.buffered(parameters.halo_m)
     )
-    region = RegionSurface(grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"])
+    walls = read_walls(workspace.store, task.arguments["walls"], grid.bounds) if task.arguments["sees_walls"] else None
+    region = RegionSurface(
+        grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"]
+    )
     mine = owned(find_outlines(region, parameters), size, task.arguments["tiles"]).get(tile.name, [])
     text = lines(mine)
     workspace.write("outlines.jsonl", text)
-    return workspace.outcome(result={"units": entries(text, workspace.path("outlines.jsonl"))})
+    without = "; ".join(f"without the {t}: {why}" for t, why in task.arguments["blind"].items())
+    return workspace.outcome(
+        Status.DEGRADED if without else Status.DONE, without, {"units": entries(text, workspace.path("outlines.jsonl"))}
+    )

@@ -7,10 +7,13 @@ import json
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from math import isfinite, nan
+from typing import Any
 
 import shapely
+from shapely import LineString
 
-from cityflow.core.building import Outline
+from cityflow.core.building import Direction, Outline, OutlineEdge
 from cityflow.core.grid import tile_at
 from cityflow.flow.task import Json
 
@@ -61,29 +64,53 @@ def touching(outlines: Sequence[Outline]) -> dict[str, set[str]]:
 def encode(standing: Standing) -> bytes:
     """One line of UTF-8 text with a line feed at its end."""
     outline = standing.outline
-    return (
-        json.dumps(
-            {
-                "type": "Feature",
-                "id": outline.id,
-                "geometry": shapely.geometry.mapping(outline.polygon),
-                "properties": dict(outline.attributes),
-                "remark": outline.remark,
-                "neighbours": standing.neighbours,
-                "neighbour_tiles": standing.neighbour_tiles,
-            },
-            ensure_ascii=False,
-            separators=(",", ":"),
-        )
-        + "\n"
-    ).encode()
+    tree: dict[str, Json] = {
+        "type": "Feature",
+        "id": outline.id,
+        "geometry": shapely.geometry.mapping(outline.polygon),
+        "properties": dict(outline.attributes),
+        "remark": outline.remark,
+        "neighbours": standing.neighbours,
+        "neighbour_tiles": standing.neighbour_tiles,
+        **_known_of(outline),
+    }
+    return (json.dumps(tree, ensure_ascii=False, separators=(",", ":")) + "\n").encode()
 
 
 def decode(line: bytes) -> Standing:
     tree = json.loads(line)
-    polygon = shapely.geometry.shape(tree["geometry"])
-    outline = Outline(tree["id"], polygon, tree["properties"], tree["remark"])
+    roof = shapely.geometry.shape(tree["roof"]) if "roof" in tree else None
+    edges, inner = (tuple(map(_edge, tree.get(name, ()))) for name in ("edges", "inner_edges"))
+    aspects, slopes = (tuple(Direction(*d) for d in tree.get(name, ())) for name in ("aspects", "slopes"))
+    outline = Outline(
+        tree["id"], shapely.geometry.shape(tree["geometry"]), tree["properties"], tree["remark"],
+        roof, edges, inner, aspects, slopes,
+    )  # fmt: skip
     return Standing(outline, tuple(tree["neighbours"]), tuple(tree["neighbour_tiles"]))
+
+
+def _known_of(outline: Outline) -> dict[str, Json]:
+    """What is known of walls and directions; nothing where nobody looked, so that such lines stay as short as they were."""
+    tree: dict[str, Json] = {}
+    if outline.roof is not None:
+        tree["roof"] = shapely.geometry.mapping(outline.roof)
+    for name, edges in (("edges", outline.edges), ("inner_edges", outline.inner_edges)):
+        if edges:
+            tree[name] = [_edge_tree(e) for e in edges]
+    for name, directions in (("aspects", outline.aspects), ("slopes", outline.slopes)):
+        if directions:
+            tree[name] = [[d.degrees, d.sigma, d.weight] for d in directions]
+    return tree
+
+
+def _edge_tree(edge: OutlineEdge) -> list[Json]:
+    sigma = edge.sigma_m if isfinite(edge.sigma_m) else None
+    return [shapely.get_coordinates(edge.line).tolist(), edge.source, sigma, edge.seen]
+
+
+def _edge(tree: Sequence[Any]) -> OutlineEdge:
+    xy, source, sigma, seen = tree
+    return OutlineEdge(LineString(xy), source, nan if sigma is None else sigma, seen)
 
 
 def decode_all(text: bytes) -> list[Standing]:

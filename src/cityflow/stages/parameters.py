@@ -12,7 +12,9 @@ from cityflow.matching.match import MatchParameters
 from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
+from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.splitting.split import SplitParameters
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.overview import overview_factor
@@ -41,6 +43,15 @@ class OutlineParameters(Parameters):
     noding_tolerance_m: float = Field(
         0.05, ge=1e-4, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
     )
+
+
+class SplittingParameters(Parameters):
+    """Whether and how outlines become single units."""
+
+    when: Literal["found", "always", "never"] = Field(
+        "found", description="found: outlines that were found in the surface; always: those of a cadastre, too"
+    )
+    method: SplitParameters = SplitParameters()
 
 
 class PointsParameters(Parameters):
@@ -100,7 +111,10 @@ class ExecutionParameters(Parameters):
     surface: StageLimits = StageLimits()
     ortho: StageLimits = StageLimits()
     frame: StageLimits = StageLimits()
+    walls: StageLimits = StageLimits()
     outline: StageLimits = StageLimits()
+    split: StageLimits = StageLimits(time_s=300)
+    units: StageLimits = StageLimits()
     reconstruct: StageLimits = StageLimits(time_s=300)
     export: StageLimits = StageLimits()
 
@@ -122,7 +136,9 @@ class CityParameters(Parameters):
     surface: SurfaceParameters = SurfaceParameters()
     image_surface: ImageSurfaceParameters = ImageSurfaceParameters()
     ortho: OrthoParameters = OrthoParameters()
+    walls: WallPointParameters = WallPointParameters()
     outline: OutlineParameters = OutlineParameters()
+    split: SplittingParameters = SplittingParameters()
     reconstruct: ReconstructParameters = ReconstructParameters()
     export: ExportParameters = ExportParameters()
     execution: ExecutionParameters = ExecutionParameters()

@@ -133,7 +133,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline) -> Evidence:
     if not np.isfinite(ground).any():
         _complain(task, len(inside))
     roof = _roof_points(inside, grid, layers, task.arguments["classified"])
-    return Evidence(outline.id, outline.polygon, roof, _floor(ground))
+    return Evidence(outline.id, outline.polygon, roof, _floor(ground), outline.aspects, outline.slopes)
 
 
 def _complain(task: Task, points: int) -> NoReturn:

@@ -15,6 +15,7 @@ from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
 from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
+from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.stages.image_survey import ImageSurvey, nearest_cell
 from cityflow.stages.parameters import CityParameters
 from cityflow.surface.overview import overview_factor
@@ -109,6 +110,23 @@ class Survey:
     def outlines_given(self) -> bool:
         source = self.parameters.outline.source
         return source == "given" or (source == "auto" and self.catalog.outlines is not None)
+
+    @property
+    def splits(self) -> bool:
+        """Whether outlines are split into units: those that a cadastre gives are units already."""
+        wish = self.parameters.split.when
+        return wish == "always" or (wish == "found" and not self.outlines_given)
+
+    @property
+    def sees_walls(self) -> bool:
+        """Whether façades take part in finding outlines."""
+        return self.door == IMAGES and not self.outlines_given
+
+    @cached_property
+    def wall_parameters(self) -> WallPointParameters:
+        """Those of the workflow, with the survey's own ground sampling distance unless the workflow states one."""
+        asked = self.parameters.walls
+        return asked if "gsd_m" in asked.model_fields_set else asked.model_copy(update={"gsd_m": self.images.cell_m})
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:
@@ -277,8 +295,15 @@ class Survey:
 
     def outline_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines of a tile; none where the tile has none."""
-        record = self.records.get(("outline", tile))
-        known = {**record.inputs, **record.outputs} if record else {}
+        return self._files_of("outline", tile)
+
+    def unit_files(self, tile: str) -> dict[str, str]:
+        """Path → digest of the file that holds the units of a tile: its outlines where nothing is split."""
+        return self._files_of("units" if self.splits else "outline", tile)
+
+    def _files_of(self, stage: str, tile: str) -> dict[str, str]:
+        record = self.records.get((stage, tile))
+        known = {**(record.inputs if stage == "outline" else {}), **record.outputs} if record else {}
         return {p: d for p, d in sorted(known.items()) if p.endswith(".jsonl")}
 
     def hull(self, unit: str) -> dict[str, Json]:

@@ -29,7 +29,10 @@ COSTS = {
     "surface": Cost("surface", 6.0, 900.0, 4.0),
     "ortho": Cost("ortho", 5.0, 1000.0, 20.0),
     "frame": Cost("frame", 10.0, 1500.0, 20.0),
+    "walls": Cost("walls", 10.0, 1500.0, 2.0),
     "outline": Cost("outline", 0.2, 400.0, 0.2),
+    "split": Cost("split", 0.5, 600.0, 0.01),
+    "units": Cost("units", 0.2, 400.0, 0.1),
     "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
     "export": Cost("export", 5.0, 600.0, 4.0),
 }

@@ -13,7 +13,7 @@ from cityflow.workflow.differences import changed
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.run_folder import open_run
 
-STAGES_OF_A_UNIT = ("reconstruct", "surface", "outline", "ingest", "export")
+STAGES_OF_A_UNIT = ("reconstruct", "split", "units", "outline", "walls", "surface", "ingest", "export")
 
 
 def print_explanation(url: str, unit: str, console: Console) -> None:

@@ -18,7 +18,11 @@ from cityflow.workflow.settings import explain_invalid, parse_setting
 FOLDER = "overrides"
 Node = tuple[str, str]
 
-CITY_WIDE: Mapping[str, tuple[str, ...]] = {"surface": ("cell_m",), "outline": ("source", "noding_tolerance_m")}
+CITY_WIDE: Mapping[str, tuple[str, ...]] = {
+    "surface": ("cell_m",),
+    "outline": ("source", "noding_tolerance_m"),
+    "split": ("when",),
+}
 """Keys that single units cannot have for themselves: tiles share one grid, outlines are noded together."""
 
 

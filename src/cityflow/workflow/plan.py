@@ -12,14 +12,28 @@ from rich.console import Console
 from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
-from cityflow.stages import export, frame, fuse, ingest, match, ortho, outline, reconstruct, surface
+from cityflow.stages import (
+    export,
+    frame,
+    fuse,
+    ingest,
+    match,
+    ortho,
+    outline,
+    reconstruct,
+    split,
+    surface,
+    units,
+    walls,
+)
 from cityflow.stages.city import CitySource
 from cityflow.workflow.differences import why
 from cityflow.workflow.expected import COSTS, Cost
 from cityflow.workflow.prepare import prepared
 
 STAGES = (
-    ingest.STAGE, match.STAGE, fuse.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, outline.STAGE, reconstruct.STAGE, export.STAGE,
+    ingest.STAGE, match.STAGE, fuse.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, walls.STAGE, outline.STAGE,
+    split.STAGE, units.STAGE, reconstruct.STAGE, export.STAGE,
 )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.io.reference import vertical_datum
-from cityflow.stages import export, outline, reconstruct
+from cityflow.stages import export, outline, reconstruct, units
 from cityflow.stages.outline_lines import decode_all
 from cityflow.viewer.report import write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
@@ -64,13 +64,13 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.STAGE,)
-    survey, units = run.source().survey, tuple(_units(run, records))
+    survey, rows = run.source().survey, tuple(_units(run, records))
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
-        units=units,
+        units=rows,
         stages=tuple(_stage(stage, records.of(stage)) for stage in records.stages()),
         problems=tuple(
             ProblemRow(r.stage, r.unit, r.status, r.reason)
@@ -82,7 +82,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides={unit: tree for (_, unit), tree in read_overrides(run.store).items()},
-        pictures=run_pictures(run.store, survey, units, records),
+        pictures=run_pictures(run.store, survey, rows, records),
         images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
     )  # fmt: skip
@@ -114,7 +114,7 @@ def _outlines(run: Prepared, records: CurrentRecords) -> tuple[dict[str, tuple[F
     """Rings and owning tile of every unit whose outline is known."""
     rings: dict[str, tuple[FloatArray, ...]] = {}
     tiles: dict[str, str] = {}
-    for record in records.of(outline.STAGE):
+    for record in records.of(units.STAGE) or records.of(outline.STAGE):
         for path in sorted({entry["path"] for entry in record.result.get("units", [])}):
             for standing in decode_all(run.store.read_bytes(path)):
                 polygon = standing.outline.polygon

@@ -1,0 +1,125 @@
+"""Stage ``units``: what the outlines of a ground tile were split into, tied with the units of the outlines that touch them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Outline, Status
+from cityflow.core.splitting import Splitting
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.outlines.identity import ids_from_geometry
+from cityflow.splitting.partition import with_vertices
+from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
+from cityflow.stages.pieces import read_text
+from cityflow.stages.split_lines import decode_splitting
+from cityflow.stages.survey import Survey, UnitEntry
+
+STAGE = "units"
+VERSION = 1
+UNITS = "units.jsonl"
+TIE_M = 1e-3
+NOT_SPLIT = "not split: {}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A unit, whose outline it comes from, and the tile that owns that."""
+
+    outline: Outline
+    source: str
+    tile: str
+
+
+def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[UnitEntry]) -> Task:
+    """The units of one tile: of its `own` outlines, with those of the outlines `beside` that touch them."""
+    every = [*own, *(o for o in beside if o.id not in {u.id for u in own})]
+    splits = {o.id: survey.outputs_of("split", o.id) for o in every}
+    reasons = {o.id: survey.reason_of("split", o.id) for o in every}
+    return Task(
+        STAGE, name, "cityflow.stages.units:run", VERSION,
+        inputs={
+            **{f"outline {o.id}": o.digest for o in every}, **{p: d for s in splits.values() for p, d in s.items()},
+            **{f"failed {o}": reason for o, reason in reasons.items() if not splits[o]},
+        },
+        arguments={
+            "own": [o.id for o in own],
+            "outlines": {
+                o.id: {"line": [o.path, o.start, o.length], "tile": o.tile, "split": next(iter(splits[o.id]), None), "reason": reasons[o.id]}
+                for o in every
+            },
+        },
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """One line per unit, as the stage ``outline`` writes them where nothing is split."""
+    own = set(task.arguments["own"])
+    parts = [p for name, said in task.arguments["outlines"].items() for p in _parts(workspace.store, name, said)]
+    tied = _tied(parts)
+    shared = touching([p.outline for p in tied])
+    tile_of = {p.outline.id: p.tile for p in tied}
+    mine = [
+        Standing(p.outline, tuple(sorted(shared[p.outline.id])), tuple(sorted({tile_of[n] for n in shared[p.outline.id]})))
+        for p in tied if p.source in own
+    ]  # fmt: skip
+    text = lines(mine)
+    workspace.write(UNITS, text)
+    unsplit = sorted(n for n in own if task.arguments["outlines"][n]["split"] is None)
+    reason = f"{len(unsplit)} outlines could not be split: {', '.join(unsplit[:5])}" if unsplit else ""
+    return workspace.outcome(
+        Status.DEGRADED if unsplit else Status.DONE, reason,
+        {"units": entries(text, workspace.path(UNITS)), "outlines": len(own)},
+    )  # fmt: skip
+
+
+def _parts(store: Store, name: str, said: Mapping[str, Any]) -> list[_Part]:
+    path, start, length = said["line"]
+    outline = decode(read_text(store, path)[start : start + length]).outline
+    if said["split"] is None:
+        remark = "; ".join(filter(None, [outline.remark, NOT_SPLIT.format(said["reason"] or "the task failed")]))
+        return [_Part(replace(outline, remark=remark), name, said["tile"])]
+    splitting = decode_splitting(store.read_bytes(said["split"]))
+    return [_Part(o, name, said["tile"]) for o in units_of(outline, splitting)]
+
+
+def units_of(outline: Outline, splitting: Splitting) -> list[Outline]:
+    """The single units with ids of their own: the outline's where it stays whole, else its id and their place.
+
+    Attributes, remark and directions are handed down; edges and the roof's outline stay with the outline.
+    """
+    directions: dict[str, Any] = {"aspects": splitting.aspects, "slopes": splitting.slopes}
+    if len(splitting.units) == 1:
+        return [replace(outline, polygon=splitting.units[0], **directions)]
+    places = ids_from_geometry(splitting.units)
+    return [
+        replace(outline, id=f"{outline.id}.{place}", polygon=polygon, roof=None, edges=(), inner_edges=(), **directions)
+        for place, polygon in zip(places, splitting.units, strict=True)
+    ]
+
+
+def _tied(parts: Sequence[_Part]) -> list[_Part]:
+    """Cuts that end on a wall shared with another outline leave their vertex there, too: noded outlines stay noded."""
+    if len({p.source for p in parts}) < 2:
+        return list(parts)
+    polygons = np.array([p.outline.polygon for p in parts], dtype=object)
+    pairs = shapely.STRtree(polygons).query(polygons, predicate="dwithin", distance=TIE_M).T.tolist()
+    others: dict[int, list[int]] = {i: [] for i in range(len(parts))}
+    for i, j in pairs:
+        if parts[i].source != parts[j].source:
+            others[i].append(j)
+    return [_with_vertices_of(p, polygons[sorted(others[i])]) for i, p in enumerate(parts)]
+
+
+def _with_vertices_of(part: _Part, beside: np.ndarray) -> _Part:
+    if not len(beside):
+        return part
+    polygon = with_vertices(part.outline.polygon, np.unique(shapely.get_coordinates(beside), axis=0), TIE_M)
+    return replace(part, outline=replace(part.outline, polygon=polygon))

@@ -1,0 +1,67 @@
+"""Stage ``walls``: the points of a ground tile that stand on façades (Nex 2013 §2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import NDArray
+
+from cityflow.core.grid import Bounds, grown
+from cityflow.core.wall_points import WallPoints, joined_walls
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.stages.fuse import DepthReader
+from cityflow.stages.oriented import to_json
+from cityflow.stages.survey import Survey
+
+STAGE = "walls"
+VERSION = 1
+WALLS = "walls.cfa"
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The wall points of one tile, from the depth maps of the tile and of its rim."""
+    wanted = survey.wall_parameters
+    maps = survey.depth_maps(survey.near(name, wanted.halo_m))
+    images = [to_json(survey.images.views[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    return Task(
+        STAGE, name, "cityflow.stages.walls:run", VERSION,
+        parameters=survey.parameters_for(STAGE, name, wanted),
+        inputs={**dict(maps.values()), "poses": digest_of(images)},
+        arguments={
+            "bounds": list(survey.tiles[name].bounds), "maps": [path for path, _ in maps.values()], "images": images,
+            "bands": survey.images.bands,
+        },
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Find them with the rim, and keep those of the tile."""
+    a = task.arguments
+    parameters = WallPointParameters.model_validate(task.parameters)
+    bounds: Bounds = tuple(a["bounds"])
+    around = grown(bounds, parameters.halo_m)
+    points = DepthReader(workspace.store, a["maps"], a["images"], a["bands"], around)(around)
+    found = find_wall_points(points, parameters).within(bounds)
+    arrays: dict[str, NDArray[Any]] = {
+        "xyz": found.xyz,
+        "normal": found.normal,
+        "sigma": found.sigma,
+        "views": found.views,
+    }
+    workspace.write(WALLS, encode_arrays(arrays, {}))
+    return workspace.outcome(result={"points": len(points), "wall_points": len(found)})
+
+
+def read_walls(store: Store, paths: Sequence[str], bounds: Bounds) -> WallPoints:
+    """What walls tasks wrote, within bounds, in the order of the paths."""
+    parts = []
+    for path in paths:
+        arrays, _ = decode_arrays(store.read_bytes(path))
+        parts.append(WallPoints(arrays["xyz"], arrays["normal"], arrays["sigma"], arrays["views"]).within(bounds))
+    return joined_walls(parts)
