@@ -1,7 +1,8 @@
-"""``outlines.gpkg``: outlines, units and status as layers of a GeoPackage, with every attribute in a typed column."""
+"""``outlines.gpkg``: outlines with their edges and cut lines, units and status as layers of a GeoPackage, with every attribute in a typed column."""
 
 from __future__ import annotations
 
+import math
 import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,14 +18,16 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from cityflow.core.building import Building, Outline, Scalar, Status
+from cityflow.core.building import Building, Outline, OutlineEdge, Scalar, Status
 from cityflow.core.reference import Reference
+from cityflow.core.splitting import CutLine, Splitting
 from cityflow.io.attributes import described, scalars
 from cityflow.io.reference import horizontal_crs, vertical_datum
 
 _Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
 """Name, values, mask of nulls."""
 
+_LINE = "LineString"
 _RESERVED = ("fid", "geom")
 _NO_TIME = "2000-01-01T00:00:00.000Z"
 """GeoPackage wants a time of last change; the products have none."""
@@ -32,11 +35,17 @@ _NO_TIME = "2000-01-01T00:00:00.000Z"
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One layer: a geometry (or None) and a row for each feature; rows need not have the same keys."""
+    """One layer: a geometry (or None) and a row for each feature; rows need not have the same keys.
+
+    Attributes
+    ----------
+    kind : of geometry, where there is no feature to tell
+    """
 
     name: str
     geometries: Sequence[BaseGeometry | None]
     rows: Sequence[Mapping[str, Scalar]]
+    kind: str = "Polygon"
 
 
 def outline_layer(outlines: Iterable[Outline]) -> Layer:
@@ -44,6 +53,55 @@ def outline_layer(outlines: Iterable[Outline]) -> Layer:
     found = list(outlines)
     rows = [{"id": o.id, "remark": o.remark, **_without(scalars(o.attributes), "id", "remark")} for o in found]
     return Layer("outlines", [o.polygon for o in found], rows)
+
+
+def outline_edge_layer(outlines: Iterable[Outline]) -> Layer:
+    """Edges of the outlines and walls inside them, with where each comes from and how well it is known."""
+    found = [(o.id, edge, inner) for o in outlines for inner in (False, True) for edge in _edges(o, inner)]
+    rows: list[dict[str, Scalar]] = [
+        {"outline": i, "source": e.source, "sigma_m": _known(e.sigma_m), "seen": _known(e.seen), "inner": inner}
+        for i, e, inner in found
+    ]
+    return Layer("outline_edges", [e.line for _, e, _ in found], rows, _LINE)
+
+
+def _edges(outline: Outline, inner: bool) -> tuple[OutlineEdge, ...]:
+    return outline.inner_edges if inner else outline.edges
+
+
+def roof_layer(outlines: Iterable[Outline]) -> Layer:
+    """Outlines of the roofs where they are known apart from the walls; with the overhang, roof minus walls, in m²."""
+    found = [(o, o.roof) for o in outlines if o.roof is not None]
+    rows: list[dict[str, Scalar]] = [
+        {"id": o.id, "overhang_m2": round(float(shapely.difference(roof, o.polygon).area), 3)} for o, roof in found
+    ]
+    return Layer("roofs", [roof for _, roof in found], rows)
+
+
+def cut_line_layer(splittings: Iterable[tuple[str, Splitting]]) -> Layer:
+    """Cut lines of each outline (by id), and the candidates that were not used: what another threshold would do."""
+    found = [
+        (identifier, cut, used)
+        for identifier, s in splittings
+        for used, cuts in ((True, s.cut_lines), (False, s.rejected))
+        for cut in cuts
+    ]
+    return Layer("cut_lines", [c.line for _, c, _ in found], [_cut_row(i, c, used) for i, c, used in found], _LINE)
+
+
+def _cut_row(outline: str, cut: CutLine, used: bool) -> dict[str, Scalar]:
+    measured = ("vertical", "sloped", "height_step_m", "gap_m", "confidence", "angle_sigma_deg")
+    return {
+        "outline": outline,
+        "kind": cut.kind,
+        "used": used,
+        **{name: _known(getattr(cut, name)) for name in measured},
+    }
+
+
+def _known(value: float) -> float | None:
+    """To four decimals, beyond which no measured value means anything; None where unknown."""
+    return round(float(value), 4) if math.isfinite(value) else None
 
 
 def unit_layer(buildings: Iterable[Building]) -> Layer:
@@ -83,7 +141,7 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
             fields=[name for name, _, _ in columns],
             layer=layer.name,
             driver="GPKG",
-            geometry_type=_geometry_type(layer.geometries),
+            geometry_type=_geometry_type(layer),
             crs=None if crs is None else crs.to_wkt(),
             append=append,
             layer_metadata={"VERTICAL_DATUM": vertical_datum(reference)},
@@ -91,9 +149,9 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
         )
 
 
-def _geometry_type(geometries: Sequence[BaseGeometry | None]) -> str:
-    kinds = sorted({f"{g.geom_type} Z" if g.has_z else g.geom_type for g in geometries if g is not None})
-    return kinds[0] if len(kinds) == 1 else "Polygon" if not kinds else "Unknown"
+def _geometry_type(layer: Layer) -> str:
+    kinds = sorted({f"{g.geom_type} Z" if g.has_z else g.geom_type for g in layer.geometries if g is not None})
+    return kinds[0] if len(kinds) == 1 else layer.kind if not kinds else "Unknown"
 
 
 def _columns(rows: Sequence[Mapping[str, Scalar]]) -> list[_Column]:

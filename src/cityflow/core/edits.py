@@ -1,0 +1,115 @@
+"""What a person drew to override outlines and cut lines (docs/edits.md)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from cityflow.core.grid import Bounds
+
+REACH_M = 1.0
+"""How far an edit acts beyond its own geometry."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnOutline:
+    """A polygon that stands in the place of what was found there.
+
+    Attributes
+    ----------
+    polygon : valid, world metres
+    id : of the unit; empty where the person gave none
+    locked : it is never split
+    """
+
+    polygon: Polygon
+    id: str = ""
+    locked: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Edits:
+    """All edits of a survey, or of a part of it.
+
+    Attributes
+    ----------
+    outlines : drawn ones, the locked first
+    cut_lines : straight lines to cut along
+    no_cut_lines : cut lines found along these are not used
+    rejected : points or polygons where no building stands
+    notes : what a user should know about the file that they come from
+    """
+
+    outlines: tuple[DrawnOutline, ...] = ()
+    cut_lines: tuple[LineString, ...] = ()
+    no_cut_lines: tuple[LineString, ...] = ()
+    rejected: tuple[BaseGeometry, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.outlines) + len(self.cut_lines) + len(self.no_cut_lines) + len(self.rejected)
+
+    @property
+    def locked(self) -> tuple[Polygon, ...]:
+        return tuple(o.polygon for o in self.outlines if o.locked)
+
+    def within(self, bounds: Bounds) -> Edits:
+        """Those that act somewhere in a box."""
+        return self.near(shapely.box(*bounds))
+
+    def near(self, place: BaseGeometry) -> Edits:
+        """Those that act somewhere on a geometry; without the notes."""
+        return replace(
+            self,
+            outlines=tuple(o for o in self.outlines if shapely.dwithin(o.polygon, place, REACH_M)),
+            cut_lines=tuple(g for g in self.cut_lines if shapely.dwithin(g, place, REACH_M)),
+            no_cut_lines=tuple(g for g in self.no_cut_lines if shapely.dwithin(g, place, REACH_M)),
+            rejected=tuple(g for g in self.rejected if shapely.dwithin(g, place, REACH_M)),
+            notes=(),
+        )
+
+    def lines(self) -> list[str]:
+        """One line of text for each edit, bit for bit; `from_lines` reads them."""
+        return [json.dumps([kind, name, shapely.to_wkb(shape, hex=True)]) for kind, name, shape in self._features()]
+
+    @classmethod
+    def from_lines(cls, lines: list[str]) -> Edits:
+        """The edits that `lines` wrote."""
+        split = [json.loads(line) for line in lines]
+        shapes = {kind: [shapely.from_wkb(wkb) for k, _, wkb in split if k == kind] for kind in _KINDS}
+        drawn = [DrawnOutline(shapely.from_wkb(w), name, k == "locked") for k, name, w in split if k in _KINDS[:2]]
+        return cls(tuple(drawn), tuple(shapes["cut"]), tuple(shapes["no cut"]), tuple(shapes["rejected"]))
+
+    def _features(self) -> Iterator[tuple[str, str, BaseGeometry]]:
+        for drawn in self.outlines:
+            yield _KINDS[0 if drawn.locked else 1], drawn.id, drawn.polygon
+        for kind, shapes in zip(_KINDS[2:], (self.cut_lines, self.no_cut_lines, self.rejected), strict=True):
+            for shape in shapes:
+                yield kind, "", shape
+
+
+_KINDS = ("locked", "outline", "cut", "no cut", "rejected")
+
+
+def edits_digest(edits: Edits, place: BaseGeometry | Bounds) -> str:
+    """Hash of the edits that act on a polygon or a box; empty where none does.
+
+    A task that carries it runs again only where an edit was added, changed or taken away under it, whatever else the file
+    holds. The order in the file counts: of two drawn outlines that overlap, the first wins.
+    """
+    where = place if isinstance(place, BaseGeometry) else shapely.box(*place)
+    lines = edits.near(where).lines()
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest() if lines else ""
+
+
+def as_outline(polygon: Polygon) -> Polygon:
+    """A drawn polygon as outlines are: flat, exterior counter-clockwise, vertices multiples of 0.1 mm."""
+    flat = shapely.transform(shapely.force_2d(polygon), lambda xy: np.round(xy, 4) + 0.0)
+    return shapely.orient_polygons(shapely.remove_repeated_points(flat), exterior_cw=False)
