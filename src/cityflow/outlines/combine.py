@@ -46,25 +46,25 @@ class Footprint:
 
 
 def footprints(
-    around: Surroundings, roof: Polygon | None, walls: Sequence[WallLine], parameters: CombineParameters
+    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[WallLine], parameters: CombineParameters
 ) -> list[Footprint]:
     """The footprints in one place: one, or several where walls stand between, or none.
 
     Parameters
     ----------
     around : what the surface says, with a margin around the region of at least `overhang_m`
-    roof : outline of the region's roof, world metres; None where walls stand alone
+    roofs : outlines of the region's roof, world metres, the best first; none where walls stand alone
     walls : near the region
     parameters : CombineParameters
     """
     origin = np.array(around.grid.bounds[:2])
-    local_roof = None if roof is None else shapely.transform(roof, lambda xy: xy - origin)
-    found = _local_footprints(around, local_roof, [_moved(w, -origin) for w in walls], parameters)
+    local_roofs = [shapely.transform(roof, lambda xy: xy - origin) for roof in roofs]
+    found = _local_footprints(around, local_roofs, [_moved(w, -origin) for w in walls], parameters)
     polygons = [shapely.transform(p, lambda xy: xy + origin) for p in found]
-    if roof is None:
+    if not roofs:
         return [Footprint(p, None, "walls alone") for p in polygons]
     remark = "walls" if len(polygons) == 1 else f"walls, one of {len(polygons)} parts of a region"
-    return [Footprint(p, _roof_of(p, polygons, roof, parameters.overhang_m), remark) for p in polygons]
+    return [Footprint(p, _roof_of(p, polygons, roofs[0], parameters.overhang_m), remark) for p in polygons]
 
 
 def _moved(wall: WallLine, by: FloatArray) -> WallLine:
@@ -72,11 +72,11 @@ def _moved(wall: WallLine, by: FloatArray) -> WallLine:
 
 
 def _local_footprints(
-    around: Surroundings, roof: Polygon | None, walls: Sequence[WallLine], parameters: CombineParameters
+    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[WallLine], parameters: CombineParameters
 ) -> list[Polygon]:
     world = np.array(around.grid.bounds[:2])
     roles = wall_roles([_moved(w, world) for w in walls], around, parameters.overhang_m)
-    pieces = candidate_pieces(walls, roof, parameters.overhang_m, parameters.extension_m)
+    pieces = candidate_pieces(walls, roofs, parameters.overhang_m, parameters.extension_m)
     if not len(pieces.ends):
         return []
     width, height = around.grid.cols * around.grid.cell, around.grid.rows * around.grid.cell

@@ -49,18 +49,18 @@ class Pieces:
         return np.isin(self.kind, kinds)
 
 
-def candidate_pieces(walls: Sequence[WallLine], roof: Polygon | None, reach_m: float, beyond_m: float) -> Pieces:
+def candidate_pieces(walls: Sequence[WallLine], roofs: Sequence[Polygon], reach_m: float, beyond_m: float) -> Pieces:
     """All candidates of one problem.
 
     Parameters
     ----------
     walls : in the frame of the problem
-    roof : outline of the roof, None where no roof was found
+    roofs : outlines of the roof, however found
     reach_m : an edge of the roof at most so far before a wall is its eave
     beyond_m : every wall may go on so far at both ends
     """
     rows: list[tuple[FloatArray, Kind, int]] = []
-    edges = _edges(roof) if roof is not None else np.empty((0, 2, 2))
+    edges = np.concatenate([np.empty((0, 2, 2)), *(_edges(roof) for roof in roofs)])
     for number, wall in enumerate(walls):
         rows += [(piece, kind, number) for piece, kind in _wall_pieces(wall, edges, reach_m, beyond_m)]
         rows += [(piece, Kind.STEP, -1) for piece in _steps(wall)]

@@ -47,6 +47,7 @@ class RegionSurface:
     count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
     walls : points on façades in the same area, or None where nobody looked for them
     dtm : (rows, cols) float32, terrain, metres; None where nobody asked
+    highest : cells hold their highest point, as those of LiDAR do; False: a median of what lies in them, as of images
     """
 
     grid: Grid
@@ -57,6 +58,7 @@ class RegionSurface:
     count: IntArray | NDArray[np.uint32] | None = None
     walls: WallPoints | None = None
     dtm: Float32Array | None = None
+    highest: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +70,13 @@ class Region:
     grid : of the mask, the region's bounding box and a margin of one cell
     mask : (rows, cols) bool
     points_per_cell : mean over the region, NaN where unknown
+    highest : as of `RegionSurface`
     """
 
     grid: Grid
     mask: BoolArray
     points_per_cell: float = float("nan")
+    highest: bool = True
 
     @property
     def area_m2(self) -> float:
@@ -181,7 +185,7 @@ def _region(mask: BoolArray, part: tuple[slice, slice], surface: RegionSurface) 
     padded = np.pad(mask, 1)
     own = Grid(grid.x_min + col * grid.cell, grid.y_max - row * grid.cell, grid.cell, *padded.shape)
     density = float("nan") if surface.count is None else float(np.mean(surface.count[part][mask]))
-    return Region(own, padded, density)
+    return Region(own, padded, density, surface.highest)
 
 
 def cells_polygon(mask: BoolArray, grid: Grid) -> Polygon:

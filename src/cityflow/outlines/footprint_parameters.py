@@ -1,0 +1,30 @@
+"""How building regions become outlines: parameters."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from cityflow.core.parameters import Parameters
+from cityflow.outlines.combine import CombineParameters
+from cityflow.outlines.regions import RegionParameters
+from cityflow.outlines.wall_lines import WallLineParameters
+
+
+class FindParameters(Parameters):
+    """How building regions become outlines."""
+
+    regions: RegionParameters = Field(default_factory=RegionParameters, description="what is a building region")
+    halo_m: float = Field(100.0, ge=0, le=1000, description="surface needed around a tile; larger regions are cut, m")
+    shortest_edge_m: float = Field(1.2, ge=0.2, le=10, description="shorter edges are generalised away, m")
+    quality_m2: float = Field(1.5, gt=0, le=100, description="parts smaller than this need not be followed, m²")
+    corner_cost_m2: float = Field(
+        0.5, ge=0, le=100, description="what one corner more must gain in area to be worth it, m²"
+    )
+    spot_m: float = Field(
+        0.12, ge=0, le=2, description="how far a roof is seen beyond its edge (size of the laser's spot, noise), m"
+    )
+    combine: CombineParameters = Field(
+        default_factory=CombineParameters, description="how walls and the roof over them become one footprint"
+    )
+    walls: WallLineParameters = Field(default_factory=WallLineParameters, description="how walls are found in plan")
+    eaves_m: float = Field(0.0, ge=0, le=3, description="how far roofs reach beyond the outlines wanted, m")
