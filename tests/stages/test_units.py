@@ -77,7 +77,10 @@ def units_of_tiles(tmp_path: Path, west_fails: bool = False) -> dict[str, tuple[
         task = Task("units", tile, "cityflow.stages.units:run", 1, arguments={"own": [name], "outlines": about})
         workspace = Workspace(store, task)
         outcome = units.run(workspace, task)
-        path = next(iter(outcome.outputs))
+        path = next(p for p in outcome.outputs if p.endswith(units.UNITS))
+        splits = units.read_splits(store.read_bytes(next(p for p in outcome.outputs if p.endswith(units.SPLITS))))
+        assert [name for name, _ in splits] == ([] if splits == [] else [name])
+        assert bool(splits) is (about[name]["split"] is not None)
         assert [e["id"] for e in outcome.result["units"]] == [s.outline.id for s in decode_all(store.read_bytes(path))]
         found[tile] = outcome.status, decode_all(store.read_bytes(path))
     return found

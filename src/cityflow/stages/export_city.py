@@ -9,11 +9,21 @@ import shapely
 
 from cityflow.core.building import Building, Outline, Status
 from cityflow.core.grid import Grid
+from cityflow.core.splitting import Splitting
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import Transform
 from cityflow.io.cityjson_sequence import extent_of_headers, header_line, join
-from cityflow.io.outlines_gpkg import outline_layer, status_layer, unit_layer, write_geopackage
+from cityflow.io.outlines_gpkg import (
+    Layer,
+    cut_line_layer,
+    outline_edge_layer,
+    outline_layer,
+    roof_layer,
+    status_layer,
+    unit_layer,
+    write_geopackage,
+)  # fmt: skip
 from cityflow.io.products_catalog import ProductFile, ProductItem, Source, products_catalog
 from cityflow.io.raster import write_vrt
 from cityflow.io.reference import resolve
@@ -22,8 +32,9 @@ from cityflow.stages.formats import CITYJSON_FOLDER
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey
+from cityflow.stages.units import read_splits
 
-VERSION = 1
+VERSION = 2
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
@@ -36,17 +47,19 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
     """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
+    splits = {p: d for t in tiles for p, d in survey.split_files(t).items()}
     exports = {t: survey.records[STAGE, t].outputs for t in tiles}
     surfaces = {t: {**survey.products_of("surface", t), **survey.products_of("ortho", t)} for t in tiles}
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
         inputs={
-            "outlines": digest_of([outlines, units]), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
+            "outlines": digest_of([outlines, units, splits]), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
             **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
         },
         arguments={
-            "outlines": list(outlines), "units": list(units), "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
+            "outlines": list(outlines), "units": list(units), "splits": list(splits),
+            "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
             "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
             "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
@@ -66,7 +79,10 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         for kind in ("outlines", "units")
     )
     exported = [p for outputs in task.arguments["exports"].values() for p in outputs]
-    workspace.publish("products/outlines.gpkg", _map(outlines, units, read_rows(workspace.store, exported), task))
+    splits = [s for p in task.arguments["splits"] for s in read_splits(workspace.read(p))]
+    rows = read_rows(workspace.store, exported)
+    layers = [*_outline_layers(outlines, splits), *_unit_layers(units, rows, task)]
+    workspace.publish("products/outlines.gpkg", write_geopackage(layers, resolve(task.arguments["crs"])))
     paths = sorted(p for p in exported if p.startswith(CITYJSON_FOLDER))
     if paths and len(paths) <= parameters.join_up_to_tiles:
         workspace.publish("products/city.city.jsonl", b"".join(_joined(workspace, task, paths)))
@@ -130,18 +146,23 @@ def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[
     return join(files, header)
 
 
-def _map(
-    outlines: Iterable[Outline], units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task
-) -> bytes:
-    """Outlines as used, units with their attributes, and the status of everything, also of what left no building."""
+def _outline_layers(outlines: Iterable[Outline], splits: Iterable[tuple[str, Splitting]]) -> Iterator[Layer]:
+    """Outlines as used; how their edges are known, their roofs and cut lines only where somebody looked for them."""
+    ordered = sorted(outlines, key=lambda o: o.id)
+    yield outline_layer(ordered)
+    found = (outline_edge_layer(ordered), roof_layer(ordered), cut_line_layer(sorted(splits, key=lambda s: s[0])))
+    yield from (layer for layer in found if len(layer.geometries))
+
+
+def _unit_layers(units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task) -> Iterator[Layer]:
+    """Units with their attributes, and the status of everything, also of what left no building."""
     ordered = sorted(units, key=lambda o: o.id)
     finished = [_unit(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
     places = {o.id: shapely.Point(o.polygon.representative_point()) for o in ordered}
     fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
     fates |= {u: (Status.REFUSED, reason) for u, reason in task.arguments["refused"].items()}
-    status = [(u, places.get(u), *fate) for u, fate in sorted(fates.items())]
-    layers = [outline_layer(sorted(outlines, key=lambda o: o.id)), unit_layer(finished), status_layer(status)]
-    return write_geopackage(layers, resolve(task.arguments["crs"]))
+    yield unit_layer(finished)
+    yield status_layer([(u, places.get(u), *fate) for u, fate in sorted(fates.items())])
 
 
 def _unit(outline: Outline, row: Mapping[str, Any]) -> Building:

@@ -301,6 +301,10 @@ class Survey:
         """Path → digest of the file that holds the units of a tile: its outlines where nothing is split."""
         return self._files_of("units" if self.splits else "outline", tile)
 
+    def split_files(self, tile: str) -> dict[str, str]:
+        """Path → digest of the file that says how the outlines of a tile were split."""
+        return {p: d for p, d in self.outputs_of("units", tile).items() if p.endswith(".ndjson")}
+
     def _files_of(self, stage: str, tile: str) -> dict[str, str]:
         record = self.records.get((stage, tile))
         known = {**(record.inputs if stage == "outline" else {}), **record.outputs} if record else {}

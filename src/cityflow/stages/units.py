@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,7 +24,7 @@ from cityflow.stages.survey import Survey, UnitEntry
 
 STAGE = "units"
 VERSION = 1
-UNITS = "units.jsonl"
+UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
 NOT_SPLIT = "not split: {}"
 
@@ -72,12 +73,29 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     ]  # fmt: skip
     text = lines(mine)
     workspace.write(UNITS, text)
+    workspace.write(SPLITS, _splits(workspace.store, task.arguments))
     unsplit = sorted(n for n in own if task.arguments["outlines"][n]["split"] is None)
     reason = f"{len(unsplit)} outlines could not be split: {', '.join(unsplit[:5])}" if unsplit else ""
     return workspace.outcome(
         Status.DEGRADED if unsplit else Status.DONE, reason,
         {"units": entries(text, workspace.path(UNITS)), "outlines": len(own)},
     )  # fmt: skip
+
+
+def _splits(store: Store, arguments: Mapping[str, Any]) -> bytes:
+    """A line with its id for every outline of the tile that went through splitting."""
+    paths = {name: arguments["outlines"][name]["split"] for name in sorted(arguments["own"])}
+    return b"".join(
+        json.dumps(name, ensure_ascii=False).encode() + b"\t" + store.read_bytes(path)
+        for name, path in paths.items()
+        if path
+    )
+
+
+def read_splits(text: bytes) -> list[tuple[str, Splitting]]:
+    """Id of the outline, and how it was split."""
+    rows = (line.split(b"\t", 1) for line in text.splitlines())
+    return [(json.loads(name), decode_splitting(tree)) for name, tree in rows]
 
 
 def _parts(store: Store, name: str, said: Mapping[str, Any]) -> list[_Part]:
