@@ -5,10 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
 
 from cityflow import __version__
 from cityflow.errors import CityflowError
@@ -19,6 +20,18 @@ app = typer.Typer(
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
 app.add_typer(catalog_app, name="catalog")
+
+
+class PointsFirst(TyperGroup):
+    """``evaluate RUN …`` without the name of what is evaluated means ``evaluate points RUN …``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        named = not args or args[0] in self.commands or args[0] == "--help"
+        return super().parse_args(ctx, args if named else ["points", *args])
+
+
+evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a run against what is known better.")
+app.add_typer(evaluate_app, name="evaluate")
 console = Console()
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run")]
@@ -170,18 +183,43 @@ def demo(
     run_demo(out, seed, scheduler, workers, console)
 
 
-@app.command()
-def evaluate(
+ReferenceArgument = Annotated[
+    str, typer.Argument(metavar="REFERENCE", help="Vector file that GDAL reads, in any CRS that it states")
+]
+LayerOption = Annotated[str, typer.Option(help="Layer of the reference, where it has several")]
+
+
+@evaluate_app.command("points")
+def evaluate_points(
     run_url: RunArgument,
     checkpoints: Annotated[
         str,
         typer.Option(metavar="FILE", help="Points with X, Y, Z: CSV or any vector format; a column kind groups them"),
     ],
 ) -> None:
-    """Bias, RMSE and LE95 of surface and ortho at points of known position; also shown by cityflow report."""
+    """Bias, RMSE and LE95 of surface and ortho at points of known position; also shown by cityflow report.
+
+    The word points may be left out: cityflow evaluate RUN --checkpoints FILE.
+    """
     from cityflow.workflow.evaluate import evaluate_run
 
     evaluate_run(run_url, checkpoints, console)
+
+
+@evaluate_app.command("outlines")
+def evaluate_outlines(run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "") -> None:
+    """Completeness, correctness, IoU, corners and edges of the outlines found; what is missing and extra as GeoPackage."""
+    from cityflow.workflow.evaluate_outlines import evaluate_outlines as evaluated
+
+    evaluated(run_url, reference, layer, console)
+
+
+@evaluate_app.command("units")
+def evaluate_units(run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "") -> None:
+    """Hits, misses and false alarms of cut lines, and IoU of single units; missed and false ones as GeoPackage."""
+    from cityflow.workflow.evaluate_units import evaluate_units as evaluated
+
+    evaluated(run_url, reference, layer, console)
 
 
 @app.command()
