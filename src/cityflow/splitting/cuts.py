@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -15,6 +16,8 @@ from cityflow.splitting.piece_evidence import PieceEvidence, at_stations
 from cityflow.splitting.score import Score, score
 from cityflow.splitting.score_colour import DARK, Change
 from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.strip_images import CONTEXT_M
+from cityflow.splitting.weigh import Noise, Sides, Weighed, weigh
 
 APART_M = 1.8
 """Maxima nearer to one another than this are one."""
@@ -25,8 +28,13 @@ TOGETHER_M = 0.3
 FREE_END_M = 2.0
 """No border is nearer to a free end of a row."""
 JUNCTION_M = 0.5
+LEAST_SCORE = 1.2
+"""Weaker maxima of the scan are no proposals."""
 LEAST_LOG_ODDS = -3.0
-"""Weaker maxima are not even named among the rejected."""
+"""Weaker borders are not even named among the rejected."""
+CROSSWISE_ODDS = 2.0
+"""By so much less likely is a border longer than the house that it would cut."""
+CONTROLS = (0.35, 0.5, 0.65)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,38 +44,107 @@ class Candidate:
     u: float
     log_odds: float
     cut: CutLine
+    weighed: Weighed
 
 
 def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: float) -> list[Candidate]:
-    """Maxima of the score, strongest first.
+    """Possible borders of a piece: proposed by the scan, then weighed between one another, strongest first.
 
     Parameters
     ----------
     outline : that the lines shall cross
     aspect_sigma_deg : standard deviation of the piece's direction, degrees
     """
+    places = proposals(evidence, outline)
+    handicap = CROSSWISE_ODDS if evidence.piece.depth > evidence.piece.chain_m else 0.0
+    chosen = _chosen(evidence, places, Noise(), handicap)
+    noise = _background(evidence, chosen)
+    chosen = _chosen(evidence, places, noise, handicap)
+    found = []
+    for u in places:
+        weighed = weigh(evidence, u, _sides(evidence, [c for c in chosen if c != u], u), noise)
+        log_odds = weighed.log_odds - handicap
+        line = line_at(evidence.piece, outline, u)
+        if line is not None and log_odds >= LEAST_LOG_ODDS:
+            cut = _cut(evidence, u, line, (log_odds, weighed.step_m), aspect_sigma_deg)
+            found.append(Candidate(u, log_odds, cut, weighed))
+    return sorted(found, key=lambda c: (-c.log_odds, c.u))
+
+
+def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:
+    """Places of the maxima of the scan."""
     scores = score(evidence)
     total = _allowed(evidence.piece, outline, scores.total)
-    total = total - _restless(total)
-    found = []
-    for k in maxima(total, evidence.stations, APART_M):
-        if total[k] < LEAST_LOG_ODDS:
-            continue
-        u = place(evidence, scores, k)
-        line = line_at(evidence.piece, outline, u)
-        if line is not None:
-            found.append(Candidate(u, float(total[k]), _cut(evidence, k, line, float(total[k]), aspect_sigma_deg)))
-    return found
+    found = [k for k in maxima(total, evidence.stations, APART_M) if total[k] > LEAST_SCORE]
+    return sorted(dict.fromkeys(place(evidence, scores, k) for k in found))
 
 
-def _cut(evidence: PieceEvidence, k: int, line: LineString, log_odds: float, sigma: float) -> CutLine:
-    slices = evidence.slices
+def _chosen(evidence: PieceEvidence, places: Sequence[float], noise: Noise, handicap: float) -> list[float]:
+    """Borders that are likelier than not: each weighed alone, taken strongest first as long as it holds between those already there."""
+    alone = [weigh(evidence, u, _sides(evidence, [], u), noise).log_odds - handicap for u in places]
+    chosen: list[float] = []
+    for k in sorted(range(len(places)), key=lambda k: (-alone[k], places[k])):
+        if alone[k] <= 0:
+            break
+        if weigh(evidence, places[k], _sides(evidence, chosen, places[k]), noise).log_odds > handicap:
+            chosen.append(places[k])
+    return _settled(evidence, chosen, noise, handicap)
+
+
+def _settled(evidence: PieceEvidence, chosen: Sequence[float], noise: Noise, handicap: float) -> list[float]:
+    """Without those that do not hold between their final neighbours; the weakest goes first."""
+    left = list(chosen)
+    while left:
+        odds = [weigh(evidence, u, _sides(evidence, [c for c in left if c != u], u), noise).log_odds for u in left]
+        weakest = int(np.argmin(odds))
+        if odds[weakest] > handicap:
+            break
+        left.pop(weakest)
+    return sorted(left)
+
+
+def _sides(evidence: PieceEvidence, chosen: Sequence[float], u: float) -> Sides:
+    first, last = float(evidence.stations[0]) - CONTEXT_M, float(evidence.stations[-1]) + CONTEXT_M
+    return Sides(max([c for c in chosen if c < u], default=first), min([c for c in chosen if c > u], default=last))
+
+
+def _background(evidence: PieceEvidence, chosen: Sequence[float]) -> Noise:
+    """What changes where there is no border: in the middle between those that were found, and beside it."""
+    ends = [float(evidence.stations[0]), *chosen, float(evidence.stations[-1])]
+    controls = [
+        weigh(evidence, a + share * (b - a), Sides(a, b), Noise())
+        for a, b in pairwise(ends)
+        if b - a > 4.0
+        for share in CONTROLS
+    ]
+    if len(controls) < 3:
+        return Noise()
+    plain = Noise()
+    facades = [f for c in controls for f in c.facade_change]
+    return Noise(
+        max(plain.height_m, _middle([c.step_m for c in controls])),
+        max(plain.roof, _middle([c.roof_change for c in controls])),
+        max(plain.facade, _middle(facades)),
+    )
+
+
+def _middle(values: Sequence[float]) -> float:
+    known = [v for v in values if np.isfinite(v)]
+    return 1.2 * float(np.median(known)) if known else 0.0
+
+
+def _cut(
+    evidence: PieceEvidence, u: float, line: LineString, odds_and_step: tuple[float, float], sigma: float
+) -> CutLine:
+    near = np.abs(evidence.stations - u) < 0.25
+    near[int(np.argmin(np.abs(evidence.stations - u)))] = True
+    log_odds, step_m = odds_and_step
     return CutLine(
         line,
         "cut",
-        vertical=float(slices.vertical[k].max()),
-        sloped=float(slices.sloped[k]),
-        height_step_m=float(at_stations(evidence.height.step_m)[k]),
+        vertical=float(min(evidence.slices.vertical[near].max(), 1.0)),
+        sloped=float(evidence.slices.sloped[near].max()),
+        height_step_m=step_m,
         confidence=float(1 / (1 + np.exp(-log_odds))),
         angle_sigma_deg=sigma,
     )
@@ -83,12 +160,6 @@ def _allowed(piece: AxisPiece, outline: Polygon, total: FloatArray) -> FloatArra
         if not outline.contains(beyond):
             allowed[np.abs(piece.stations - u) < FREE_END_M] = -np.inf
     return allowed
-
-
-def _restless(total: FloatArray) -> float:
-    """How much the middle of all stations lies above what is to be expected of nothing: a restless piece has to show more."""
-    known = total[np.isfinite(total)]
-    return max(float(np.quantile(known, 0.35)) + 3.5, 0.0) if len(known) else 0.0
 
 
 def maxima(values: FloatArray, stations: FloatArray, apart: float) -> list[int]:

@@ -50,3 +50,24 @@ def _median(histogram: np.ndarray, total: int) -> float:
             return level + (half - before) / histogram[level]
         before += histogram[level]
     return float(BINS)
+
+
+@njit(cache=True, nogil=True)
+def block_medians(image: Float32Array, columns: tuple[int, int], edges: np.ndarray, share: float) -> Float32Array:
+    """(U, Z, C) levels → (B, C) medians of the blocks columns × rows edges[b] … edges[b + 1]; NaN where less than `share` is known."""
+    bands, channels = len(edges) - 1, image.shape[2]
+    result = np.full((bands, channels), np.nan, np.float32)
+    for b in range(bands):
+        cells = (columns[1] - columns[0]) * (edges[b + 1] - edges[b])
+        for c in range(channels):
+            histogram = np.zeros(BINS, np.int64)
+            total = 0
+            for k in range(columns[0], columns[1]):
+                for z in range(edges[b], edges[b + 1]):
+                    value = image[k, z, c]
+                    if np.isfinite(value):
+                        histogram[min(max(int(value), 0), BINS - 1)] += 1
+                        total += 1
+            if total > 0 and total >= share * cells:
+                result[b, c] = _median(histogram, total)
+    return result

@@ -39,6 +39,11 @@ class Change:
     u: FloatArray
     image: Float32Array
 
+    @property
+    def seen(self) -> float:
+        """Share of the image that is known."""
+        return float(np.isfinite(self.image[..., 0]).mean()) if self.image.size else 0.0
+
 
 def roof_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m: float) -> Change | None:
     """Change of the roof's colour: the median over bands along the axis, so that dormers and chimneys have no say."""
