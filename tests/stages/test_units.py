@@ -74,7 +74,9 @@ def units_of_tiles(tmp_path: Path, west_fails: bool = False) -> dict[str, tuple[
     }
     found = {}
     for name, tile in (("west", "0_0"), ("east", "1_0")):
-        task = Task("units", tile, "cityflow.stages.units:run", 1, arguments={"own": [name], "outlines": about})
+        task = Task(
+            "units", tile, "cityflow.stages.units:run", 1, arguments={"own": [name], "outlines": about, "edits": []}
+        )
         workspace = Workspace(store, task)
         outcome = units.run(workspace, task)
         path = next(p for p in outcome.outputs if p.endswith(units.UNITS))

@@ -81,6 +81,8 @@ class CitySource:
     def initial(self) -> Iterator[Task]:
         """What can start at once; everything else follows from `after`."""
         tiles = self.tiles_of_area()
+        # what a person has drawn is read before anything runs: a file that is not there is said at once
+        _ = self.survey.edits
         self._exports = {("export", name): None for name in tiles}
         pictures = list(self._pictures(tiles))
         self._gates.wait(CITY, [*self._exports, *pictures])
@@ -117,6 +119,8 @@ class CitySource:
         if node == (ingest.STAGE, ingest.OUTLINES):
             if record.status is Status.FAILED:
                 return  # without outlines nobody knows what to export: what an earlier run left stays
+            yield from self._refuse_broken(record)
+        if task.stage in (outline.STAGE, units.STAGE):
             yield from self._refuse_broken(record)
         if task.stage == outline.STAGE and self.survey.splits:
             self._learn_outlines(task.unit, record)
@@ -292,7 +296,7 @@ class CitySource:
             yield from self._want([(reconstruct.STAGE, u) for u in self._chosen[tile]])
 
     def _refuse_broken(self, record: Record) -> Iterator[Task]:
-        """Given outlines that are no polygons, or stand where nothing was surveyed, leave a record all the same."""
+        """Outlines that are no polygons, stand where nothing was surveyed, or were rejected, leave a record all the same."""
         if self.area.is_everywhere:
             for unit, reason in record.result.get("refused", []):
                 yield reconstruct.refused_task(self.survey, str(unit), str(reason))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cityflow.core.edits import Edits
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -12,6 +13,7 @@ from cityflow.io.point_index import split_file
 from cityflow.io.reference import resolve
 from cityflow.io.stac import sha256_of
 from cityflow.io.vector import read_outlines
+from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.given import Refusal, clean_outlines
 from cityflow.outlines.noding import node_outlines, vanished
 from cityflow.stages.outline_lines import lines, owned
@@ -74,8 +76,11 @@ def outlines_task(survey: Survey) -> Task:
             "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
             "crs": survey.catalog.reference.code,
         },
-        inputs={"file": asset.checksum, "tiles": digest_of(list(survey.tiles))},
-        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles)},
+        inputs={
+            "file": asset.checksum, "tiles": digest_of(list(survey.tiles)),
+            **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
+        },
+        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles), "edits": survey.edits.lines()},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -87,6 +92,7 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
         refuse_other_file(path, task)
         raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
     clean, refused = clean_outlines(raw)
+    clean, rejected = apply_to_outlines(clean, Edits.from_lines(task.arguments["edits"]))
     noded = node_outlines(clean, p["noding_tolerance_m"])
     known = set(task.arguments["tiles"])
     by_tile = owned(noded, p["tile_m"], known)
@@ -94,7 +100,7 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
         workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
     outside = [Refusal(s.outline.id, OUTSIDE) for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
     named = _unique_names(
-        [*refused, *vanished(clean, noded), *outside], {o.id for o in noded} - {r.id for r in outside}
+        [*refused, *rejected, *vanished(clean, noded), *outside], {o.id for o in noded} - {r.id for r in outside}
     )
     return workspace.outcome(reason="; ".join(notes), result={"refused": named, "notes": notes, "outlines": len(raw)})
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from cityflow.core.building import Status
+from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Grid, Tile
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
+from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.stages.outline_lines import entries, lines, owned
 from cityflow.stages.survey import Survey
@@ -42,13 +44,16 @@ def _found_task(survey: Survey, name: str) -> Task:
     blind = {
         f"walls {t}": survey.reason_of("walls", t) for t in seen if survey.sees_walls and survey.reason_of("walls", t)
     }
+    around = survey.tiles[name].buffered(survey.parameters.outline.found.halo_m)
+    edits = edits_digest(survey.edits, around)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
         parameters=parameters["found"],
-        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind},
+        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **({"edits": edits} if edits else {})},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
                    "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen,
-                   "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind},
+                   "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind,
+                   "edits": survey.edits.within(around).lines()},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -67,10 +72,17 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     region = RegionSurface(
         grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"]
     )
-    mine = owned(find_outlines(region, parameters), size, task.arguments["tiles"]).get(tile.name, [])
+    found = find_outlines(region, parameters)
+    kept, refused = apply_to_outlines(found, Edits.from_lines(task.arguments["edits"]))
+    mine = owned(kept, size, task.arguments["tiles"]).get(tile.name, [])
+    own = {s.outline.id for s in owned(found, size, task.arguments["tiles"]).get(tile.name, [])}
     text = lines(mine)
     workspace.write("outlines.jsonl", text)
     without = "; ".join(f"without the {t}: {why}" for t, why in task.arguments["blind"].items())
     return workspace.outcome(
-        Status.DEGRADED if without else Status.DONE, without, {"units": entries(text, workspace.path("outlines.jsonl"))}
-    )
+        Status.DEGRADED if without else Status.DONE, without,
+        {
+            "units": entries(text, workspace.path("outlines.jsonl")),
+            "refused": [[r.id, r.reason] for r in refused if r.id in own],
+        },
+    )  # fmt: skip

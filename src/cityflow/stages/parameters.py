@@ -54,6 +54,14 @@ class SplittingParameters(Parameters):
     method: SplitParameters = SplitParameters()
 
 
+class EditParameters(Parameters):
+    """What a person has drawn."""
+
+    path: str = Field(
+        "", description="GeoPackage of edits (docs/edits.md), relative to the workflow file or the folder one stands in"
+    )
+
+
 class PointsParameters(Parameters):
     """Where points come from."""
 
@@ -139,6 +147,7 @@ class CityParameters(Parameters):
     walls: WallPointParameters = WallPointParameters()
     outline: OutlineParameters = OutlineParameters()
     split: SplittingParameters = SplittingParameters()
+    edits: EditParameters = EditParameters()
     reconstruct: ReconstructParameters = ReconstructParameters()
     export: ExportParameters = ExportParameters()
     execution: ExecutionParameters = ExecutionParameters()

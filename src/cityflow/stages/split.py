@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Outline, Status
+from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
@@ -16,6 +17,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
+from cityflow.splitting.edits import with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_points, read_text
@@ -37,6 +39,8 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
     parameters: Any = survey.parameters_for(STAGE, outline.id, survey.parameters.split)
     under = survey.tiles_under(outline)
     frames = frame_units(survey, outline)
+    place = shapely.box(*outline.bounds)
+    edits = edits_digest(survey.edits, place)
     read = [("surface", t) for t in under]
     if survey.door == IMAGES:
         read += [("ortho", t) for t in under] + [("frame", u) for u in frames]
@@ -46,6 +50,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
         parameters=parameters["method"],
         inputs={
             "outline": outline.digest, **{f"{stage} {unit}": survey.digest_of_result(stage, unit) for stage, unit in read}, **pieces,
+            **({"edits": edits} if edits else {}),
             "frames": digest_of(sorted({survey.images.frame_tile(u).frame.name for u in frames})),
         },
         arguments={
@@ -53,6 +58,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
             "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
             "pictures": survey.door == IMAGES, "frames": _frames(survey, frames),
+            "edits": survey.edits.near(place).lines(),
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -80,10 +86,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """Split, and write units, cut lines and directions."""
     path, start, length = task.arguments["outline"]
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
+    parameters = SplitParameters.model_validate(task.parameters)
     evidence = gather(workspace.store, task.arguments, outline)
     found = Splitting((outline.polygon,), reason=NO_SURFACE)
     if evidence is not None:
-        found = split(evidence, SplitParameters.model_validate(task.parameters))
+        found = split(evidence, parameters)
+    edits = Edits.from_lines(task.arguments["edits"])
+    found = with_edits(found, outline.polygon, edits, parameters.minimum_area_m2)
     workspace.write(SPLIT, encode_splitting(found))
     figures: dict[str, Json] = {name: value for name, value in found.notes if np.isfinite(value)}
     return workspace.outcome(

@@ -10,10 +10,12 @@ from typing import Any
 import shapely
 
 from cityflow.core.building import Status
+from cityflow.core.edits import Edits
 from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, tiles_over
 from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
+from cityflow.io.edits_gpkg import read_edits
 from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.stages.image_survey import ImageSurvey, nearest_cell
@@ -121,6 +123,12 @@ class Survey:
     def sees_walls(self) -> bool:
         """Whether façades take part in finding outlines."""
         return self.door == IMAGES and not self.outlines_given
+
+    @cached_property
+    def edits(self) -> Edits:
+        """What a person has drawn; nothing where no file is named. Raises CatalogError where it cannot be read."""
+        path = self.parameters.edits.path
+        return read_edits(path, self.catalog.reference) if path else Edits()
 
     @cached_property
     def wall_parameters(self) -> WallPointParameters:
@@ -331,9 +339,10 @@ class Survey:
         return {p: d for p, d in record.outputs.items() if p.startswith("products/")} if record else {}
 
     def refused_outlines(self) -> dict[str, str]:
-        """Units that were given but cannot be buildings, with the reason."""
-        record = self.records.get(("ingest", "outlines"))
-        return {str(u): str(reason) for u, reason in record.result.get("refused", [])} if record else {}
+        """Outlines and units that cannot be buildings, or that a person has rejected, with the reason."""
+        records = [self.records.get(("ingest", "outlines"))]
+        records += [r for (stage, _), r in sorted(self.records.items()) if stage in ("outline", "units")]
+        return {str(u): str(why) for r in records if r is not None for u, why in r.result.get("refused", [])}
 
     @property
     def date(self) -> str:

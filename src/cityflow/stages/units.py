@@ -11,10 +11,12 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Outline, Status
+from cityflow.core.edits import Edits
 from cityflow.core.splitting import Splitting
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.outlines.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
 from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
@@ -43,14 +45,17 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
     every = [*own, *(o for o in beside if o.id not in {u.id for u in own})]
     splits = {o.id: survey.outputs_of("split", o.id) for o in every}
     reasons = {o.id: survey.reason_of("split", o.id) for o in every}
+    edits = [survey.edits.near(shapely.box(*o.bounds)) for o in every if len(survey.edits)]
+    drawn = list(dict.fromkeys(line for e in edits for line in e.lines()))
     return Task(
         STAGE, name, "cityflow.stages.units:run", VERSION,
         inputs={
+            **({"edits": digest_of(drawn)} if drawn else {}),
             **{f"outline {o.id}": o.digest for o in every}, **{p: d for s in splits.values() for p, d in s.items()},
             **{f"failed {o}": reason for o, reason in reasons.items() if not splits[o]},
         },
         arguments={
-            "own": [o.id for o in own],
+            "own": [o.id for o in own], "edits": drawn,
             "outlines": {
                 o.id: {"line": [o.path, o.start, o.length], "tile": o.tile, "split": next(iter(splits[o.id]), None), "reason": reasons[o.id]}
                 for o in every
@@ -64,7 +69,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """One line per unit, as the stage ``outline`` writes them where nothing is split."""
     own = set(task.arguments["own"])
     parts = [p for name, said in task.arguments["outlines"].items() for p in _parts(workspace.store, name, said)]
-    tied = _tied(parts)
+    no_building = rejected(
+        [p.outline.polygon for p in parts], Edits.from_lines(task.arguments["edits"]), by_points=False
+    )
+    refused = [[p.outline.id, REJECTED] for p, no in zip(parts, no_building, strict=True) if no and p.source in own]
+    tied = _tied([p for p, no in zip(parts, no_building, strict=True) if not no])
     shared = touching([p.outline for p in tied])
     tile_of = {p.outline.id: p.tile for p in tied}
     mine = [
@@ -78,7 +87,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     reason = f"{len(unsplit)} outlines could not be split: {', '.join(unsplit[:5])}" if unsplit else ""
     return workspace.outcome(
         Status.DEGRADED if unsplit else Status.DONE, reason,
-        {"units": entries(text, workspace.path(UNITS)), "outlines": len(own)},
+        {"units": entries(text, workspace.path(UNITS)), "outlines": len(own), "refused": refused},
     )  # fmt: skip
 
 

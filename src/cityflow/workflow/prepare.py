@@ -54,10 +54,21 @@ def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str
     ------
     WorkflowError, CatalogError, RunError
     """
-    workflow = load_workflow(workflow_path, settings)
+    workflow = _with_edits(load_workflow(workflow_path, settings), workflow_path)
     found = read_catalog(catalog or _own_catalog(workflow, workflow_path))
     store = Store.open(out or f"{RUNS}/{workflow.name}")
     return Prepared(workflow, found, parse_area(aoi, found.reference), store)
+
+
+def _with_edits(workflow: Workflow, path: Path) -> Workflow:
+    """The file of edits by a path that holds wherever a later rerun is started from."""
+    named = workflow.city.edits.path
+    if not named or "://" in named:
+        return workflow
+    here = Path(named) if Path(named).exists() else path.parent / named
+    tree = workflow.model_dump(mode="json")
+    tree["city"]["edits"]["path"] = str(here.absolute())
+    return Workflow.model_validate(tree)
 
 
 def _own_catalog(workflow: Workflow, path: Path) -> str:
