@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import FloatArray
-from cityflow.core.grid import grown
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.grid import Bounds, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, HIGH_NOISE, LOW_NOISE, PointCloud
-from cityflow.core.splitting import POINTS, Segments, SplitEvidence, joined_segments
-from cityflow.splitting.lidar_surface import lidar_raster
-from cityflow.splitting.segment_images import surface_images
-from cityflow.splitting.segment_lines import lines_of
-from cityflow.splitting.segment_space import Limits, segments_in_space
+from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
+from cityflow.splitting import lidar_lines as laid
+from cityflow.splitting.lidar_surface import highest_points, lidar_raster
+from cityflow.splitting.segment_images import EdgeImage, crease_images, step_image
+from cityflow.splitting.segment_lines import detect
+from cityflow.splitting.segment_space import within
 from cityflow.splitting.windows import covered
 
 LEAST_CELL_M = 0.2
+SAME_M, SAME_DEG = 0.3, 4.0
 NOISE = (LOW_NOISE, HIGH_NOISE)
 
 
@@ -24,20 +26,16 @@ class LidarSegmentParameters(Parameters):
     """Which line segments are found in points."""
 
     outside_m: float = Field(1.0, ge=0, le=5, description="how far outside the outline a segment may lie, metres")
-    points_per_cell: float = Field(0.6, gt=0, le=20, description="cells of the raster are so large, points in the mean")
+    points_per_cell: float = Field(0.6, gt=0, le=20, description="cells of the raster hold so many points in the mean")
     least_length_m: float = Field(1.5, gt=0, le=20, description="shorter segments are dropped, metres")
-    step_m: float = Field(0.2, gt=0, le=3, description="sides of a segment that differ by more are a step, metres")
-    scatter_m: float = Field(0.2, gt=0, le=2, description="scatter of heights along a segment that is borne, metres")
-    sigma_m: float = Field(
-        0.15, gt=0, le=2, description="standard deviation of a segment's heights that is borne, metres"
-    )
-    reach_m: float = Field(
-        0.8, gt=0, le=5, description="holes between points up to twice this wide are bridged, metres"
+    reach_m: float = Field(0.8, gt=0, le=5, description="places further from any point are holes, metres")
+    scatter_m: float = Field(
+        0.12, gt=0, le=2, description="scatter of points about the roofs along a segment that is borne, metres"
     )
 
 
 def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) -> Segments:
-    """Segments of layer `POINTS`; none where there are too few points.
+    """Segments of layer `POINTS`; none where there is less than one point per square metre.
 
     Parameters
     ----------
@@ -47,31 +45,73 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     near = evidence.outline.buffer(parameters.outside_m, join_style="mitre")
     bounds = grown(near.bounds, 2.0)
     xyz = _usable(evidence.points, bounds)
-    area = max(evidence.outline.area, 1.0)
-    if len(xyz) < area:
+    area = (bounds[2] - bounds[0]) * (bounds[3] - bounds[1])
+    if evidence.outline.is_empty or len(xyz) < area:
         return joined_segments([], names)
-    density = len(xyz) / max((bounds[2] - bounds[0]) * (bounds[3] - bounds[1]), 1.0)
-    cell = max(float(np.sqrt(parameters.points_per_cell / density)), LEAST_CELL_M)
+    cell = max(float(np.sqrt(parameters.points_per_cell * area / len(xyz))), LEAST_CELL_M)
     raster = lidar_raster(xyz, bounds, cell, parameters.reach_m)
-    inside = covered(raster, near, (evidence.ground_height, evidence.ground_height), 2 * cell)
-    lines = lines_of(surface_images(raster.dsm, inside, cell), parameters.least_length_m / cell)
-    limits = Limits(
-        near,
-        evidence.ground_height - 1.0,
-        parameters.step_m,
-        parameters.scatter_m,
-        parameters.sigma_m,
-        parameters.least_length_m,
+    origin = np.array([bounds[0], bounds[1], 0.0])
+    found = laid.laid_lines(
+        highest_points(xyz, raster.grid) - origin, _candidates(raster, evidence, parameters, origin)
     )
-    return segments_in_space(lines, raster, (0, POINTS, names), limits)
+    found = found[(found[:, laid.KIND] != laid.NONE) & (found[:, laid.SCATTER] <= parameters.scatter_m)]
+    found = found[_distinct(found)]
+    segments = _segments(found, origin, names)
+    keep = (segments.length >= parameters.least_length_m) & within(segments, near, evidence.ground_height - 1.0)
+    return segments.take(keep)
 
 
-def _usable(points: PointCloud | None, bounds: tuple[float, float, float, float]) -> FloatArray:
-    """Heights of buildings where classes tell them, else of all but noise."""
+def _candidates(
+    raster: FrameRasters, evidence: SplitEvidence, parameters: LidarSegmentParameters, origin: FloatArray
+) -> FloatArray:
+    """(M, 4) lines in the raster, metres from the origin."""
+    cell, grid = raster.grid.cell, raster.grid
+    level = evidence.ground_height
+    inside = covered(raster, evidence.outline, (level, level), parameters.outside_m + 4 * cell)
+    known = np.isfinite(raster.dsm) & inside
+    images = [*crease_images(raster.dsm, known, cell), EdgeImage(step_image(raster.dsm, known, cell), known)]
+    ends = np.concatenate([detect(i).ends for i in images]) if known.any() else np.empty((0, 2, 2))
+    ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * cell >= 0.7 * parameters.least_length_m]
+    x = grid.x_min + (ends[..., 0] + 0.5) * cell - origin[0]
+    y = grid.y_max - (ends[..., 1] + 0.5) * cell - origin[1]
+    return np.stack([x, y], axis=2).reshape(-1, 4)
+
+
+def _distinct(found: FloatArray) -> IntArray:
+    """Rows without those that lie for their most part on a longer one of the same direction; longest first."""
+    start, end = found[:, [laid.X0, laid.Y0]], found[:, [laid.X1, laid.Y1]]
+    length = np.linalg.norm(end - start, axis=1)
+    along = (end - start) / np.maximum(length, 1e-9)[:, None]
+    kept: list[int] = []
+    for i in np.lexsort((start[:, 1], start[:, 0], -length)):
+        places = start[i] + np.linspace(0.05, 0.95, 7)[:, None] * (end[i] - start[i])
+        off = places[None] - start[kept][:, None]
+        t = np.einsum("kpi,ki->kp", off, along[kept])
+        u = np.abs(off[..., 0] * along[kept][:, 1:] - off[..., 1] * along[kept][:, :1])
+        on = (u < SAME_M) & (t > -SAME_M) & (t < length[kept][:, None] + SAME_M)
+        alike = np.abs(along[kept] @ along[i]) > np.cos(np.radians(SAME_DEG))
+        if not (on[alike].any(axis=0).mean() > 0.6):
+            kept.append(int(i))
+    return np.array(kept, np.int64)
+
+
+def _segments(found: FloatArray, origin: FloatArray, names: tuple[str, ...]) -> Segments:
+    n = len(found)
+    start, end = found[:, laid.X0 : laid.Z0 + 1] + origin, found[:, laid.X1 : laid.Z1 + 1] + origin
+    return Segments(start, end, np.zeros(n, np.int64), np.full(n, POINTS, np.uint8), _strength(found), names)
+
+
+def _strength(found: FloatArray) -> Float32Array:
+    """How far a step or a bend stands out of the points' scatter, and how long it is: ten times and two metres give two thirds each."""
+    length = np.hypot(found[:, laid.X1] - found[:, laid.X0], found[:, laid.Y1] - found[:, laid.Y0])
+    height = np.maximum(found[:, laid.HEIGHT], found[:, laid.BEND] * 1.0) / np.maximum(found[:, laid.SCATTER], 0.015)
+    return ((1 - np.exp(-length / 2.0)) * (1 - np.exp(-height / 10.0))).astype(np.float32)
+
+
+def _usable(points: PointCloud | None, bounds: Bounds) -> FloatArray:
+    """All but noise, and bridges where classes tell them."""
     if points is None:
         return np.empty((0, 3))
     inside = points.within(bounds)
-    classes = inside.classification
-    if np.any(classes == BUILDING):
-        return inside.xyz[~np.isin(classes, (*NOISE, CIVIL_STRUCTURE))]
-    return inside.xyz[~np.isin(classes, NOISE)]
+    dropped = (*NOISE, CIVIL_STRUCTURE) if np.any(inside.classification == BUILDING) else NOISE
+    return inside.xyz[~np.isin(inside.classification, dropped)]
