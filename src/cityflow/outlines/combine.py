@@ -18,9 +18,10 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.outlines.combine_cut import building_faces
-from cityflow.outlines.combine_evidence import Surroundings, border_costs, evidence, wall_roles
+from cityflow.outlines.combine_evidence import Surroundings, WallRole, border_costs, evidence, wall_roles
 from cityflow.outlines.combine_faces import faces_of, integrals
 from cityflow.outlines.combine_lines import candidate_pieces
+from cityflow.outlines.combine_refit import on_walls
 from cityflow.outlines.combine_rings import cleaned
 from cityflow.outlines.wall_line import WallLine
 
@@ -31,6 +32,10 @@ class CombineParameters(Parameters):
     overhang_m: float = Field(1.6, ge=0, le=5, description="a roof reaches no farther beyond its walls, m")
     extension_m: float = Field(4.0, ge=0, le=30, description="a wall may go on so far beyond what was seen of it, m")
     step_m: float = Field(0.25, ge=0, le=2, description="smaller steps in a wall are straightened, m")
+    facade_share: float = Field(
+        0.15, ge=0, le=1, description="what shows façades along less of its border must not be rough"
+    )
+    rough_share: float = Field(0.25, gt=0, le=1, description="of its cells, above which that is foliage")
     closed_share: float = Field(
         0.6, gt=0, le=1, description="walls without a roof are a building where façades were seen along this share"
     )
@@ -84,7 +89,8 @@ def _local_footprints(
     gain, cell = evidence(around, pieces, roles, parameters.overhang_m)
     left, right = border_costs(faces, pieces, roles)
     chosen = building_faces(faces, integrals(faces, gain, cell), left, right)
-    return _joined(faces.polygons[chosen], parameters.step_m)
+    straight = _joined(faces.polygons[chosen], parameters.step_m)
+    return [on_walls(p, [w for w, role in zip(walls, roles, strict=True) if role != WallRole.INNER]) for p in straight]
 
 
 def _frame(width: float, height: float) -> FloatArray:

@@ -8,12 +8,13 @@ import numpy as np
 import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.combine_evidence import Surroundings
-from cityflow.outlines.regions import Region, RegionSurface
+from cityflow.outlines.regions import Region, RegionParameters, RegionSurface, roughness
 from cityflow.outlines.wall_line import WallLine
 
 _MARGIN_M = 4.0
@@ -29,15 +30,16 @@ class Places:
     surface : RegionSurface
     mask : (rows, cols) bool, all building regions
     walls : of the whole area
-    minimum_height_m : lower surfaces are nearly terrain
+    parameters : what is nearly terrain, and what is rough
     """
 
     def __init__(
-        self, surface: RegionSurface, mask: BoolArray, walls: Sequence[WallLine], minimum_height_m: float
+        self, surface: RegionSurface, mask: BoolArray, walls: Sequence[WallLine], parameters: RegionParameters
     ) -> None:
         self._grid, self._mask = surface.grid, mask
-        self._low = np.isfinite(surface.ndsm) & (np.nan_to_num(surface.ndsm) < minimum_height_m)
+        self._low = np.isfinite(surface.ndsm) & (np.nan_to_num(surface.ndsm) < parameters.minimum_height_m)
         self._low &= ~mask & (surface.klass != HIGH_VEGETATION)
+        self._rough = roughness(surface.ndsm) > parameters.rough_m
         self._walls = list(walls)
         self._lines = np.array([w.line for w in walls], dtype=object)
         self._tree = shapely.STRtree(self._lines)
@@ -68,6 +70,13 @@ class Places:
                 (Surroundings(grid, nothing, mask, self._low[rows, cols]), [self._walls[k] for k in group.tolist()])
             )
         return result
+
+    def rough_share(self, polygon: Polygon) -> float:
+        """Share of the cells in a polygon that are as rough as foliage."""
+        rows, cols, grid = self._window(polygon.bounds)
+        x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+        inside = shapely.contains_xy(polygon, x, y)
+        return float(self._rough[rows, cols][inside].mean()) if inside.any() else 0.0
 
     def _without_region(self, reach_m: float) -> IntArray:
         row, col = np.nonzero(self._mask)

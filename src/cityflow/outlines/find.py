@@ -26,7 +26,7 @@ from cityflow.outlines.regions import (
     building_regions,
     crack_midpoints,
 )
-from cityflow.outlines.wall_line import Heights
+from cityflow.outlines.wall_line import Heights, WallLine
 from cityflow.outlines.wall_lines import find_wall_lines
 
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
@@ -63,7 +63,7 @@ def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParam
     """Outlines where façades were seen: walls before roofs."""
     lines = find_wall_lines(walls, _terrain(surface), parameters.walls)
     regions, mask = building_regions(surface, parameters.regions), building_mask(surface, parameters.regions)
-    places = Places(surface, mask, lines, parameters.regions.minimum_height_m)
+    places = Places(surface, mask, lines, parameters.regions)
     found = [f for region in regions for f in _footprints_of(region, places, surface, parameters)]
     found += _walls_alone(places, surface, parameters)
     known = KnownLines(lines, _boundary_points(regions, surface), surface.grid.cell)
@@ -81,11 +81,17 @@ def _footprints_of(
     roofs = roof_outlines(region, parameters)
     roof, how = roofs[0]
     around, walls = places.around(region, parameters.combine.overhang_m)
-    if not walls:
-        return [Footprint(roof, roof, how)]
-    found = footprints(around, [polygon for polygon, _ in roofs], walls, parameters.combine)
+    found = footprints(around, [polygon for polygon, _ in roofs], walls, parameters.combine) if walls else []
     large = [f for f in found if f.polygon.area >= parameters.regions.minimum_area_m2]
-    return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
+    named = [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
+    return [f for f in named if not _is_foliage(f.polygon, walls, places, parameters)]
+
+
+def _is_foliage(polygon: Polygon, walls: Sequence[WallLine], places: Places, parameters: FindParameters) -> bool:
+    """True for what is rough and has no façade, where others have them."""
+    if seen_share(polygon, walls) >= parameters.combine.facade_share:
+        return False
+    return places.rough_share(polygon) > parameters.combine.rough_share
 
 
 def _walls_alone(places: Places, surface: RegionSurface, parameters: FindParameters) -> list[Footprint]:
