@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import BoolArray
 from cityflow.core.building import Outline, OutlineEdge
@@ -26,6 +27,7 @@ _HALF = 0.5
 _LEAST_M2 = 1.0
 _NARROW_M = 0.5
 _ON_EDGE_M = 0.05
+_STRIP_M2 = 0.05
 
 
 def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[Outline], list[Refusal]]:
@@ -97,11 +99,22 @@ def _apart(drawn: Sequence[DrawnOutline]) -> list[_Standing]:
 
 
 def _without(polygon: Polygon, taken: Polygon) -> list[Polygon]:
-    """What is left of a polygon, on the lattice; slivers left out, the largest part first."""
-    left = shapely.transform(shapely.difference(polygon, taken, grid_size=_LATTICE_M), on_lattice)
+    """What is left of a polygon, on the lattice, the largest part first; strips beside what was taken are left out."""
+    left = _difference(polygon, taken)
+    opened = shapely.buffer(
+        shapely.buffer(left, -_HALF * _NARROW_M, join_style="mitre"), _HALF * _NARROW_M, join_style="mitre"
+    )
+    strips = shapely.get_parts(_difference(left, shapely.buffer(opened, _ON_EDGE_M / 2, join_style="mitre")))
+    beside = [s for s in strips if s.area > _STRIP_M2 and shapely.dwithin(s, taken, _ON_EDGE_M)]
+    if beside:
+        left = _difference(left, shapely.union_all(beside))
     parts = [p for p in shapely.get_parts(left) if isinstance(p, Polygon) and p.area >= _LEAST_M2 and p.is_valid]
     wide = [p for p in parts if not shapely.buffer(p, -_HALF * _NARROW_M).is_empty]
     return sorted(shapely.orient_polygons(wide, exterior_cw=False), key=lambda p: (-p.area, p.bounds))
+
+
+def _difference(polygon: BaseGeometry, taken: BaseGeometry) -> BaseGeometry:
+    return shapely.transform(shapely.difference(polygon, taken, grid_size=_LATTICE_M), on_lattice)
 
 
 def _common_area(outlines: Sequence[Outline], drawn: Sequence[_Standing]) -> NDArray[np.float64]:
