@@ -21,7 +21,7 @@ SIMPLIFY_M = 0.3
 """Vertices nearer than this to the line between their neighbours say nothing of where façades run."""
 TURN_TOLERANCE_DEG = 12.0
 """How far the edges at a chord's ends may be turned from the strip."""
-SAME_STRIP = 0.5
+SAME_STRIP = 0.62
 """Overlap of successive chords (of the longer one) that belong together."""
 CROSSWISE = 1.6
 """A chord is no cut where it is this many times longer than its strip: it runs lengthwise."""
@@ -76,6 +76,11 @@ class AxisPiece:
     def to_world(self, uv: FloatArray) -> FloatArray:
         """(…, 2) u, v → (…, 2) world."""
         return np.asarray(uv @ np.stack([self.along, self.across]) + self.origin)
+
+    def area(self) -> Polygon:
+        """What its chords cover, in the world."""
+        uv = np.concatenate([np.column_stack([self.stations, self.low]), np.column_stack([self.stations, self.high])[::-1]])
+        return Polygon(self.to_world(uv))
 
     def ends_at(self, u: float) -> tuple[float, float]:
         """v of both ends of the chord nearest to u."""

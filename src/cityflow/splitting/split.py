@@ -25,6 +25,8 @@ from cityflow.splitting.strip_images import Cells, facade_cells, roof_strip
 SAME_LINE_M = 1.2
 """Lines of neighbouring pieces whose middles are nearer are the same border."""
 SHORTEST_CHAIN_M = 4.5
+UNCROSSED = 0.25
+"""Share of a unit that no chord has crossed from which it is looked at once more by itself."""
 
 
 class SplitParameters(Parameters):
@@ -66,8 +68,9 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     gaps, gap_lines = _gaps(evidence, seen, parameters, step) if parameters.gaps else ([], [])
     accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= parameters.gap_threshold]
     parts = _parts(evidence.outline, accepted_gaps)
-    found = [c for part in parts for c in _terraces(evidence, part, seen, parameters, step)]
-    return _splitting(evidence, (accepted_gaps, gap_lines), _once(found), principal, parameters)
+    found = _once([c for part in parts for c in _terraces(evidence, part, seen, parameters, step)])
+    found = _corners(evidence, (found, accepted_gaps), seen, parameters, step)
+    return _splitting(evidence, (accepted_gaps, gap_lines), found, principal, parameters)
 
 
 def slice_step(evidence: SplitEvidence, parameters: SplitParameters) -> float:
@@ -151,6 +154,31 @@ def _terraces(
     for piece in _pieces(part, principal, step):
         found += _of_piece(piece, part, evidence, points, seen.cells, _sigma(piece, principal))
     return found
+
+
+def _corners(
+    evidence: SplitEvidence,
+    so_far: tuple[list[Candidate], list[Polygon]],
+    seen: _Seen,
+    parameters: SplitParameters,
+    step: float,
+) -> list[Candidate]:
+    """Also borders that end at others: within units that no axis piece of the whole has crossed, corners of a ring above all."""
+    found, gaps = so_far
+    lines = [c.cut.line for c in found if c.cut.confidence >= parameters.threshold]
+    if not lines:
+        return found
+    pieces = [p for part in _parts(evidence.outline, gaps) for p in _pieces(part, seen.principal, step)]
+    covered = shapely.union_all([p.area() for p in pieces])
+    units = partition(evidence.outline, lines, gaps, parameters.minimum_area_m2).units
+    new = [
+        c
+        for unit in units
+        if unit.area >= 2 * parameters.minimum_area_m2
+        and unit.difference(covered).area > max(UNCROSSED * unit.area, parameters.minimum_area_m2)
+        for c in _terraces(evidence, unit, seen, parameters, step)
+    ]
+    return _once([*found, *new])
 
 
 def _of_piece(

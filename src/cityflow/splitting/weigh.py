@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.splitting.piece_evidence import PieceEvidence
 from cityflow.splitting.running_median import block_medians
 from cityflow.splitting.score_colour import BANDS, DARK, Change
@@ -29,6 +29,11 @@ SECOND_FACADE = 0.8
 SLOPED_MOST, VERTICAL_MOST, COPLANAR = 2.0, 1.2, 1.0
 SAME_SLOPE = 0.12
 """Roofs on both sides whose slopes along the axis differ by more are lit differently: their colours cannot be compared."""
+RIDGE_M = 0.8
+"""A ridge or valley may be this far from where its colours change."""
+SHARP_M, SHARP_GUARD_M = 1.2, 0.2
+SHARP_SHARE = (0.35, 0.65)
+"""Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
 STOREY_M = 2.3
 SAME_COLOURS, SAW_TOOTH = -4.5, -8.0
 
@@ -81,12 +86,12 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
     roof_change, alike = _roof_change(evidence, u, sides)
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
     roof = level * alike**2 * _saturating(roof_change / noise.roof, ROOF_MOST)
-    facades = tuple(_facade_change(changes, u, sides) for changes in evidence.facades)
-    odds = sorted(_saturating(f / noise.facade, FACADE_MOST) for f in facades)
+    facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
+    odds = sorted(sharp * _saturating(size / noise.facade, FACADE_MOST) for size, sharp in facades)
     facade = odds[1] + SECOND_FACADE * odds[0]
     segments = _segment_odds(evidence, u)
     total = PRIOR + height + roof + facade + segments + _doubt(evidence, step, roof, facade)
-    return Weighed(total, step.size, height, roof, facade, segments, roof_change, (facades[0], facades[1]))
+    return Weighed(total, step.size, height, roof, facade, segments, roof_change, (facades[0][0], facades[1][0]))
 
 
 def _saturating(clear: float, most: float) -> float:
@@ -114,7 +119,7 @@ def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
     guard = max(HEIGHT_GUARD_M, 1.5 * float(at[1] - at[0]))
     before = _lines(rows, at, (at > max(sides.left + guard, u - HEIGHT_SIDE_M)) & (at < u - guard), u)
     after = _lines(rows, at, (at < min(sides.right - guard, u + HEIGHT_SIDE_M)) & (at > u + guard), u)
-    difference = after[0] - before[0]
+    difference = _apart(after[0] - before[0], after[1] - before[1])
     known = np.flatnonzero(np.isfinite(difference))
     if len(known) < max(3, 0.3 * rows.shape[1]):
         return _Step(0.0, np.zeros(0), 0.0, 0.0, 0.0, 0.0)
@@ -124,6 +129,11 @@ def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
         float(np.median(np.abs(groups))), groups, unrest, float(np.median(difference[known])),
         float(np.median(before[1][known])), float(np.median(after[1][known])),
     )  # fmt: skip
+
+
+def _apart(difference: FloatArray, bend: FloatArray) -> FloatArray:
+    """Steps less what a ridge or valley within reach explains: there two slopes meet and nothing steps."""
+    return np.asarray(np.sign(difference) * np.maximum(np.abs(difference) - np.abs(bend) * RIDGE_M, 0.0))
 
 
 def _lines(rows: FloatArray, at: FloatArray, chosen: BoolArray, u: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -138,13 +148,18 @@ def _lines(rows: FloatArray, at: FloatArray, chosen: BoolArray, u: float) -> tup
     height, slope = _fit(x, values, weight)
     off = np.abs(values - height - slope * x[:, None])
     # once more without what is far off: a chimney or dormer at the rim of the window
-    scale = np.maximum(2.5 * np.nanmedian(np.where(known, off, np.nan), axis=0, keepdims=True), 0.03) if n.any() else 0.03
+    scale = np.maximum(2.5 * _spread(off, known), 0.03)
     height, slope = _fit(x, values, weight * (off <= scale))
-    off = np.where(known, np.abs(values - height - slope * x[:, None]), np.nan)
     enough = n >= 0.5 * len(x)
-    spread = nothing.copy()
-    spread[enough] = np.nanmedian(off[:, enough], axis=0)
+    spread = np.where(enough, _spread(np.abs(values - height - slope * x[:, None]), known), np.nan)
     return np.where(enough, height, np.nan), np.where(enough, slope, np.nan), spread
+
+
+def _spread(off: FloatArray, known: BoolArray) -> FloatArray:
+    """Median over the known rows of each column; 0 where none is."""
+    ordered = np.sort(np.where(known, off, np.inf), axis=0)
+    middle = np.take_along_axis(ordered, np.maximum(known.sum(axis=0) - 1, 0)[None] // 2, axis=0)[0]
+    return np.where(np.isfinite(middle), middle, 0.0)
 
 
 def _fit(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -183,14 +198,37 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     return size, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
 
 
-def _facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> float:
-    """Relative change of a façade's colour in the frame that shows most of it."""
+def _facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> tuple[float, float]:
+    """Relative change of a façade's colour in the frame that shows most of it, and how sharp it is, 0 to 1."""
     if not changes:
-        return float("nan")
+        return float("nan"), 0.0
     best = max(changes, key=lambda c: c.seen)
     edges = np.array([0, best.image.shape[1]], np.int64)
-    ratio = _ratio(best, u, sides, edges, (FACADE_SIDE_M, FACADE_GUARD_M))
-    return float(np.abs(ratio[0]).max()) if np.isfinite(ratio[0]).all() else float("nan")
+    ratio = _ratio(best, u, sides, edges, (FACADE_SIDE_M, FACADE_GUARD_M))[0]
+    if not np.isfinite(ratio).all():
+        return float("nan"), 0.0
+    return float(np.abs(ratio).max()), _sharp(best, u, ratio)
+
+
+def _sharp(change: Change, u: float, ratio: FloatArray) -> float:
+    """How much of the façade's height changes just at u the way that the whole does."""
+    at = change.u
+    before = change.image[(at > u - SHARP_M) & (at < u - SHARP_GUARD_M)]
+    after = change.image[(at < u + SHARP_M) & (at > u + SHARP_GUARD_M)]
+    low, high = _row_means(before), _row_means(after)
+    near = (high - low) / (0.5 * (high + low) + DARK)
+    known = np.isfinite(near).all(axis=1)
+    if known.sum() < 5:
+        return 0.0
+    share = float((near[known] @ ratio > 0.5 * float(ratio @ ratio)).mean())
+    return float(np.clip((share - SHARP_SHARE[0]) / (SHARP_SHARE[1] - SHARP_SHARE[0]), 0, 1))
+
+
+def _row_means(part: Float32Array) -> FloatArray:
+    """(Z, C) means over columns of what is known."""
+    known = np.isfinite(part)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(known, part, 0).sum(axis=0, dtype=np.float64) / known.sum(axis=0))
 
 
 def _ratio(
