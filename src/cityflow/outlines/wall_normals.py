@@ -16,6 +16,9 @@ from cityflow.outlines.wall_thinning import Columns, Int32Array, Voxels
 
 DIRECTIONS = 24
 ITERATIONS = 3
+REACH = 3.0
+"""Neighbours further from the plane than so many bands have no say."""
+RIDGE_M2 = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +29,7 @@ class Normals:
     ----------
     normal : (N, 3) float32 unit vectors, either way; NaN where there were too few neighbours
     scatter : (N,) float32, root mean square distance of the neighbours from the plane that follow it, metres
-    share : (N,) float32, share of the neighbours that follow it
+    share : (N,) float32, share of the neighbours within two bands of it
     offset : (N,) float32, distance of the point from its plane along the normal, metres
     """
 
@@ -146,35 +149,39 @@ def _voted(column: FloatArray, votes: FloatArray, band: float) -> tuple[float, f
 
 @njit(cache=True, nogil=True)
 def _adjusted(near: FloatArray, nx: float, ny: float, band: float, out: Float32Array) -> None:
-    """Weighted planes, the weights of each from the one before; the first is the one voted for."""
-    normal = np.array([nx, ny, 0.0])
-    offset, total, square = 0.0, 0.0, 0.0
-    mean, moments = np.zeros(3), np.zeros((3, 3))
-    for turn in range(ITERATIONS):
-        mean[:], moments[:] = 0.0, 0.0
-        total, square = 0.0, 0.0
+    """Planes ``across = a + b · along + c · up`` by weighted least squares; the weights of each come from the one before.
+
+    The axes are those of the direction voted for, so across is the only coordinate in error. Tukey's weights: 0 beyond `REACH` bands.
+    """
+    a, b, c = 0.0, 0.0, 0.0
+    least = 1.0 / (REACH * band) ** 2
+    for _ in range(ITERATIONS):
+        w, wu, wz, wv, wuu, wuz, wzz, wuv, wzv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(len(near)):
-            d = near[j, 0] * normal[0] + near[j, 1] * normal[1] + near[j, 2] * normal[2] - offset
-            weight = np.exp(-0.5 * d * d / (band * band))
-            total += weight
-            square += weight * d * d
-            for a in range(3):
-                mean[a] += weight * near[j, a]
-                for b in range(a, 3):
-                    moments[a, b] += weight * near[j, a] * near[j, b]
-        for a in range(3):
-            mean[a] /= total
-        if turn == ITERATIONS - 1:
-            break
-        for a in range(3):
-            for b in range(a, 3):
-                moments[a, b] = moments[a, b] / total - mean[a] * mean[b]
-                moments[b, a] = moments[a, b]
-        _, vectors = np.linalg.eigh(moments)
-        normal[:] = vectors[:, 0]
-        offset = normal[0] * mean[0] + normal[1] * mean[1] + normal[2] * mean[2]
-    for a in range(3):
-        out[a] = normal[a]
-    out[3] = np.sqrt(square / total)
+            u, v, z = near[j, 1] * nx - near[j, 0] * ny, near[j, 0] * nx + near[j, 1] * ny, near[j, 2]
+            d = v - a - b * u - c * z
+            part = max(0.0, 1.0 - d * d * least) ** 2
+            w, wu, wz, wv = w + part, wu + part * u, wz + part * z, wv + part * v
+            wuu, wuz, wzz = wuu + part * u * u, wuz + part * u * z, wzz + part * z * z
+            wuv, wzv = wuv + part * u * v, wzv + part * z * v
+        if w < 1e-9:
+            return
+        mu, mz, mv = wu / w, wz / w, wv / w
+        # a thread of points fixes no plane: the ridge keeps it upright and as voted for
+        suu, szz, suz = wuu / w - mu * mu + RIDGE_M2, wzz / w - mz * mz + RIDGE_M2, wuz / w - mu * mz
+        suv, szv = wuv / w - mu * mv, wzv / w - mz * mv
+        det = suu * szz - suz * suz
+        b, c = (suv * szz - szv * suz) / det, (szv * suu - suv * suz) / det
+        a = mv - b * mu - c * mz
+    length = np.sqrt(1.0 + b * b + c * c)
+    total, square = 0.0, 0.0
+    for j in range(len(near)):
+        u, v, z = near[j, 1] * nx - near[j, 0] * ny, near[j, 0] * nx + near[j, 1] * ny, near[j, 2]
+        d = (v - a - b * u - c * z) / length
+        if abs(d) <= 2.0 * band:
+            total += 1.0
+            square += d * d
+    out[0], out[1], out[2] = (nx + b * ny) / length, (ny - b * nx) / length, -c / length
+    out[3] = np.sqrt(square / max(total, 1.0))
     out[4] = total / len(near)
-    out[5] = -offset
+    out[5] = -a / length

@@ -126,7 +126,7 @@ def _sorted_by_voxel(index: Int32Array) -> IntArray:
 
 
 @njit(cache=True, nogil=True)
-def _means(  # noqa: PLR0913
+def _means(
     xyz: FloatArray,
     image: IntArray,
     sigma: Float32Array,
