@@ -49,10 +49,11 @@ def stretches_of(edges: Sequence[LineString]) -> WallStretches:
 
 
 def edges_of(polygons: Sequence[Polygon]) -> list[LineString]:
-    """Straight edges of all rings."""
-    rings = shapely.get_rings(shapely.simplify(np.array(list(polygons), dtype=object), 1e-3)) if len(polygons) else []
-    every = [shapely.get_coordinates(ring) for ring in rings]
-    return [LineString(xy[k : k + 2]) for xy in every for k in range(len(xy) - 1)]
+    """Straight edges of all rings, the inside to the left of each."""
+    every = shapely.simplify(np.array(list(polygons), dtype=object), 1e-3)
+    rings = shapely.get_rings(shapely.orient_polygons(every)) if len(polygons) else []
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    return [LineString(xy[k : k + 2]) for xy in corners for k in range(len(xy) - 1)]
 
 
 def found_along(found: Sequence[Polygon], walls: WallStretches, within_m: float) -> BoolArray:
