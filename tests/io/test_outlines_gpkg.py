@@ -7,11 +7,21 @@ from pathlib import Path
 import geopandas
 import pyogrio
 import pytest
-from shapely import Point
+from shapely import LineString, Point, box
 
-from cityflow.core.building import Building, Outline, Scalar, Status
+from cityflow.core.building import Building, Outline, OutlineEdge, Scalar, Status
 from cityflow.core.reference import Reference
-from cityflow.io.outlines_gpkg import Layer, outline_layer, status_layer, unit_layer, write_geopackage
+from cityflow.core.splitting import CutLine, Splitting
+from cityflow.io.outlines_gpkg import (
+    Layer,
+    cut_line_layer,
+    outline_edge_layer,
+    outline_layer,
+    roof_layer,
+    status_layer,
+    unit_layer,
+    write_geopackage,
+)
 
 
 @pytest.fixture
@@ -116,3 +126,52 @@ def test_the_same_layers_give_the_same_bytes(layers: list[Layer], amersfoort: Re
 def test_statuses_are_those_of_the_model() -> None:
     rows = status_layer((s.value, None, s, "") for s in Status).rows
     assert [row["status"] for row in rows] == ["done", "degraded", "failed", "refused"]
+
+
+@pytest.fixture
+def seen_outline() -> Outline:
+    wall = OutlineEdge(LineString([(0, 0), (10, 0)]), "wall", 0.0312345, 0.8)
+    roof = OutlineEdge(LineString([(10, 0), (10, 8)]), "roof")
+    inner = OutlineEdge(LineString([(4, 0), (4, 8)]), "wall", 0.05, 1.0)
+    return Outline("a", box(0, 0, 10, 8), roof=box(-0.5, 0, 10.5, 8), edges=(wall, roof), inner_edges=(inner,))
+
+
+def test_edges_say_where_they_come_from(seen_outline: Outline, tmp_path: Path, amersfoort: Reference) -> None:
+    plain = replace(seen_outline, id="b", roof=None, edges=(), inner_edges=())
+    both = [plain, seen_outline]
+    path = _written(tmp_path, [outline_layer(both), outline_edge_layer(both), roof_layer(both)], amersfoort)
+    assert pyogrio.list_layers(path).tolist()[1:] == [["outline_edges", "LineString"], ["roofs", "Polygon"]]
+    edges = geopandas.read_file(path, layer="outline_edges")
+    assert edges["outline"].tolist() == ["a", "a", "a"]
+    assert edges["source"].tolist() == ["wall", "roof", "wall"]
+    assert edges["sigma_m"].tolist()[::2] == [0.0312, 0.05]
+    assert edges["sigma_m"].isna().tolist() == [False, True, False]
+    assert edges["inner"].tolist() == [False, False, True]
+    assert edges.geometry[2].equals(LineString([(4, 0), (4, 8)]))
+    roofs = geopandas.read_file(path, layer="roofs")
+    assert (roofs["id"].tolist(), roofs["overhang_m2"].tolist()) == (["a"], [8.0])
+
+
+def test_cut_lines_show_also_what_was_not_used(tmp_path: Path, amersfoort: Reference) -> None:
+    cut = CutLine(LineString([(4, 0), (4, 8)]), "cut", 0.5, 0.25, 1.23456, 0.0, 0.9, 0.3)
+    weak = CutLine(LineString([(7, 0), (7, 8)]), "gap", gap_m=1.5, confidence=0.2)
+    layer = cut_line_layer(
+        [("a", Splitting((box(0, 0, 4, 8),), (cut,), (weak,))), ("b", Splitting((box(0, 0, 1, 1),)))]
+    )
+    path = _written(tmp_path, [layer], amersfoort)
+    read = geopandas.read_file(path, layer="cut_lines")
+    assert read.crs.to_epsg() == 28992
+    assert read["outline"].tolist() == ["a", "a"]
+    assert read["used"].tolist() == [True, False]
+    assert read["kind"].tolist() == ["cut", "gap"]
+    assert read[["vertical", "sloped", "height_step_m", "gap_m", "confidence"]].to_numpy().tolist() == [
+        [0.5, 0.25, 1.2346, 0.0, 0.9], [0.0, 0.0, 0.0, 1.5, 0.2],
+    ]  # fmt: skip
+    assert read["angle_sigma_deg"].isna().tolist() == [False, True]
+    assert write_geopackage([layer], amersfoort) == write_geopackage([layer], amersfoort)
+
+
+def test_layers_of_lines_are_so_without_any_line(tmp_path: Path, amersfoort: Reference) -> None:
+    path = _written(tmp_path, [outline_edge_layer([]), cut_line_layer([]), roof_layer([])], amersfoort)
+    kinds = [["outline_edges", "LineString"], ["cut_lines", "LineString"], ["roofs", "Polygon"]]
+    assert pyogrio.list_layers(path).tolist() == kinds
