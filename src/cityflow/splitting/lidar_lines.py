@@ -15,13 +15,14 @@ NONE, CREASE, STEP, FIREWALL = 0, 1, 2, 3
 X0, Y0, Z0, X1, Y1, Z1, KIND, HEIGHT, BEND, SCATTER = range(10)
 REACH_M, BESIDE_M = 1.8, 0.3
 """Planes are fitted to points so far from the line; nearer ones may belong to either side."""
-ROUNDS, REWEIGHTED = 3, 5
+ROUNDS, REWEIGHTED = 2, 4
 LEAST_POINTS = 6
 BEND_RAD, AWAY_M = 0.07, 1.1
 STEP_M, WALL_M = 0.1, 0.2
 FITTING_M = 0.08
 """A point belongs to a plane that is this near, or three times the plane's scatter."""
 STRIDE_M, LONGEST_M = 0.5, 60.0
+DEEP_M, BUSHES_M = 0.8, 0.3
 PARTED = 0.85
 """Share of the points on their own side of a step."""
 
@@ -39,15 +40,22 @@ def laid_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
     near = np.empty((len(points), 3))
     for i in range(len(lines)):
         line = lines[i].copy()
-        for turn in range(ROUNDS):
+        for turn in range(2 * ROUNDS):
             count = _beside(points, line, near)
             _lay(near[:count], line, turn, result[i])
-            if result[i, KIND] == NONE:
+            # a line that has found its place is drawn out, and laid once more in its whole length
+            if result[i, KIND] != NONE and turn >= ROUNDS - 1:
+                _stretch(points, result[i])
+            if result[i, KIND] == NONE or (turn >= ROUNDS and _unmoved(line, result[i])):
                 break
             line[0], line[1], line[2], line[3] = result[i, X0], result[i, Y0], result[i, X1], result[i, Y1]
-        if result[i, KIND] != NONE:
-            _stretch(points, result[i])
     return result
+
+
+@njit(cache=True, nogil=True)
+def _unmoved(line: FloatArray, result: FloatArray) -> bool:
+    start = np.hypot(line[0] - result[X0], line[1] - result[Y0])
+    return start + np.hypot(line[2] - result[X1], line[3] - result[Y1]) < 0.05
 
 
 @njit(cache=True, nogil=True)
@@ -77,7 +85,7 @@ def _lay(near: FloatArray, line: FloatArray, turn: int, result: FloatArray) -> N
     result[KIND] = NONE
     left, right = np.zeros(4), np.zeros(4)
     beside = BESIDE_M if turn else 1.5 * BESIDE_M
-    if not (_plane(near, 1.0, beside, left) and _plane(near, -1.0, beside, right)):
+    if not _planes(near, beside, left, right):
         return
     scatter = max(left[3], right[3], 0.015)
     bend = abs(np.arctan(left[2]) - np.arctan(right[2]))
@@ -93,10 +101,43 @@ def _lay(near: FloatArray, line: FloatArray, turn: int, result: FloatArray) -> N
     else:
         return
     upper = left if gap > 0 or result[KIND] != STEP else right
+    if result[KIND] == STEP:
+        result[SCATTER] = max(upper[3], 0.015)
     result[X0], result[Y0] = line[0] - ends[0] * ay, line[1] + ends[0] * ax
     result[X1], result[Y1] = line[0] + length * ax - ends[1] * ay, line[1] + length * ay + ends[1] * ax
     result[Z0] = upper[0] + upper[2] * ends[0]
     result[Z1] = upper[0] + upper[1] * length + upper[2] * ends[1]
+
+
+@njit(cache=True, nogil=True)
+def _planes(near: FloatArray, beside: float, left: FloatArray, right: FloatArray) -> bool:
+    """Of both sides. Where one is no plane but lies far below the other (bushes under an eave), the other stands for it, lowered."""
+    has_left, has_right = _plane(near, 1.0, beside, left), _plane(near, -1.0, beside, right)
+    if has_left and has_right:
+        return True
+    if not (has_left or has_right):
+        return False
+    known, lacking, sign = (left, right, -1.0) if has_left else (right, left, 1.0)
+    there = near[near[:, 1] * sign > beside]
+    if len(there) < LEAST_POINTS:
+        return False
+    fall = np.median(there[:, 2] - known[0] - known[1] * there[:, 0] - known[2] * there[:, 1])
+    lacking[:] = known
+    lacking[0] += fall
+    lacking[3] = BUSHES_M
+    return fall < -DEEP_M
+
+
+@njit(cache=True, nogil=True)
+def _belongs(point: FloatArray, upper: FloatArray, lower: FloatArray, deep: bool) -> int:
+    """1 for a point of the upper plane, -1 for one of the lower one or, where that is deep down, anything well below the upper; 0 for neither."""
+    to_upper = point[2] - upper[0] - upper[1] * point[0] - upper[2] * point[1]
+    to_lower = point[2] - lower[0] - lower[1] * point[0] - lower[2] * point[1]
+    if abs(to_upper) < max(FITTING_M, 3 * upper[3]) and abs(to_lower) > 2 * abs(to_upper):
+        return 1
+    if deep:
+        return -1 if to_upper < -0.5 * DEEP_M else 0
+    return -1 if abs(to_lower) < max(FITTING_M, 3 * lower[3]) and abs(to_upper) > 2 * abs(to_lower) else 0
 
 
 @njit(cache=True, nogil=True)
@@ -140,16 +181,16 @@ def _part(near: FloatArray, planes: tuple[FloatArray, FloatArray], how: tuple[fl
     n = len(near)
     t, u, own = np.empty(n), np.empty(n), np.empty(n)
     count = 0
+    gap = left[0] - right[0] + 0.5 * length * (left[1] - right[1])
+    upper, lower, sign = (left, right, 1.0) if gap > 0 else (right, left, -1.0)
     for k in range(n):
-        to_left = abs(near[k, 2] - left[0] - left[1] * near[k, 0] - left[2] * near[k, 1])
-        to_right = abs(near[k, 2] - right[0] - right[1] * near[k, 0] - right[2] * near[k, 1])
-        best, other = min(to_left, to_right), max(to_left, to_right)
-        if best < max(FITTING_M, 3 * (left[3] if to_left < to_right else right[3])) and other > 2 * best:
-            t[count], u[count], own[count] = near[k, 0], near[k, 1], 1.0 if to_left < to_right else -1.0
+        side = _belongs(near[k], upper, lower, abs(gap) > DEEP_M)
+        if side != 0:
+            t[count], u[count], own[count] = near[k, 0], near[k, 1], sign * side
             count += 1
     if count < 2 * LEAST_POINTS:
         return False
-    widest = np.radians(6.0 if turn == 0 else 2.5)
+    widest = np.radians(6.0 if turn == 0 else (3.0 if turn < ROUNDS else 1.0))
     fewest, total, sum_at, sum_turn = count, 0, 0.0, 0.0
     for k in range(25):
         angle = widest * (k - 12) / 12
@@ -216,9 +257,10 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
     near[:, 0] -= LONGEST_M
     inside = near[(near[:, 0] > -0.2) & (near[:, 0] < length + 0.2)]
     left, right = np.zeros(4), np.zeros(4)
-    if not (_plane(inside, 1.0, 0.5 * BESIDE_M, left) and _plane(inside, -1.0, 0.5 * BESIDE_M, right)):
+    if not _planes(inside, 0.5 * BESIDE_M, left, right):
         result[KIND] = NONE
         return
+    gap = left[0] - right[0] + 0.5 * length * (left[1] - right[1])
     first, last = int(-LONGEST_M / STRIDE_M), int((LONGEST_M + length) / STRIDE_M) + 1
     holds = np.zeros(last - first + 1)
     for side in range(2):
@@ -231,7 +273,11 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
             if 0 <= at < len(holds):
                 all_of[at] += 1
                 off = near[k, 2] - plane[0] - plane[1] * near[k, 0] - plane[2] * near[k, 1]
-                good[at] += 1 if abs(off) < max(1.5 * FITTING_M, 3 * plane[3]) else 0
+                fits = abs(off) < max(1.5 * FITTING_M, 3 * plane[3])
+                if gap * sign < -DEEP_M:  # the lower side of a high step need not be even
+                    other = right if side == 0 else left
+                    fits = near[k, 2] - other[0] - other[1] * near[k, 0] - other[2] * near[k, 1] < -0.5 * DEEP_M
+                good[at] += 1 if fits else 0
         for at in range(len(holds)):
             a, b = max(at - 1, 0), min(at + 2, len(holds))
             holds[at] += 1 if np.sum(good[a:b]) >= max(2.0, 0.65 * np.sum(all_of[a:b])) and good[at] > 0 else 0
