@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from pydantic import Field
-from shapely import LineString, Polygon
+from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import CutLine, Segments, SplitEvidence, Splitting
-from cityflow.splitting.cuts import Candidate, candidates, line_at
+from cityflow.splitting.cuts import Candidate, candidates, line_at, off_corners
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
 from cityflow.splitting.partition import partition
 from cityflow.splitting.piece_evidence import gather
@@ -165,7 +165,7 @@ def _corners(
 ) -> list[Candidate]:
     """Also borders that end at others: within units that no axis piece of the whole has crossed, corners of a ring above all."""
     found, gaps = so_far
-    lines = [c.cut.line for c in found if c.cut.confidence >= parameters.threshold]
+    lines = [off_corners(c.cut.line, evidence.outline) for c in found if c.cut.confidence >= parameters.threshold]
     if not lines:
         return found
     pieces = [p for part in _parts(evidence.outline, gaps) for p in _pieces(part, seen.principal, step)]
@@ -217,7 +217,7 @@ def _splitting(
 ) -> Splitting:
     polygons, pairs = gaps
     good = [c.cut for c in found if c.cut.confidence >= parameters.threshold]
-    lines: list[LineString] = [c.line for c in good]
+    lines = [off_corners(c.line, evidence.outline) for c in good]
     result = partition(evidence.outline, lines, polygons, parameters.minimum_area_m2)
     kept_pairs = [p for p in pairs if p[0].confidence >= parameters.gap_threshold]
     unused = {i for i, _ in result.gaps_dropped}

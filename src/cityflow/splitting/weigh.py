@@ -29,8 +29,10 @@ SECOND_FACADE = 0.8
 SLOPED_MOST, VERTICAL_MOST, COPLANAR = 2.0, 1.2, 1.0
 SAME_SLOPE = 0.12
 """Roofs on both sides whose slopes along the axis differ by more are lit differently: their colours cannot be compared."""
-RIDGE_M = 0.8
-"""A ridge or valley may be this far from where its colours change."""
+RIDGE_M, BEND_M = 0.8, 0.4
+"""A ridge, or another bend of the roof, may be this far from the place in question."""
+BENT_NOISE = 2.5
+"""By how much less a change of hue says where a roof bends."""
 SHARP_M, SHARP_GUARD_M = 1.2, 0.2
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
@@ -83,9 +85,12 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
     step = _step(evidence, u, sides)
     height = _height_odds(step, noise.height_m)
-    roof_change, alike = _roof_change(evidence, u, sides)
+    roof_change, hue, alike = _roof_change(evidence, u, sides)
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
-    roof = level * alike**2 * _saturating(roof_change / noise.roof, ROOF_MOST)
+    roof = alike**2 * max(
+        level * _saturating(roof_change / noise.roof, ROOF_MOST),
+        _saturating(hue / (BENT_NOISE * noise.roof), ROOF_MOST),
+    )
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
     odds = sorted(sharp * _saturating(size / noise.facade, FACADE_MOST) for size, sharp in facades)
     facade = odds[1] + SECOND_FACADE * odds[0]
@@ -119,7 +124,7 @@ def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
     guard = max(HEIGHT_GUARD_M, 1.5 * float(at[1] - at[0]))
     before = _lines(rows, at, (at > max(sides.left + guard, u - HEIGHT_SIDE_M)) & (at < u - guard), u)
     after = _lines(rows, at, (at < min(sides.right - guard, u + HEIGHT_SIDE_M)) & (at > u + guard), u)
-    difference = _apart(after[0] - before[0], after[1] - before[1])
+    difference = _apart(after[0] - before[0], before[1], after[1])
     known = np.flatnonzero(np.isfinite(difference))
     if len(known) < max(3, 0.3 * rows.shape[1]):
         return _Step(0.0, np.zeros(0), 0.0, 0.0, 0.0, 0.0)
@@ -131,9 +136,10 @@ def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
     )  # fmt: skip
 
 
-def _apart(difference: FloatArray, bend: FloatArray) -> FloatArray:
-    """Steps less what a ridge or valley within reach explains: there two slopes meet and nothing steps."""
-    return np.asarray(np.sign(difference) * np.maximum(np.abs(difference) - np.abs(bend) * RIDGE_M, 0.0))
+def _apart(difference: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Steps less what a bend within reach explains: there two slopes meet and nothing steps."""
+    reach = np.where((before > 0) & (after < 0), RIDGE_M, BEND_M)
+    return np.asarray(np.sign(difference) * np.maximum(np.abs(difference) - np.abs(after - before) * reach, 0.0))
 
 
 def _lines(rows: FloatArray, at: FloatArray, chosen: BoolArray, u: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -181,21 +187,21 @@ def _height_odds(step: _Step, noise: float) -> float:
     return _saturating(step.size / usual, HEIGHT_MOST) * share**2
 
 
-def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float, float]:
-    """Relative change of the roof's colour, median over bands along the axis; share of bands that agree with it."""
+def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float, float, float]:
+    """Relative change of the roof's colour, median over bands along the axis; of its hue; share of bands that agree with it."""
     change = evidence.roof_colour
     if change is None:
-        return float("nan"), 0.0
+        return float("nan"), float("nan"), 0.0
     inside = np.isfinite(change.image[..., 0]).any(axis=0)
     first, last = int(np.argmax(inside)), len(inside) - int(np.argmax(inside[::-1]))
     edges = np.linspace(first, last, BANDS + 1).round().astype(np.int64)
     ratio = _ratio(change, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))
     known = np.isfinite(ratio).all(axis=1)
     if known.sum() < BANDS // 2:
-        return float("nan"), 0.0
+        return float("nan"), float("nan"), 0.0
     median = np.median(ratio[known], axis=0)
-    size = float(np.abs(median).max())
-    return size, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
+    size, hue = float(np.abs(median).max()), float(np.abs(median - median.mean()).max())
+    return size, hue, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
 
 
 def _facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> tuple[float, float]:
