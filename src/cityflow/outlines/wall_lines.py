@@ -11,7 +11,7 @@ from pydantic import Field
 from scipy.spatial import cKDTree
 from shapely import LineString
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.wall_curves import Fit, fitted
@@ -19,6 +19,11 @@ from cityflow.outlines.wall_line import CURVE, LINE, Heights, WallLine
 from cityflow.outlines.wall_raster import CellRules, WallCells, strips, wall_cells
 from cityflow.outlines.wall_sections import Prices, parts
 from cityflow.outlines.wall_skeleton import paths
+
+
+ALIKE_HIGH = 0.5
+ACROSS_COS = 0.7
+"""Walls that turn by more than 45 degrees stand across each other."""
 
 
 class WallLineParameters(Parameters):
@@ -33,8 +38,11 @@ class WallLineParameters(Parameters):
         le=1,
         description="so far from the foot and the top of a wall the normals are those of ground and eaves, metres",
     )
+    half_m: float = Field(
+        0.5, ge=0.1, le=3, description="metres of wall to either side of a cell that the rules look at"
+    )
     filling: float = Field(
-        0.2,
+        0.1,
         gt=0,
         le=1,
         description="rule (b): least share of the points that a wall of the least height would have, one in each voxel",
@@ -61,6 +69,12 @@ class WallLineParameters(Parameters):
     least_length_m: float = Field(3.0, ge=0.5, le=50, description="shorter walls are kept only between others, metres")
     least_piece_m: float = Field(0.8, ge=0.2, le=10, description="shorter ones are not kept at all, metres")
     join_m: float = Field(0.8, ge=0, le=5, description="ends so near to another wall touch it, metres")
+    systematic_gsd: float = Field(
+        0.3,
+        ge=0,
+        le=5,
+        description="standard deviation of what all points of a wall have in common, ground sampling distances",
+    )
     across_gsd: float = Field(
         5.0, ge=1, le=30, description="points so far before or behind belong to a wall, ground sampling distances"
     )
@@ -71,15 +85,16 @@ class WallLineParameters(Parameters):
 
     @property
     def rules(self) -> CellRules:
-        """The number of points follows from the density: three cells of a wall of the least height, a point in each voxel of the thinned cloud."""
+        """The number of points follows from the density: a wall of the least height and as long as the rules look, a point in each voxel of the thinned cloud."""
         height = max(self.height_range_m - 2 * self.border_m, 0.25)
-        full = 3 * self.cell_m * height / (self.spacing_gsd * self.gsd_m) ** 2
+        full = 2 * self.half_m * height / (self.spacing_gsd * self.gsd_m) ** 2
         return CellRules(
             self.cell_m,
             height,
             max(round(self.filling * full), 3),
             self.largest_gap_m,
             math.cos(math.radians(self.alike_deg)),
+            self.half_m,
         )
 
 
@@ -230,7 +245,7 @@ def _line(walls: WallPoints, piece: _Piece, ground: Heights, p: WallLineParamete
     return WallLine(
         line,
         normal,
-        fit.sigma,
+        math.hypot(fit.sigma, p.systematic_gsd * p.gsd_m),
         seen,
         float(z_low),
         float(z_high),
@@ -241,12 +256,17 @@ def _line(walls: WallPoints, piece: _Piece, ground: Heights, p: WallLineParamete
 
 
 def _connected(lines: list[WallLine], p: WallLineParameters) -> list[WallLine]:
-    """Long walls, and short ones between them."""
+    """Long walls; and short ones that join them, directly or through one another, as steps and the sides of bays do."""
     long = [w for w in lines if w.line.length >= p.least_length_m]
     short = [w for w in lines if w.line.length < p.least_length_m]
+    while True:
+        held = [w for w in short if _joins(w, [o for o in (*long, *short) if o is not w], p)]
+        if len(held) == len(short):
+            break
+        short = held
     kept = list(long)
     while True:
-        found = [w for w in short if _touches(w, kept, p)]
+        found = [w for w in short if _ends_at(w, kept, p).any()]
         if not found:
             return kept
         kept += found
@@ -254,9 +274,24 @@ def _connected(lines: list[WallLine], p: WallLineParameters) -> list[WallLine]:
         short = [w for w in short if id(w) not in taken]
 
 
-def _touches(wall: WallLine, others: list[WallLine], p: WallLineParameters) -> bool:
+def _joins(wall: WallLine, others: list[WallLine], p: WallLineParameters) -> bool:
+    """Whether both ends meet other walls; or one end, and the two are about as high."""
+    touched = _ends_at(wall, others, p)
+    if touched.any(axis=1).all():
+        return True
+    return any(_alike_high(wall, o) >= ALIKE_HIGH for o, t in zip(others, touched.T, strict=True) if t.any())
+
+
+def _ends_at(wall: WallLine, others: list[WallLine], p: WallLineParameters) -> BoolArray:
+    """(2, N) whether each end meets each other wall, which stands across."""
+    if not others:
+        return np.zeros((2, 0), bool)
     ends = shapely.points(shapely.get_coordinates(wall.line)[[0, -1]])
-    return any(
-        bool((shapely.distance(ends, o.line) <= p.join_m).any()) and abs(float(wall.normal @ o.normal)) < 0.7
-        for o in others
-    )
+    near = shapely.distance(ends[:, None], np.array([o.line for o in others])[None]) <= p.join_m
+    return np.asarray(near & (np.abs(np.array([o.normal for o in others]) @ wall.normal) < ACROSS_COS))
+
+
+def _alike_high(a: WallLine, b: WallLine) -> float:
+    """Common part of the heights of two walls, as a share of what both cover."""
+    common = min(a.z_high, b.z_high) - max(a.z_low, b.z_low)
+    return max(common, 0.0) / max(max(a.z_high, b.z_high) - min(a.z_low, b.z_low), 1e-9)

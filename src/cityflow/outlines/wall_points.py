@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cityflow.core.arrays import BoolArray, Float32Array
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.parameters import Parameters
 from cityflow.core.wall_points import WallPoints, joined_walls
@@ -96,34 +96,40 @@ def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> Wa
 
 
 def _rising(voxels: Voxels, p: WallPointParameters) -> BoolArray:
-    reach = max(round(p.radius_m / voxels.cell), 2)
-    # the 3 x 3 columns are three cells wide, and their voxels end a level off either way
-    rise = min(math.ceil(3 * math.tan(math.radians(p.steep_deg))), 2 * reach - 1)
-    return steep(voxels, Columns.of(voxels, 1), reach, rise)
+    # the 3 x 3 columns are three cells wide; at the foot and at the top of a wall the rise is all on one side
+    rise = max(math.ceil(3 * math.tan(math.radians(p.steep_deg))), 2)
+    return steep(voxels, Columns.of(voxels, 1), rise, rise)
 
 
 def _upright(voxels: Voxels, planes: Normals, p: WallPointParameters) -> BoolArray:
-    """Points with a horizontal normal that their images see at more than a grazing angle."""
+    """Points whose own normal is near the horizontal, and that their images see at more than a grazing angle."""
     normal = planes.normal
     facing = np.abs(np.einsum("ij,ij->i", normal, voxels.towards))
     with np.errstate(invalid="ignore"):
         return np.asarray(
-            (np.abs(normal[:, 2]) <= math.sin(math.radians(p.upright_deg)))
+            (np.abs(normal[:, 2]) <= math.sin(math.radians(2 * p.upright_deg)))
             & (facing >= math.sin(math.radians(p.grazing_deg)))
             & (planes.share >= p.least_share)
         )
 
 
 def _company(voxels: Voxels, planes: Normals, p: WallPointParameters) -> BoolArray:
-    """Points among others of the same side and direction: leaves have company, but it looks elsewhere."""
+    """Points among others of the same side and direction whose common normal is horizontal.
+
+    Leaves have company, but it looks elsewhere. One normal alone trembles with the noise of matching; a steep roof's lean all the same way.
+    """
     reach = math.ceil(p.radius_m / voxels.cell)
     columns = Columns.of(voxels, reach)
-    side = _sides(voxels, planes)
-    alike, count = _alike(
-        voxels.xyz.astype(np.float64), side, voxels.row - columns.row_0, voxels.col - columns.col_0, columns.start,
+    turn = np.where(np.einsum("ij,ij->i", planes.normal, voxels.towards) < 0, -1.0, 1.0).astype(np.float32)
+    alike, count, lean = _alike(
+        voxels.xyz, planes.normal * turn[:, None], voxels.row - columns.row_0, voxels.col - columns.col_0, columns.start,
         columns.cols, reach, p.radius_m, math.cos(math.radians(p.alike_deg)),
     )  # fmt: skip
-    return np.asarray((alike >= p.least_neighbours) & (alike >= p.least_alike * count))
+    return np.asarray(
+        (alike >= p.least_neighbours)
+        & (alike >= p.least_alike * count)
+        & (np.abs(lean) <= math.sin(math.radians(p.upright_deg)))
+    )
 
 
 def _sides(voxels: Voxels, planes: Normals) -> Float32Array:
@@ -147,8 +153,8 @@ def _taken(planes: Normals, chosen: BoolArray) -> Normals:
 
 @njit(cache=True, nogil=True)
 def _alike(
-    xyz: np.ndarray,
-    side: Float32Array,
+    xyz: FloatArray,
+    normal: Float32Array,
     row: Int32Array,
     col: Int32Array,
     start: Int32Array,
@@ -156,15 +162,20 @@ def _alike(
     reach: int,
     radius: float,
     least: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Neighbours with a normal like the point's own, and all neighbours."""
+) -> tuple[Int32Array, Int32Array, FloatArray]:
+    """Neighbours with a normal like the point's own, all neighbours, and the upward part of the mean normal of the former."""
     alike, count = np.zeros(len(xyz), np.int32), np.zeros(len(xyz), np.int32)
+    lean = np.zeros(len(xyz))
     for v in range(len(xyz)):
+        up = 0.0
         for r in range(row[v] - reach, row[v] + reach + 1):
             for c in range(col[v] - reach, col[v] + reach + 1):
                 for j in range(start[r * cols + c], start[r * cols + c + 1]):
                     dx, dy, dz = xyz[j, 0] - xyz[v, 0], xyz[j, 1] - xyz[v, 1], xyz[j, 2] - xyz[v, 2]
                     if abs(dz) <= radius and dx * dx + dy * dy <= radius * radius:
                         count[v] += 1
-                        alike[v] += side[j, 0] * side[v, 0] + side[j, 1] * side[v, 1] >= least
-    return alike, count
+                        if normal[j, 0] * normal[v, 0] + normal[j, 1] * normal[v, 1] >= least:
+                            alike[v] += 1
+                            up += normal[j, 2]
+        lean[v] = up / max(alike[v], 1)
+    return alike, count, lean

@@ -6,6 +6,7 @@ at a time, and cells are joined to strips only where their normals go on from on
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,7 @@ class CellRules:
     least_points : rule (b)
     largest_gap : rule (c), metres: mean distance between points one above the other, as a random height meets it
     alike : cosine of the angle within which normals are of one side
+    half : metres of wall to either side of a cell that the rules look at; three cells across
     """
 
     cell: float
@@ -38,6 +40,7 @@ class CellRules:
     least_points: int
     largest_gap: float
     alike: float
+    half: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,23 +66,25 @@ class WallCells:
 
 
 def wall_cells(walls: WallPoints, rules: CellRules) -> WallCells:
-    """Cells whose 3 x 3 surroundings hold a wall.
+    """Cells with a point of a wall.
 
-    The surroundings count because noise spreads a façade over as many cells; the cell itself must hold a point of the side.
+    The rules are put to the points of one side in a strip along the wall through the cell's own points, as narrow as noise allows: one column
+    of cells alone would meet nothing but a window.
     """
     if not len(walls):
         empty = np.empty(0, np.int32)
         return WallCells(rules.cell, empty, empty, np.empty((0, 2), np.float32), np.empty(0, bool))
     index = np.floor(walls.xyz[:, :2] / rules.cell).astype(np.int64)
-    low = index.min(axis=0) - 1
-    cols, rows = (int(n) for n in index.max(axis=0) - low + 2)
+    rim = math.ceil(rules.half / rules.cell) + 1
+    low = index.min(axis=0) - rim
+    cols, rows = (int(n) for n in index.max(axis=0) - low + 1 + rim)
     place = (index[:, 1] - low[1]) * cols + index[:, 0] - low[0]
     # ties between normals are decided by height, so the order of points does not matter
     order = np.lexsort((walls.normal[:, 1], walls.normal[:, 0], walls.xyz[:, 2], place))
     start = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=rows * cols))])
     row, col, normal, sure = _cells(
-        np.ascontiguousarray(walls.xyz[order, 2]), np.ascontiguousarray(walls.normal[order]), start, cols,
-        (rules.height_range, rules.least_points, rules.largest_gap, rules.alike),
+        np.ascontiguousarray(walls.xyz[order]), np.ascontiguousarray(walls.normal[order]), start, cols,
+        (rules.cell, rules.height_range, rules.least_points, rules.largest_gap, rules.alike, rules.half),
     )  # fmt: skip
     return WallCells(
         rules.cell, (row + low[1]).astype(np.int32), (col + low[0]).astype(np.int32), normal.astype(np.float32), sure
@@ -106,43 +111,78 @@ def strips(cells: WallCells, alike: float, reach: int) -> IntArray:
 
 @njit(cache=True, nogil=True)
 def _cells(
-    z: FloatArray, normal: Float32Array, start: IntArray, cols: int, rules: tuple[float, int, float, float]
+    xyz: FloatArray,
+    normal: Float32Array,
+    start: IntArray,
+    cols: int,
+    rules: tuple[float, float, int, float, float, float],
 ) -> tuple[Int32Array, Int32Array, FloatArray, BoolArray]:
-    height_range, least_points, largest_gap, alike = rules
-    rows = (len(start) - 1) // cols
-    row, col = np.empty(SIDES * len(z), np.int32), np.empty(SIDES * len(z), np.int32)
-    side, sure = np.empty((SIDES * len(z), 2)), np.empty(SIDES * len(z), np.bool_)
+    cell, height_range, least_points, largest_gap, alike, half = rules
+    rows, reach = (len(start) - 1) // cols, int(np.ceil(half / cell)) + 1
+    row, col = np.empty(SIDES * len(xyz), np.int32), np.empty(SIDES * len(xyz), np.int32)
+    side, sure = np.empty((SIDES * len(xyz), 2)), np.empty(SIDES * len(xyz), np.bool_)
     found = 0
-    for r in range(1, rows - 1):
-        for c in range(1, cols - 1):
+    for r in range(reach, rows - reach):
+        for c in range(reach, cols - reach):
             here = r * cols + c
             if start[here] == start[here + 1]:
                 continue
             near = _near(start, here, cols)
             left = np.ones(len(near), np.bool_)
             for _ in range(SIDES):
-                if left.sum() < least_points:
+                if not left.any():
                     break
                 nx, ny = _commonest(normal, near, left)
-                own, count = False, 0
-                heights = np.empty(len(near))
+                own, x, y = 0, 0.0, 0.0
+                taken = False
                 for j in range(len(near)):
                     if left[j] and normal[near[j], 0] * nx + normal[near[j], 1] * ny >= alike:
-                        left[j] = False
-                        heights[count] = z[near[j]]
-                        count += 1
-                        own = own or start[here] <= near[j] < start[here + 1]
-                if count == 0:
+                        left[j], taken = False, True
+                        if start[here] <= near[j] < start[here + 1]:
+                            own += 1
+                            x += xyz[near[j], 0]
+                            y += xyz[near[j], 1]
+                if not taken:
                     break
-                if not own or count < least_points:
+                if own == 0:
                     continue
-                heights = np.sort(heights[:count])
-                if heights[-1] - heights[0] < height_range:
+                heights = _heights(
+                    xyz, normal, start, (here, cols, reach), (x / own, y / own, nx, ny), (half, 1.5 * cell, alike)
+                )
+                if len(heights) < least_points or heights[-1] - heights[0] < height_range:
                     continue
                 row[found], col[found], side[found, 0], side[found, 1] = r, c, nx, ny
                 sure[found] = _gap(heights) <= largest_gap
                 found += 1
     return row[:found].copy(), col[:found].copy(), side[:found].copy(), sure[:found].copy()
+
+
+@njit(cache=True, nogil=True)
+def _heights(
+    xyz: FloatArray,
+    normal: Float32Array,
+    start: IntArray,
+    where: tuple[int, int, int],
+    wall: tuple[float, float, float, float],
+    limits: tuple[float, float, float],
+) -> FloatArray:
+    """Sorted heights of the points of one side up to `half` along the wall and `thick` across from the cell's own points."""
+    here, cols, reach = where
+    x, y, nx, ny = wall
+    half, thick, alike = limits
+    count = 0
+    for r in range(-reach, reach + 1):
+        count += start[here + r * cols + reach + 1] - start[here + r * cols - reach]
+    heights = np.empty(count)
+    count = 0
+    for r in range(-reach, reach + 1):
+        for j in range(start[here + r * cols - reach], start[here + r * cols + reach + 1]):
+            dx, dy = xyz[j, 0] - x, xyz[j, 1] - y
+            if abs(dx * nx + dy * ny) <= thick and abs(dy * nx - dx * ny) <= half:
+                if normal[j, 0] * nx + normal[j, 1] * ny >= alike:
+                    heights[count] = xyz[j, 2]
+                    count += 1
+    return np.sort(heights[:count])
 
 
 @njit(cache=True, nogil=True)
