@@ -19,6 +19,10 @@ NOISE_LEVELS = 7.0
 """Noise is kept below this many grey levels, or a detector drowns in it."""
 STEP_LEVELS_PER_M, STEP_LEVELS = 200.0, 110.0
 SPREAD_LEVELS = 40.0
+FILL_CELLS = 9
+ROUGH_TO_SIGMA = 1.4826 / 20.0**0.5
+THIN_M = 0.6
+"""Noise is what is rough over more than this across; what is thinner is an edge."""
 NOT_GREY = 4.0
 """A colour is looked at by itself when it varies by this many times its noise where grey does not."""
 
@@ -78,7 +82,8 @@ def step_image(dsm: Float32Array, known: BoolArray, cell: float) -> ByteArray:
     size = 2 * max(round(STEP_RADIUS_M / cell), 2) + 1
     smooth = cv2.GaussianBlur(_filled(dsm, known), (0, 0), 0.6)
     mean, _ = _local_mean(smooth, known, size)
-    levels = min(STEP_LEVELS_PER_M, NOISE_LEVELS / max(_noise(smooth, known), 1e-6))
+    noise = np.maximum(_local_noise(smooth, cell), _noise(smooth, known))
+    levels = np.minimum(STEP_LEVELS_PER_M, NOISE_LEVELS / np.maximum(noise, 1e-4))
     clipped = np.clip((smooth - mean) * levels, -STEP_LEVELS, STEP_LEVELS)
     return _bytes(cv2.GaussianBlur(clipped, (0, 0), 1.0), known)
 
@@ -113,23 +118,31 @@ def _beyond_grey(bands: Float32Array, grey: Float32Array, seen: BoolArray) -> Fl
 
 def _noise(image: Float32Array, known: BoolArray) -> float:
     """Standard deviation of what no smooth surface explains, from the median of second differences."""
-    second = image[1:-1, 1:-1] * 4 - image[:-2, 1:-1] - image[2:, 1:-1] - image[1:-1, :-2] - image[1:-1, 2:]
-    of = np.abs(second[known[1:-1, 1:-1]])
-    return float(np.median(of)) * 1.4826 / np.sqrt(20.0) if len(of) else 0.0
+    of = _roughness(image)[::2, ::3][known[::2, ::3]]
+    return float(np.median(of)) * ROUGH_TO_SIGMA if len(of) else 0.0
+
+
+def _local_noise(image: Float32Array, cell: float) -> Float32Array:
+    """(rows, cols) the same around every cell: façades are matched far worse than roofs. Thin rough lines are edges and do not count."""
+    size = max(round(THIN_M / cell), 2)
+    rough = cv2.blur(_roughness(image), (3, 3))
+    wide = cv2.morphologyEx(rough, cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
+    return np.asarray(cv2.blur(wide, (size, size)) * np.float32(1.2533 / np.sqrt(20.0)), np.float32)
+
+
+def _roughness(image: Float32Array) -> Float32Array:
+    """(rows, cols) absolute second differences."""
+    kernel = np.array([[0, -1, 0], [-1, 4, -1], [0, -1, 0]], np.float32)
+    return np.asarray(np.abs(cv2.filter2D(image, cv2.CV_32F, kernel)), np.float32)
 
 
 def _filled(image: Float32Array, known: BoolArray) -> Float32Array:
     """Unknown cells take the mean of the known ones around, so that their borders raise no edge."""
     if known.all():
         return np.asarray(image, np.float32)
-    value = np.where(known, image, 0).astype(np.float32)
-    weight = known.astype(np.float32)
-    for size in (5, 21, 101):
-        sums, counts = cv2.blur(value, (size, size)), cv2.blur(weight, (size, size))
-        gap = (weight == 0) & (counts > 1e-6)
-        value[gap] = sums[gap] / counts[gap]
-        weight[gap] = 1.0
-    value[weight == 0] = float(np.mean(image[known])) if known.any() else 0.0
+    mean, weight = _local_mean(image, known, FILL_CELLS)
+    value = np.where(known, image, mean).astype(np.float32)
+    value[weight <= 0] = float(np.mean(image[known])) if known.any() else 0.0
     return value
 
 

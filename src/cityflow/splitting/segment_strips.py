@@ -9,10 +9,10 @@ from cityflow.core.arrays import Float32Array, FloatArray
 
 LEFT, RIGHT, ACROSS = 0, 1, 2
 START, END, SCATTER, SLOPE, COUNT, WIDTH = range(6)
-STATIONS = 40
+STATIONS = 24
 """Places along a line at which heights are looked up; more do not make it surer."""
-ROWS = 6
-ROUNDS = 5
+ROWS = 5
+ROUNDS = 4
 INNER_CELLS, OUTER_CELLS, WIDE_CELLS = 1.0, 5.0, 14.0
 """A matched step is smeared over a cell or two: the nearest cells belong to neither side."""
 NOISY_CELLS = 0.5
