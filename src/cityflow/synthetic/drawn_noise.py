@@ -11,16 +11,32 @@ from cityflow.core.grid import Grid
 
 REACH = 3.5
 """Standard deviations after which a Gaussian ends."""
+WIDEST_CELLS = 8.0
 
 
 def smooth_noise(grid: Grid, seed: int, sigma_cells: float) -> Float32Array:
     """(rows, cols) normal noise with mean 0 and standard deviation 1, smooth over about twice `sigma_cells`."""
-    reach = int(np.ceil(REACH * sigma_cells)) if sigma_cells > 0 else 0
-    row, col = round(-grid.y_max / grid.cell), round(grid.x_min / grid.cell)
-    white = _white(row - reach, col - reach, grid.rows + 2 * reach, grid.cols + 2 * reach, seed)
+    step = int(sigma_cells / WIDEST_CELLS) + 1
+    if step == 1:
+        return _filtered(round(-grid.y_max / grid.cell), round(grid.x_min / grid.cell), grid.shape, (seed, sigma_cells))
+    # noise so smooth is made on a coarser lattice of the same world, and interpolated
+    cell = step * grid.cell
+    top, left = np.floor(-grid.y_max / cell - 0.5), np.floor(grid.x_min / cell - 0.5)
+    shape = int(grid.rows / step) + 4, int(grid.cols / step) + 4
+    coarse = _filtered(int(top), int(left), shape, (seed, sigma_cells / step))
+    row = ((-grid.y_centres() / cell) - top - 0.5).astype(np.float32)
+    col = (grid.x_centres() / cell - left - 0.5).astype(np.float32)
+    at = np.broadcast_to(col, grid.shape).copy(), np.broadcast_to(row[:, None], grid.shape).copy()
+    return np.asarray(cv2.remap(coarse, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32)
+
+
+def _filtered(row: int, col: int, shape: tuple[int, int], kind: tuple[int, float]) -> Float32Array:
+    seed, sigma = kind
+    reach = int(np.ceil(REACH * sigma)) if sigma > 0 else 0
+    white = _white(row - reach, col - reach, shape[0] + 2 * reach, shape[1] + 2 * reach, seed)
     if reach == 0:
         return np.asarray(white)
-    taps = cv2.getGaussianKernel(2 * reach + 1, sigma_cells, cv2.CV_32F)
+    taps = cv2.getGaussianKernel(2 * reach + 1, sigma, cv2.CV_32F)
     soft = cv2.sepFilter2D(white, cv2.CV_32F, taps, taps)[reach:-reach, reach:-reach]
     return np.asarray(soft / np.float32((taps**2).sum()), np.float32)
 
