@@ -58,3 +58,14 @@ def test_blocks_are_hulls_of_clusters() -> None:
     assert shapely.get_num_geometries(blocks) == 2
     assert blocks.contains(box(-1, -1, 21, 11))
     assert not blocks.intersects(shapely.Point(40, 5))
+
+
+def test_joining_across_a_gap_costs_all_of_one_figure_and_the_gap_alone_in_the_other() -> None:
+    truth = [box(0, 0, 10, 10), box(11, 0, 21, 10), box(40, 0, 50, 10)]
+    a = compare_outlines([box(0, 0, 21, 10), box(40, 0, 50, 10)], truth)
+    assert a.iou_each.tolist() == pytest.approx([100 / 210, 100 / 210, 1])
+    assert a.iou_joined.tolist() == pytest.approx([200 / 210, 200 / 210, 1])
+    assert a.iou_mean == pytest.approx((2 * 100 / 210 + 1) / 3)
+    assert a.iou_joined_mean == pytest.approx((2 * 200 / 210 + 1) / 3)
+    nothing = compare_outlines([], truth)
+    assert nothing.iou_mean == nothing.iou_joined_mean == 0

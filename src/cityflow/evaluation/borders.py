@@ -122,7 +122,7 @@ def _unit(v: FloatArray) -> FloatArray:
 
 
 def _longest(shape: BaseGeometry) -> LineString | None:
-    parts = [g for g in shapely.get_parts(shape) if isinstance(g, LineString)]
+    parts = [g for g in shapely.get_parts(shape) if isinstance(g, LineString) and g.length > 0]
     if not parts:
         return None
     merged = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(parts)))

@@ -101,7 +101,8 @@ def _gaps_bridged(height: Float32Array, grid: Grid, noise: HeightNoise, seed: in
 
 def _closed(height: Float32Array, width_m: float, cell: float) -> Float32Array:
     """Greyscale closing with a disc of this width: what is narrower is filled up to its lower rim."""
-    size = max(1, round(width_m / cell))
+    # an odd number of cells, so that nothing moves aside
+    size = 2 * max(0, round((width_m / cell - 1) / 2)) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     return np.asarray(cv2.morphologyEx(height, cv2.MORPH_CLOSE, disc), np.float32)
 
