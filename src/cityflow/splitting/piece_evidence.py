@@ -12,9 +12,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import SplitEvidence
 from cityflow.splitting.score_colour import Change, facade_changes, roof_change
 from cityflow.splitting.score_height import HeightChange, height_change
+from cityflow.splitting.score_pipe import stripes
 from cityflow.splitting.skeleton import AxisPiece
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
-from cityflow.splitting.strip_images import Cells, RoofStrip, eaves, facade_strips, roof_strip
+from cityflow.splitting.strip_images import Cells, FacadeStrip, RoofStrip, eaves, facade_strips, roof_strip
 
 ROOF_WINDOW_M, ROOF_GUARD_M = 2.0, 0.16
 FACADE_WINDOW_M, FACADE_GUARD_M = 3.0, 0.2
@@ -32,6 +33,7 @@ class PieceEvidence:
     slices : what of the segments lies in each slice
     height, roof_colour : changes seen from above; the latter None without an ortho
     facades : of each side (0 lower, 1 upper end of the chords) the changes in every frame that shows it
+    stripes : (S, 2) how distinct a narrow upright stripe stands on either façade
     """
 
     piece: AxisPiece
@@ -40,6 +42,7 @@ class PieceEvidence:
     height: HeightChange
     roof_colour: Change | None
     facades: tuple[tuple[Change, ...], tuple[Change, ...]]
+    stripes: FloatArray
 
     @property
     def stations(self) -> FloatArray:
@@ -64,6 +67,9 @@ def gather(
     changes = facade_changes(strips, piece.stations, FACADE_WINDOW_M, FACADE_GUARD_M)
     for strip, change in zip(strips, changes, strict=True):
         sides[strip.side].append(change)
+    best = {max((s for s in strips if s.side == side), key=_seen).frame for side in {s.side for s in strips}}
+    finest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
+    fine = facade_strips(piece, [cells[k] for k in sorted(best)], heights, evidence.ground_height, float(finest))
     guard = max(1.5 * evidence.gsd_m, HEIGHT_GUARD_M)
     return PieceEvidence(
         piece,
@@ -72,12 +78,17 @@ def gather(
         height_change(roof, piece.stations, max(HEIGHT_WINDOW_M, 5 * evidence.gsd_m), guard),
         roof_change(roof, piece.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
         (tuple(sides[0]), tuple(sides[1])),
+        stripes(fine, piece),
     )
 
 
 def _facade_cell(evidence: SplitEvidence) -> float:
     coarsest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
     return max(FACADE_CELL_M, 1.6 * float(coarsest))
+
+
+def _seen(strip: FacadeStrip) -> int:
+    return int(np.isfinite(strip.colour[..., 0]).sum())
 
 
 def at_stations(values: FloatArray, default: float = 0.0) -> FloatArray:

@@ -57,5 +57,6 @@ def _segments(evidence: PieceEvidence) -> FloatArray:
     slices = evidence.slices
     vertical = np.clip((slices.vertical - 0.3) / 0.5, 0, 1)
     sloped = np.clip((slices.sloped - 0.3) / 0.4, 0, 1)
+    pipes = np.minimum(evidence.stripes / CLEAR, 1).sum(axis=1)
     coplanar = np.minimum(vertical.max(axis=1), sloped)
-    return np.asarray(1.5 * sloped + vertical.sum(axis=1) + 1.5 * coplanar)
+    return np.asarray(1.5 * sloped + vertical.sum(axis=1) + 1.5 * coplanar + 1.5 * pipes)

@@ -52,11 +52,13 @@ class FacadeStrip:
     Attributes
     ----------
     side : 0 at the lower end of the chords, 1 at the upper
+    frame : number among the frames that it was looked for in
     u, z : (U,), (Z,) centres of the cells, metres; z above the ground
     colour : (U, Z, C) float32, levels of 0 to 255, NaN where not seen
     """
 
     side: int
+    frame: int
     u: FloatArray
     z: FloatArray
     colour: Float32Array
@@ -169,19 +171,19 @@ def facade_strips(
     cell_m : of the strips, metres
     """
     strips = []
-    for cells in frames:
+    for number, cells in enumerate(frames):
         uv = piece.to_uv(cells.xyz[:, :2])
         for side in (0, 1):
-            strip = _facade_strip(piece, uv, cells, (side, heights[side]), ground, cell_m)
+            strip = _facade_strip(piece, uv, cells, (side, number, heights[side]), ground, cell_m)
             if strip is not None:
                 strips.append(strip)
     return strips
 
 
 def _facade_strip(
-    piece: AxisPiece, uv: FloatArray, cells: Cells, where: tuple[int, FloatArray], ground: float, cell: float
+    piece: AxisPiece, uv: FloatArray, cells: Cells, where: tuple[int, int, FloatArray], ground: float, cell: float
 ) -> FacadeStrip | None:
-    side, top = where
+    side, frame, top = where
     step = float(piece.stations[1] - piece.stations[0])
     reach = int(np.ceil(CONTEXT_M / step))
     k = np.round((uv[:, 0] - piece.stations[0]) / step).astype(np.int64)
@@ -207,4 +209,5 @@ def _facade_strip(
             np.bincount(flat, cells.colour[near, c], shape[0] * shape[1]) / number for c in range(cells.colour.shape[1])
         ]
     colour = np.stack(bands, axis=-1).reshape(*shape, -1).astype(np.float32)
-    return FacadeStrip(side, u_0 + (np.arange(shape[0]) + 0.5) * cell, (np.arange(shape[1]) + 0.5) * cell, colour)
+    u, z = u_0 + (np.arange(shape[0]) + 0.5) * cell, (np.arange(shape[1]) + 0.5) * cell
+    return FacadeStrip(side, frame, u, z, colour)

@@ -26,7 +26,9 @@ HEIGHT_MOST, ROOF_MOST, FACADE_MOST = 6.5, 6.0, 4.5
 CLEAR = 3.0
 """A change of so many times its usual size gives 63 % of what its kind can give."""
 SECOND_FACADE = 0.8
-SLOPED_MOST, VERTICAL_MOST, COPLANAR = 2.0, 1.2, 1.0
+SLOPED_MOST, VERTICAL_MOST, COPLANAR = 2.0, 1.2, 2.2
+PIPE_MOST, BOTH_PIPES = 2.6, 1.0
+"""A pipe on one façade, and more where the other has one at the same place."""
 SAME_SLOPE = 0.12
 """Roofs on both sides whose slopes along the axis differ by more are lit differently: their colours cannot be compared."""
 RIDGE_M, BEND_M = 0.8, 0.4
@@ -259,7 +261,9 @@ def _segment_odds(evidence: PieceEvidence, u: float) -> float:
     vertical = np.clip((slices.vertical[near].max(axis=0) - 0.3) / 0.5, 0, 1)
     sloped = float(np.clip((slices.sloped[near].max() - 0.35) / 0.4, 0, 1))
     coplanar = min(float(vertical.max()), sloped)
-    return float(SLOPED_MOST * sloped + VERTICAL_MOST * vertical.sum() + COPLANAR * coplanar)
+    pipes = np.array([_saturating(s, PIPE_MOST) for s in evidence.stripes[near].max(axis=0)])
+    stripe = float(pipes.sum()) + (BOTH_PIPES if pipes.min() > 0.6 * PIPE_MOST else 0.0)
+    return float(SLOPED_MOST * sloped + VERTICAL_MOST * vertical.sum() + COPLANAR * coplanar) + stripe
 
 
 def _doubt(evidence: PieceEvidence, step: _Step, roof: float, facade: float) -> float:
