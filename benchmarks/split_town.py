@@ -90,7 +90,8 @@ def of_run(run: Path, truth: Path) -> dict[str, float]:
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     file, town = run / "products" / "outlines.gpkg", truth / "truth" / "town.gpkg"
     outlines, units = (list(read_layer(file, name).geometry) for name in ("outlines", "units"))
-    lines = [g for g in read_layer(file, "cut_lines").geometry if isinstance(g, LineString)]
+    cuts = read_layer(file, "cut_lines")
+    lines = [g for g, used in zip(cuts.geometry, cuts.columns["used"], strict=True) if used and isinstance(g, LineString)]
     layers: Layers = {name: _records(read_layer(town, name)) for name in ("units", "cut_lines")}
     kept = set(map(id, within([g for g, _ in layers["units"]], p.area)))
     layers["units"] = [(g, row) for g, row in layers["units"] if id(g) in kept]
