@@ -36,7 +36,7 @@ def _arc(sweep_deg: float, inner: float, depth: float) -> Polygon:
     return Polygon(np.concatenate([(inner + depth) * ring, inner * ring[::-1]]))
 
 
-_SHELL = [(0, 0), (30, 0), (30, 20), (0, 20)]
+_SHELL = [(0, 0), (10, 0), (30, 0), (30, 20), (0, 20)]
 OUTLINES: dict[str, Polygon] = {
     "thousands of vertices": max(shapely.get_parts(_wavy(4000)), key=lambda p: p.area),
     "a spike out": Polygon([(0, 0), (30, 0), (30, 10), (15.001, 10), (15.0, 40), (14.999, 10), (0, 10)]),
