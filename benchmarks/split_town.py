@@ -20,7 +20,6 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.building import OutlineEdge
-from cityflow.core.grid import grown
 from cityflow.core.splitting import Splitting
 from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, compare_units
 from cityflow.io.vector import Layer, read_layer
@@ -29,15 +28,15 @@ from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.drawn_evidence import split_evidence
-from drawn_town import SEEDS, DrawnTown, Layers, drawn_town, table, true_borders, within
+from drawn_town import SEEDS, DrawnTown, Layers, drawn_town, table, true_borders
 
 ASKED = {
     "sensitivity traced": "≥ 90 %", "false alarms share": "≤ 5 %", "position m": "≤ 0.2", "angle deg": "≤ 0.5",
     "s per outline median": "≤ 0.5",
 }  # fmt: skip
 
-EDGE_M = 0.5
-"""What is nearer than this to the edge of a survey is cut by it."""
+SEEN = 0.3
+"""A unit of which so much lies in the surveyed area is one that may be found, and so are its borders."""
 
 Outlines = Sequence[tuple[Polygon, tuple[OutlineEdge, ...]]]
 
@@ -90,7 +89,7 @@ def found_outlines(made: DrawnTown) -> Outlines:
 
 
 def of_run(run: Path, truth: Path) -> dict[str, float]:
-    """A run over a made survey; outlines that its edge cuts, and what stands under them, are not judged."""
+    """A run over a made survey, inside its area."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     file, town = run / "products" / "outlines.gpkg", truth / "truth" / "town.gpkg"
     outlines, units = (list(read_layer(file, name).geometry) for name in ("outlines", "units"))
@@ -99,13 +98,8 @@ def of_run(run: Path, truth: Path) -> dict[str, float]:
         g for g, used in zip(cuts.geometry, cuts.columns["used"], strict=True) if used and isinstance(g, LineString)
     ]
     layers: Layers = {name: _records(read_layer(town, name)) for name in ("units", "cut_lines")}
-    inner = grown(p.area, -EDGE_M)
-    whole = set(map(id, within(outlines, inner)))
-    cut = shapely.union_all([o.buffer(EDGE_M) for o in outlines if id(o) not in whole])
-    kept = set(map(id, within([g for g, _ in layers["units"]], inner)))
-    layers["units"] = [(g, row) for g, row in layers["units"] if id(g) in kept and not cut.contains(g.centroid)]
-    outlines = [o for o in outlines if id(o) in whole]
-    units, lines = ([g for g in found if not cut.contains(g.centroid)] for found in (units, lines))
+    area = shapely.box(*p.area)
+    layers["units"] = [(g, row) for g, row in layers["units"] if g.intersection(area).area > SEEN * g.area]
     return figures(compare_units(FoundUnits(outlines, units, lines), *true_borders(layers)))
 
 
