@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, HIGH_NOISE, LOW_NOISE, PointCloud
 from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
 from cityflow.splitting import lidar_lines as laid
 from cityflow.splitting.lidar_surface import highest_points, lidar_raster
+from cityflow.splitting.line_repeats import first_said
 from cityflow.splitting.segment_images import EdgeImage, crease_images, step_image
 from cityflow.splitting.segment_lines import detect
 from cityflow.splitting.segment_space import within
@@ -77,22 +78,11 @@ def _candidates(
     return np.stack([x, y], axis=2).reshape(-1, 4)
 
 
-def _distinct(found: FloatArray) -> IntArray:
-    """Rows without those that lie for their most part on a longer one of the same direction; longest first."""
-    start, end = found[:, [laid.X0, laid.Y0]], found[:, [laid.X1, laid.Y1]]
-    length = np.linalg.norm(end - start, axis=1)
-    along = (end - start) / np.maximum(length, 1e-9)[:, None]
-    kept: list[int] = []
-    for i in np.lexsort((start[:, 1], start[:, 0], -length)):
-        places = start[i] + np.linspace(0.05, 0.95, 7)[:, None] * (end[i] - start[i])
-        off = places[None] - start[kept][:, None]
-        t = np.einsum("kpi,ki->kp", off, along[kept])
-        u = np.abs(off[..., 0] * along[kept][:, 1:] - off[..., 1] * along[kept][:, :1])
-        on = (u < SAME_M) & (t > -SAME_M) & (t < length[kept][:, None] + SAME_M)
-        alike = np.abs(along[kept] @ along[i]) > np.cos(np.radians(SAME_DEG))
-        if not (on[alike].any(axis=0).mean() > 0.6):
-            kept.append(int(i))
-    return np.array(kept, np.int64)
+def _distinct(found: FloatArray) -> BoolArray:
+    """Rows but for those that lie for their most part on longer ones of the same direction."""
+    ends = found[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]].reshape(-1, 2, 2)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return first_said(ends, np.argsort(-length, kind="stable"), SAME_M, SAME_DEG)
 
 
 def _segments(found: FloatArray, origin: FloatArray, names: tuple[str, ...]) -> Segments:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.splitting.segment_strips import ACROSS, END, LEFT, RIGHT, SCATTER, SLOPE, START, strips
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.splitting.segment_strips import ACROSS, END, LEFT, RIGHT, SCATTER, SLOPE, START, jumps, strips
 
 AGREEING = 1.5
 """Sides whose heights differ by less than this many standard deviations are taken for level."""
+SURE_JUMP = 3.0
+MOST_CUTS = 3
 ONE_PLANE = 1.2
 """One plane through both sides serves when it scatters by no more than this times what the sides do."""
 
@@ -26,6 +28,8 @@ class Courses:
     scatter : (N,) float64, robust standard deviation of heights about the side that carries the line
     step : (N,) float64, how much higher one side is than the other;  step_sigma : its standard deviation
     bend_deg : (N,) float64, angle between the slopes across the line of both sides;  bend_sigma_deg : its deviation
+    meet : (N, 2) float64, cells to the left of start and end at which the planes of both sides meet
+    meet_z : (N, 2) float64, the height there
     """
 
     z: FloatArray
@@ -35,6 +39,50 @@ class Courses:
     step_sigma: FloatArray
     bend_deg: FloatArray
     bend_sigma_deg: FloatArray
+    meet: FloatArray
+    meet_z: FloatArray
+
+
+def unbroken(
+    dsm: Float32Array, ends: FloatArray, cell: float, step_m: float, least_cells: float
+) -> tuple[FloatArray, IntArray]:
+    """Lines cut where the heights along them jump: a ridge over two houses of different height is two ridges.
+
+    Parameters
+    ----------
+    ends : (N, 2, 2) as in `courses`
+    step_m : smaller jumps are borne
+    least_cells : no piece is shorter
+
+    Returns
+    -------
+    (M, 2, 2) pieces, and (M,) the line that each is of
+    """
+    dsm, pieces, of = np.ascontiguousarray(dsm, np.float32), ends, np.arange(len(ends))
+    for _ in range(MOST_CUTS):
+        cut = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) >= 2 * least_cells
+        long = np.ascontiguousarray(pieces[cut])
+        place, jumped = _places(jumps(dsm, long, cell, least_cells), strips(dsm, long, cell), step_m)
+        cut[cut] = jumped
+        if not cut.any():
+            break
+        at = place[jumped]
+        middle = pieces[cut, 0] + at[:, None] * (pieces[cut, 1] - pieces[cut, 0])
+        first, second = np.stack([pieces[cut, 0], middle], axis=1), np.stack([middle, pieces[cut, 1]], axis=1)
+        pieces = np.concatenate([pieces[~cut], first, second])
+        of = np.concatenate([of[~cut], of[cut], of[cut]])
+    return pieces, of
+
+
+def _places(found: FloatArray, sides: FloatArray, step_m: float) -> tuple[FloatArray, BoolArray]:
+    """Where each line jumps, and whether it does: the upper side at a step, else both sides at one place."""
+    gap = (sides[:, LEFT, :2] - sides[:, RIGHT, :2]).mean(axis=1)
+    row, upper = np.arange(len(found)), np.where(gap > 0, LEFT, RIGHT)
+    sure = np.abs(found[..., 1]) > np.maximum(0.6 * step_m, SURE_JUMP * found[..., 2])
+    alike = sure.all(axis=1) & (np.abs(found[:, 0, 0] - found[:, 1, 0]) < 0.15) & (found[:, 0, 1] * found[:, 1, 1] > 0)
+    with np.errstate(invalid="ignore"):
+        is_step = np.abs(gap) > 2 * step_m
+    return found[row, upper, 0], np.where(is_step, sure[row, upper], alike)
 
 
 def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> Courses:
@@ -54,8 +102,13 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
     carrying = _carrying(left, right, across, (gap, np.maximum(step_m, AGREEING * gap_sigma)))
     bend = np.degrees(np.arctan(left[:, SLOPE]) - np.arctan(right[:, SLOPE]))
     bend_sigma = np.hypot(_slope_sigma(left), _slope_sigma(right))
+    fall = right[:, SLOPE] - left[:, SLOPE]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        meet = (left[:, :2] - right[:, :2]) / fall[:, None]
+    meet_z = left[:, :2] + left[:, SLOPE, None] * meet
     return Courses(
-        carrying[:, START : END + 1], _sigma(carrying), carrying[:, SCATTER], np.abs(gap), gap_sigma, np.abs(bend), bend_sigma
+        carrying[:, START : END + 1], _sigma(carrying), carrying[:, SCATTER], np.abs(gap), gap_sigma, np.abs(bend), bend_sigma,
+        meet / cell, meet_z,
     )  # fmt: skip
 
 

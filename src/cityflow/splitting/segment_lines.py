@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.splitting.segment_images import EdgeImage
+
+SAME_CELLS, SAME_DEG = 1.6, 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,7 @@ class Lines:
     def __len__(self) -> int:
         return len(self.ends)
 
-    def take(self, chosen: BoolArray) -> Lines:
+    def take(self, chosen: BoolArray | IntArray) -> Lines:
         return Lines(self.ends[chosen], self.contrast[chosen], self.crease[chosen])
 
     @property
@@ -54,21 +56,14 @@ def joined_lines(parts: Sequence[Lines]) -> Lines:
 
 
 def lines_of(images: Sequence[EdgeImage], least_cells: float) -> Lines:
-    """Lines of all images of one raster; what an earlier image shows too is not said twice.
+    """Lines of all images of one raster, those of the image to trust most first.
 
     Parameters
     ----------
-    images : of the same raster, the one to trust most first
     least_cells : shorter ones are dropped
     """
-    kept: list[Lines] = []
-    for image in images:
-        found = detect(image)
-        found = found.take(found.length >= least_cells)
-        for earlier in kept:
-            found = found.take(~_repeated(found, earlier, image.pixels.shape, image.factor))
-        kept.append(found)
-    return joined_lines(kept)
+    found = joined_lines([detect(image) for image in images])
+    return found.take(found.length >= least_cells)
 
 
 def detect(image: EdgeImage) -> Lines:
@@ -106,26 +101,3 @@ def _sampled(image: ByteArray, places: FloatArray) -> ByteArray:
     col = np.clip(np.round(places[..., 0]).astype(np.int64), 0, cols - 1)
     row = np.clip(np.round(places[..., 1]).astype(np.int64), 0, rows - 1)
     return image[row, col]
-
-
-def _repeated(lines: Lines, earlier: Lines, shape: tuple[int, int], factor: int) -> BoolArray:
-    """Lines that run for most of their length within a cell and a half of earlier ones of their direction."""
-    result = np.zeros(len(lines), bool)
-    if not len(lines) or not len(earlier):
-        return result
-    sectors, wide = 12, np.array([-1, 0, 1])
-    sector = (_angle(lines) / np.pi * sectors).astype(np.int64) % sectors
-    before = (_angle(earlier) / np.pi * sectors).astype(np.int64) % sectors
-    for s in np.unique(sector):
-        near = np.isin(before, (s + wide) % sectors)
-        drawn = np.zeros((shape[0] * factor, shape[1] * factor), np.uint8)
-        cells = np.round(earlier.ends[near]).astype(np.int32)
-        cv2.polylines(drawn, list(cells), False, 1, thickness=3)
-        of = sector == s
-        result[of] = _sampled(drawn, lines.take(of).along(9)).mean(axis=1) > 0.6
-    return result
-
-
-def _angle(lines: Lines) -> FloatArray:
-    d = lines.ends[:, 1] - lines.ends[:, 0]
-    return np.asarray(np.arctan2(d[:, 1], d[:, 0]) % np.pi)

@@ -13,6 +13,8 @@ STATIONS = 24
 """Places along a line at which heights are looked up; more do not make it surer."""
 ROWS = 5
 ROUNDS = 4
+BINS = 16
+"""Of a line, in which heights are summed up to see whether they jump."""
 INNER_CELLS, OUTER_CELLS, WIDE_CELLS = 1.0, 5.0, 14.0
 """A matched step is smeared over a cell or two: the nearest cells belong to neither side."""
 NOISY_CELLS = 0.5
@@ -54,6 +56,60 @@ def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> FloatArray:
                 if wide[SCATTER] <= STILL_FLAT * result[i, side, SCATTER]:
                     result[i, side] = wide
     return result
+
+
+@njit(cache=True, nogil=True)
+def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) -> FloatArray:
+    """(N, 2, 3) where each side's heights jump along the line: share of the way, height of the jump, its standard deviation.
+
+    The jump is 0 for lines shorter than twice `least_cells`.
+    """
+    result = np.zeros((len(ends), 2, 3))
+    t, u, z = np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2)
+    plane = np.empty(6)
+    for i in range(len(ends)):
+        length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
+        if length < 2 * least_cells:
+            continue
+        for side in range(2):
+            count = _gather(dsm, ends[i], (length, OUTER_CELLS), (STATIONS, 1.0 - 2.0 * side), (t, u, z), 0)
+            if count < LEAST_KNOWN * STATIONS * ROWS:
+                continue
+            _fit(t[:count], u[:count], z[:count], cell, plane)
+            rest = (
+                z[:count]
+                - plane[START]
+                - (plane[END] - plane[START]) * (t[:count] + 0.5)
+                - plane[SLOPE] * cell * u[:count]
+            )
+            _jump(t[:count], rest, least_cells / length, result[i, side])
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _jump(t: FloatArray, rest: FloatArray, margin: float, result: FloatArray) -> None:
+    """The step that explains most of what a straight course leaves, in medians of bins along the line."""
+    medians, centres, bins = np.empty(BINS), np.empty(BINS), 0
+    for k in range(BINS):
+        of = rest[(t >= k / BINS - 0.5) & (t < (k + 1) / BINS - 0.5)]
+        if len(of) >= 3:
+            medians[bins], centres[bins] = np.median(of), (k + 0.5) / BINS
+            bins += 1
+    if bins < 6:
+        return
+    x, y = centres[:bins], medians[:bins]
+    best = np.inf
+    for k in range(1, bins):
+        at = 0.5 * (x[k - 1] + x[k])
+        if at < margin or at > 1 - margin:
+            continue
+        a = np.ones((bins, 3))
+        a[:, 1], a[:, 2] = x, np.where(np.arange(bins) >= k, 1.0, 0.0)
+        solved = np.linalg.solve(a.T @ a + np.eye(3) * 1e-9, a.T @ y)
+        left = np.abs(y - a @ solved).sum()
+        if left < best:
+            best = left
+            result[0], result[1], result[2] = at, solved[2], 2.5 * left / bins
 
 
 @njit(cache=True, nogil=True)
