@@ -18,12 +18,17 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.outlines.combine_cut import building_faces
-from cityflow.outlines.combine_evidence import Surroundings, WallRole, border_costs, evidence, wall_roles
+from cityflow.outlines.combine_evidence import Surroundings, border_costs, evidence, leaving
 from cityflow.outlines.combine_faces import faces_of, integrals
+from cityflow.outlines.combine_feet import KnownWall
 from cityflow.outlines.combine_lines import candidate_pieces
 from cityflow.outlines.combine_refit import on_walls
 from cityflow.outlines.combine_rings import cleaned
-from cityflow.outlines.wall_line import WallLine
+
+_WIDEST_GAP_M = 2.4
+_ENCLOSED_SHARE = 0.5
+_SEEN_DOWN_M = 3.0
+"""A wall before which the roof goes on farther than any eaves, and yet seen so far down, looks at a gap or at a tree."""
 
 
 class CombineParameters(Parameters):
@@ -51,7 +56,7 @@ class Footprint:
 
 
 def footprints(
-    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[WallLine], parameters: CombineParameters
+    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[KnownWall], parameters: CombineParameters
 ) -> list[Footprint]:
     """The footprints in one place: one, or several where walls stand between, or none.
 
@@ -72,25 +77,28 @@ def footprints(
     return [Footprint(p, _roof_of(p, polygons, roofs[0], parameters.overhang_m), remark) for p in polygons]
 
 
-def _moved(wall: WallLine, by: FloatArray) -> WallLine:
-    return replace(wall, line=shapely.transform(wall.line, lambda xy: xy + by))
+def _moved(known: KnownWall, by: FloatArray) -> KnownWall:
+    return replace(known, wall=replace(known.wall, line=shapely.transform(known.wall.line, lambda xy: xy + by)))
 
 
 def _local_footprints(
-    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[WallLine], parameters: CombineParameters
+    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[KnownWall], parameters: CombineParameters
 ) -> list[Polygon]:
-    world = np.array(around.grid.bounds[:2])
-    roles = wall_roles([_moved(w, world) for w in walls], around, parameters.overhang_m)
-    pieces = candidate_pieces(walls, roofs, parameters.overhang_m, parameters.extension_m)
+    world, reach = np.array(around.grid.bounds[:2]), parameters.overhang_m
+    leaves = np.array([leaving(_moved(k, world).wall, around, _WIDEST_GAP_M) for k in walls])
+    enclosed = (leaves < _ENCLOSED_SHARE) & np.array(
+        [bool(min(k.feet.min(), k.wall.foot_m) < _SEEN_DOWN_M) for k in walls], bool
+    )
+    pieces = candidate_pieces(walls, roofs, reach, parameters.extension_m, enclosed)
     if not len(pieces.ends):
         return []
     width, height = around.grid.cols * around.grid.cell, around.grid.rows * around.grid.cell
     faces = faces_of(np.concatenate([_within(pieces.ends, width, height), _frame(width, height)]))
-    gain, cell = evidence(around, pieces, roles, parameters.overhang_m)
-    left, right = border_costs(faces, pieces, roles)
+    gain, cell = evidence(around, pieces, leaves, reach)
+    left, right = border_costs(faces, pieces)
     chosen = building_faces(faces, integrals(faces, gain, cell), left, right)
-    straight = _joined(faces.polygons[chosen], parameters.step_m)
-    return [on_walls(p, [w for w, role in zip(walls, roles, strict=True) if role != WallRole.INNER]) for p in straight]
+    lines = [k.wall for k in walls]
+    return [on_walls(p, lines) for p in _joined(faces.polygons[chosen], parameters.step_m)]
 
 
 def _frame(width: float, height: float) -> FloatArray:
@@ -124,11 +132,3 @@ def _roof_of(polygon: Polygon, every: Sequence[Polygon], roof: Polygon, reach_m:
         near = shapely.difference(near, shapely.union_all(others))
     parts = [p for p in shapely.get_parts(near) if isinstance(p, Polygon)]
     return max(parts, key=lambda p: (p.area, p.bounds)) if parts else None
-
-
-def seen_share(polygon: Polygon, walls: Sequence[WallLine], aside_m: float = 0.3) -> float:
-    """Share of a polygon's boundary along which walls were seen."""
-    if not walls:
-        return 0.0
-    near = shapely.buffer(shapely.union_all([w.line for w in walls]), aside_m, cap_style="flat")
-    return float(shapely.intersection(polygon.boundary, near).length / polygon.length)

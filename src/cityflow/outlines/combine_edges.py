@@ -47,6 +47,11 @@ class KnownLines:
         rings = [shapely.get_coordinates(r) for r in (polygon.exterior, *polygon.interiors)]
         return tuple(self._edge(a, b) for ring in rings for a, b in pairwise(ring))
 
+    def seen_share(self, polygon: Polygon) -> float:
+        """Share of its border along which façade points stand, seen from outside."""
+        edges = self.edges_of(polygon)
+        return float(sum(e.seen * e.line.length for e in edges) / max(polygon.length, 1e-9))
+
     def inner_edges_of(self, polygon: Polygon) -> tuple[OutlineEdge, ...]:
         """Walls within the polygon, the lower side on the right."""
         core = shapely.buffer(polygon, -_INSIDE_M)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import shapely
-from scipy import ndimage
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.outlines.combine_faces import Faces
 from cityflow.outlines.combine_lines import Kind, Pieces
@@ -21,8 +18,13 @@ _FINER = 4
 _STANDS_M = 2.0
 _BEHIND_M = 0.5
 _LEAVES_SHARE = 0.6
-_UNKNOWN, _EAVE, _TREE, _HIDDEN = -0.1, -0.3, -0.5, 0.3
-"""m² per m²: where nothing is known; before a wall under a roof; before a wall seen to the ground; behind one under foliage."""
+_ABOVE_FOOT_M = 1.0
+_NARROWEST_M = 0.8
+"""Gaps between houses are at least so wide."""
+_UNKNOWN, _FILLED, _HIDDEN = -0.1, -0.5, 0.3
+_BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
+"""m² per m²: where nothing is known; in small holes of a roof; behind a wall under foliage; close before a wall, up to where
+eaves may reach, and along eaves that go on beyond what was seen of a wall."""
 _ON_WALL_M = 2.5e-3
 _COSTS = {
     Kind.SEEN: (0.02, 1.0),
@@ -31,9 +33,10 @@ _COSTS = {
     Kind.ROOF: (0.3, 1.0),
     Kind.ROOF_EXTENDED: (0.4, 1.0),
     Kind.STEP: (0.35, 0.35),
+    Kind.GAP: (0.3, 1.0),
 }
 """Metres of border weigh so many m² of area: with the building on the piece's left, and on its right."""
-_COST_OF_INNER = 0.25, 0.5
+_COST_OF_UPPER = 0.05, 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +49,20 @@ class Surroundings:
     region : (rows, cols) bool, the region; all False where walls stand alone
     other : (rows, cols) bool, other regions
     low : (rows, cols) bool, known to be nearly terrain
+    height : (rows, cols) metres above terrain, NaN where unknown
+    loose : (rows, cols) bool, rough all around as foliage is, and as what lies in a narrow gap
     """
 
     grid: Grid
     region: BoolArray
     other: BoolArray
     low: BoolArray
+    height: FloatArray
+    loose: BoolArray
 
 
-class WallRole:
-    """How a wall stands to the region: OUTER with its foot on the ground, EAVE under the roof's edge, INNER above a roof."""
-
-    OUTER, EAVE, INNER = range(3)
-
-
-def wall_roles(walls: Sequence[WallLine], around: Surroundings, reach_m: float) -> IntArray:
-    """(n,) of `WallRole`."""
-    return np.array([_role(w, around, reach_m) for w in walls], np.int64)
-
-
-def _role(wall: WallLine, around: Surroundings, reach_m: float) -> int:
-    if wall.foot_m < _STANDS_M:
-        return WallRole.OUTER
+def leaving(wall: WallLine, around: Surroundings, reach_m: float) -> float:
+    """Share of a wall's length before which the regions end within `reach_m`."""
     count = max(int(wall.line.length / 0.5), 2)
     at = shapely.get_coordinates(shapely.line_interpolate_point(wall.line, (np.arange(count) + 0.5) / count, True))
     away = np.arange(0.0, reach_m + 0.5 * around.grid.cell, 0.1)
@@ -76,41 +71,58 @@ def _role(wall: WallLine, around: Surroundings, reach_m: float) -> int:
     inside = (row >= 0) & (col >= 0) & (row < around.grid.rows) & (col < around.grid.cols)
     roofed = np.zeros(inside.shape, bool)
     roofed[inside] = (around.region | around.other)[row[inside], col[inside]]
-    leaves = float((~roofed).any(axis=1).mean())
-    return WallRole.EAVE if leaves >= _LEAVES_SHARE else WallRole.INNER
+    return float((~roofed).any(axis=1).mean())
 
 
-def evidence(around: Surroundings, pieces: Pieces, roles: IntArray, reach_m: float) -> tuple[FloatArray, float]:
+def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: float) -> tuple[FloatArray, float]:
     """Gain in m² per m² of calling a place building, and the raster's cell; row 0 at the bottom.
 
-    The pieces are in a frame whose origin is the lower left corner of the grid.
+    What stands before a wall and higher than the wall's lowest points is its eaves, or a tree: no building. What is
+    lower is a lower roof, above which the wall rises, unless it is as rough as foliage.
+
+    Parameters
+    ----------
+    pieces : in a frame whose origin is the lower left corner of the grid
+    leaves : (walls,) see `leaving`; decides where the terrain, and so the foot of a wall, is not known
     """
-    base, unknown = _base(around)
-    region = _fine(around.region)
-    gain, cell = base.copy(), around.grid.cell / _FINER
-    role = np.where(pieces.wall >= 0, roles[np.maximum(pieces.wall, 0)] if len(roles) else 0, -1)
-    seen, outer, eave = pieces.of(Kind.SEEN), role == WallRole.OUTER, role == WallRole.EAVE
-    along = pieces.of(Kind.ALONG_ROOF) & (outer | eave)
+    gain, unknown = _base(around)
+    region, loose = _fine(around.region), _fine(around.loose)
+    height = np.nan_to_num(_fine(around.height), nan=np.inf)
+    cell = around.grid.cell / _FINER
+    seen, along = np.flatnonzero(pieces.of(Kind.SEEN)), np.flatnonzero(pieces.of(Kind.ALONG_ROOF))
 
-    def strips(chosen: BoolArray, depth_m: float) -> BoolArray:
-        return _strips(pieces.ends[chosen], depth_m, gain.shape, cell)
+    def before(number: int, depth_m: float) -> tuple[tuple[slice, slice], BoolArray]:
+        """Cells of the region before a piece that are no lower roof."""
+        window, mask = _strip(pieces.ends[number], depth_m, gain.shape, cell)
+        foot = pieces.foot[number]
+        if np.isnan(foot):
+            return window, mask & region[window] & bool(leaves[pieces.wall[number]] >= _LEAVES_SHARE)
+        return window, mask & region[window] & (loose[window] | (height[window] > foot + _ABOVE_FOOT_M))
 
-    gain[strips(along, reach_m) & region] = -0.02
-    gain[strips(seen & eave, reach_m) & region] = _EAVE
-    behind = strips(seen & outer, -reach_m)
-    gain[behind] = base[behind]
-    gain[strips(seen & outer, reach_m) & region] = _TREE
-    behind = strips(seen & (outer | eave), -_BEHIND_M)
-    gain[behind] = np.where(region[behind], 1.0, 0.0)
-    hidden = strips(seen & outer, -2 * _BEHIND_M) & unknown
-    gain[hidden] = _HIDDEN
+    for number in along:
+        window, mask = before(number, reach_m)
+        gain[window][mask] = _UNDER_ROOF
+    for depth_m, worth in ((reach_m, _FAR_BEFORE), (min(_NARROWEST_M, reach_m), _BEFORE)):
+        for number in seen:
+            window, mask = before(number, depth_m)
+            gain[window][mask] = worth
+    standing = seen[~(pieces.foot[seen] > _STANDS_M)]
+    for number in standing:
+        window, mask = _strip(pieces.ends[number], -2 * _BEHIND_M, gain.shape, cell)
+        gain[window][mask & unknown[window]] = _HIDDEN
+    for number in standing:
+        window, mask = _strip(pieces.ends[number], -_BEHIND_M, gain.shape, cell)
+        gain[window][mask] = np.where(region[window][mask], 1.0, np.maximum(gain[window][mask], 0.0))
     return gain, cell
 
 
 def _base(around: Surroundings) -> tuple[FloatArray, BoolArray]:
     gain = np.full(around.grid.shape, _UNKNOWN)
     gain[around.low | around.other] = -1.0
-    gain[around.region] = 1.0
+    # A hole in a roof too small to be a courtyard may still be a gap between houses.
+    gain[around.region] = np.where(np.isfinite(around.height) & (around.height < _STANDS_M), _FILLED, 1.0)[
+        around.region
+    ]
     return _fine(gain), _fine(gain == _UNKNOWN)
 
 
@@ -118,18 +130,25 @@ def _fine(values: np.ndarray) -> np.ndarray:
     return np.kron(values[::-1], np.ones((_FINER, _FINER), values.dtype))
 
 
-def _strips(ends: FloatArray, depth_m: float, shape: tuple[int, int], cell: float) -> BoolArray:
-    """Cells to the right of the pieces up to a depth; to the left of them where it is negative."""
-    mask = np.zeros(shape, np.uint8)
-    for a, b in ends:
-        d = b - a
-        n = np.array([d[1], -d[0]]) / max(float(np.hypot(*d)), 1e-9) * depth_m
-        corners = np.rint((np.stack([a, b, b + n, a + n]) / cell - 0.5) * 16).astype(np.int32)
-        cv2.fillConvexPoly(mask, corners, 1, cv2.LINE_8, 4)
-    return mask.astype(bool)
+def _strip(
+    ends: FloatArray, depth_m: float, shape: tuple[int, int], cell: float
+) -> tuple[tuple[slice, slice], BoolArray]:
+    """Cells to the right of a piece up to a depth, to the left of it where that is negative: a window and a mask in it."""
+    a, b = ends
+    d = b - a
+    n = np.array([d[1], -d[0]]) / max(float(np.hypot(*d)), 1e-9) * depth_m
+    corners = np.stack([a, b, b + n, a + n]) / cell
+    low = np.clip(np.floor(corners.min(axis=0)).astype(int), 0, (shape[1], shape[0]))
+    high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1, low, (shape[1], shape[0]))
+    window = slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
+    x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+    e, m = d / max(float(np.hypot(*d)), 1e-9), n / abs(depth_m)
+    s = (x * cell - a[0]) * e[0] + (y * cell - a[1]) * e[1]
+    t = (x * cell - a[0]) * m[0] + (y * cell - a[1]) * m[1]
+    return window, (s >= 0) & (s <= np.hypot(*d)) & (t >= 0) & (t <= abs(depth_m))
 
 
-def border_costs(faces: Faces, pieces: Pieces, roles: IntArray) -> tuple[FloatArray, FloatArray]:
+def border_costs(faces: Faces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
     """(E,) m² that a border along each edge costs with the building on its left, and on its right."""
     along = faces.ends[:, 1] - faces.ends[:, 0]
     length = np.hypot(*along.T)
@@ -141,28 +160,13 @@ def border_costs(faces: Faces, pieces: Pieces, roles: IntArray) -> tuple[FloatAr
     cosine = (direction * along[edge]).sum(axis=1) / (np.hypot(*direction.T) * np.maximum(length[edge], 1e-9))
     on = np.abs(cosine) > 0.97
     edge, piece, same = edge[on], piece[on], cosine[on] > 0
-    agreeing, opposing = _piece_costs(pieces, roles)
+    agreeing, opposing = _piece_costs(pieces)
     np.minimum.at(left, edge, np.where(same, agreeing[piece], opposing[piece]))
     np.minimum.at(right, edge, np.where(same, opposing[piece], agreeing[piece]))
     return left * length, right * length
 
 
-def _piece_costs(pieces: Pieces, roles: IntArray) -> tuple[FloatArray, FloatArray]:
-    table = np.array([_COSTS[kind] for kind in Kind])
-    costs = table[pieces.kind]
-    inner = (
-        (pieces.wall >= 0) & (roles[np.maximum(pieces.wall, 0)] == WallRole.INNER)
-        if len(roles)
-        else np.zeros(len(costs), bool)
-    )
-    costs[inner & (pieces.kind == Kind.SEEN)] = _COST_OF_INNER
+def _piece_costs(pieces: Pieces) -> tuple[FloatArray, FloatArray]:
+    costs = np.array([_COSTS[kind] for kind in Kind])[pieces.kind]
+    costs[(pieces.foot > _STANDS_M) & (pieces.kind == Kind.SEEN)] = _COST_OF_UPPER
     return costs[:, 0], costs[:, 1]
-
-
-def rough_share(polygon_mask: BoolArray, rough: BoolArray) -> float:
-    """Share of the cells of a mask that are rough."""
-    return float(rough[polygon_mask].mean()) if polygon_mask.any() else 0.0
-
-
-def dilated(mask: BoolArray, cells: int) -> BoolArray:
-    return np.asarray(ndimage.binary_dilation(mask, iterations=cells)) if cells else mask

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import pairwise
 
 import numpy as np
 import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.outlines.combine_feet import KnownWall
 from cityflow.outlines.wall_line import CURVE, WallLine
 
 _PARALLEL_SIN = np.sin(np.radians(10.0))
+_SAME_FOOT_M = 0.5
+_GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
+_GAP_END_M = 1.5
 _ROOF_END_M = 2.5
 """A roof's edge goes on so far: a wall stands behind it and meets the next one there."""
 
@@ -28,6 +31,7 @@ class Kind(IntEnum):
     ROOF = 3
     ROOF_EXTENDED = 4
     STEP = 5
+    GAP = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +42,25 @@ class Pieces:
     ----------
     ends : (n, 2, 2) float64, metres in the frame of the problem; the building, if any, on the left
     kind : (n,) of `Kind`
-    wall : (n,) index of the wall, -1 for roofs and steps
+    foot : (n,) metres above the terrain down to which the wall was seen; NaN where that is not known
+    wall : (n,) index of the wall, -1 for roofs, steps and gaps
     """
 
     ends: FloatArray
     kind: IntArray
+    foot: FloatArray
     wall: IntArray
 
     def of(self, *kinds: Kind) -> BoolArray:
         return np.isin(self.kind, kinds)
 
 
-def candidate_pieces(walls: Sequence[WallLine], roofs: Sequence[Polygon], reach_m: float, beyond_m: float) -> Pieces:
+_Row = tuple[FloatArray, Kind, float, int]
+
+
+def candidate_pieces(
+    walls: Sequence[KnownWall], roofs: Sequence[Polygon], reach_m: float, beyond_m: float, enclosed: BoolArray
+) -> Pieces:
     """All candidates of one problem.
 
     Parameters
@@ -58,22 +69,23 @@ def candidate_pieces(walls: Sequence[WallLine], roofs: Sequence[Polygon], reach_
     roofs : outlines of the roof, however found
     reach_m : an edge of the roof at most so far before a wall is its eave
     beyond_m : every wall may go on so far at both ends
+    enclosed : (walls,) True for walls that look at a narrow gap: on its other side something stands again
     """
-    rows: list[tuple[FloatArray, Kind, int]] = []
+    rows: list[_Row] = []
     edges = np.concatenate([np.empty((0, 2, 2)), *(_edges(roof) for roof in roofs)])
-    for number, wall in enumerate(walls):
-        rows += [(piece, kind, number) for piece, kind in _wall_pieces(wall, edges, reach_m, beyond_m)]
-        rows += [(piece, Kind.STEP, -1) for piece in _steps(wall)]
+    for number, known in enumerate(walls):
+        rows += [(piece, kind, foot, number) for piece, kind, foot in _wall_pieces(known, edges, reach_m, beyond_m)]
+        rows += [(piece, Kind.STEP, np.nan, -1) for piece in _steps(known.wall)]
+        if enclosed[number]:
+            rows += [(piece, Kind.GAP, np.nan, -1) for piece in _across_gap(known.wall)]
     for edge in edges:
         d = _unit(edge[1] - edge[0]) * _ROOF_END_M
-        rows.append((edge, Kind.ROOF, -1))
-        rows.append((np.stack([edge[0] - d, edge[0]]), Kind.ROOF_EXTENDED, -1))
-        rows.append((np.stack([edge[1], edge[1] + d]), Kind.ROOF_EXTENDED, -1))
-    if not rows:
-        return Pieces(np.empty((0, 2, 2)), np.empty(0, np.int64), np.empty(0, np.int64))
-    return Pieces(
-        np.stack([r[0] for r in rows]), np.array([r[1] for r in rows], np.int64), np.array([r[2] for r in rows])
-    )
+        rows.append((edge, Kind.ROOF, np.nan, -1))
+        rows.append((np.stack([edge[0] - d, edge[0]]), Kind.ROOF_EXTENDED, np.nan, -1))
+        rows.append((np.stack([edge[1], edge[1] + d]), Kind.ROOF_EXTENDED, np.nan, -1))
+    ends = np.array([r[0] for r in rows]).reshape(-1, 2, 2)
+    kinds, numbers = np.array([r[1] for r in rows], np.int64), np.array([r[3] for r in rows], np.int64)
+    return Pieces(ends, kinds, np.array([r[2] for r in rows], np.float64), numbers)
 
 
 def _edges(polygon: Polygon) -> FloatArray:
@@ -86,22 +98,44 @@ def _unit(vector: FloatArray) -> FloatArray:
     return np.asarray(vector / max(float(np.hypot(*vector)), 1e-12))
 
 
-def _wall_pieces(wall: WallLine, edges: FloatArray, reach_m: float, beyond_m: float) -> list[tuple[FloatArray, Kind]]:
+def _wall_pieces(
+    known: KnownWall, edges: FloatArray, reach_m: float, beyond_m: float
+) -> list[tuple[FloatArray, Kind, float]]:
     """The wall as seen, what follows from the eaves before it, and beyond."""
+    wall = known.wall
     xy = shapely.get_coordinates(wall.line)
-    result = [(np.stack([p, q]), Kind.SEEN) for p, q in pairwise(xy)]
+    result = [(piece, Kind.SEEN, foot) for piece, foot in _sections(known)]
     along_roof = (0.0, 0.0) if wall.kind == CURVE else _along_roof(xy, edges, reach_m)
-    for tip, d, along in (
-        (xy[0], _unit(xy[0] - xy[1]), along_roof[0]),
-        (xy[-1], _unit(xy[-1] - xy[-2]), along_roof[1]),
-    ):
+    for last in (False, True):
+        tip, d = (xy[-1], _unit(xy[-1] - xy[-2])) if last else (xy[0], _unit(xy[0] - xy[1]))
+        along, foot = along_roof[int(last)], float(known.feet[-1 if last else 0])
         middle = tip + d * along
         far = middle + d * (beyond_m if along == 0 else min(beyond_m, _ROOF_END_M))
-        outwards = tip is xy[-1]
         if along > 0:
-            result.append((np.stack([tip, middle] if outwards else [middle, tip]), Kind.ALONG_ROOF))
-        result.append((np.stack([middle, far] if outwards else [far, middle]), Kind.EXTENDED))
+            result.append((np.stack([tip, middle] if last else [middle, tip]), Kind.ALONG_ROOF, foot))
+        result.append((np.stack([middle, far] if last else [far, middle]), Kind.EXTENDED, foot))
     return result
+
+
+def _sections(known: KnownWall) -> list[tuple[FloatArray, float]]:
+    """Straight pieces of a wall, cut where its foot changes."""
+    line, feet = known.wall.line, known.feet
+    change = np.flatnonzero(~(np.abs(np.diff(feet)) < _SAME_FOOT_M) & np.isfinite(feet[1:])) + 1
+    vertices = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(line))) / line.length
+    vertices[-1] = 1.0
+    cuts = np.unique(np.concatenate([vertices, change / len(feet)]))
+    xy = shapely.get_coordinates(shapely.line_interpolate_point(line, cuts, normalized=True))
+    number = np.minimum(((cuts[1:] + cuts[:-1]) / 2 * len(feet)).astype(int), len(feet) - 1)
+    return [(np.stack([p, q]), float(feet[k])) for p, q, k in zip(xy[:-1], xy[1:], number, strict=True)]
+
+
+def _across_gap(wall: WallLine) -> list[FloatArray]:
+    """Lines before a wall where the other side of a gap may be."""
+    xy = shapely.get_coordinates(wall.line)[[0, -1]]
+    d = _unit(xy[1] - xy[0])
+    n = np.array([d[1], -d[0]])
+    # The other side's inside lies beyond the gap: these run the other way.
+    return [np.stack([xy[1] + d * _GAP_END_M + n * t, xy[0] - d * _GAP_END_M + n * t]) for t in _GAPS_M]
 
 
 def _along_roof(xy: FloatArray, edges: FloatArray, reach_m: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
@@ -14,10 +15,13 @@ from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.combine_evidence import Surroundings
+from cityflow.outlines.combine_feet import KnownWall
 from cityflow.outlines.regions import Region, RegionParameters, RegionSurface, roughness
-from cityflow.outlines.wall_line import WallLine
 
 _MARGIN_M = 4.0
+_LEAST_CELLS = 12
+_LOOSE_SHARE = 0.7
+"""Along a wall above a lower roof two cells of three are at the step."""
 _TOGETHER_M = 3.0
 """Walls without a roof farther apart than this are not of one building."""
 
@@ -34,17 +38,19 @@ class Places:
     """
 
     def __init__(
-        self, surface: RegionSurface, mask: BoolArray, walls: Sequence[WallLine], parameters: RegionParameters
+        self, surface: RegionSurface, mask: BoolArray, walls: Sequence[KnownWall], parameters: RegionParameters
     ) -> None:
-        self._grid, self._mask = surface.grid, mask
+        self._grid, self._mask, self._height = surface.grid, mask, surface.ndsm
         self._low = np.isfinite(surface.ndsm) & (np.nan_to_num(surface.ndsm) < parameters.minimum_height_m)
         self._low &= ~mask & (surface.klass != HIGH_VEGETATION)
         self._rough = roughness(surface.ndsm) > parameters.rough_m
-        self._walls = list(walls)
-        self._lines = np.array([w.line for w in walls], dtype=object)
+        self._loose = ndimage.uniform_filter(self._rough.astype(np.float32), 3) > _LOOSE_SHARE
+        area = shapely.box(*surface.grid.bounds)
+        self._walls = [w for w in walls if shapely.intersects(w.wall.line, area)]
+        self._lines = np.array([w.wall.line for w in self._walls], dtype=object)
         self._tree = shapely.STRtree(self._lines)
 
-    def around(self, region: Region, reach_m: float) -> tuple[Surroundings, list[WallLine]]:
+    def around(self, region: Region, reach_m: float) -> tuple[Surroundings, list[KnownWall]]:
         """What is known around a region, and the walls within `reach_m` of it."""
         numbers = np.sort(self._tree.query(region.polygon(), predicate="dwithin", distance=reach_m))
         walls = [self._walls[k] for k in numbers.tolist()]
@@ -56,9 +62,12 @@ class Places:
         trimmed, r_0, c_0 = _trimmed(region.mask, r, c, self._grid.shape)
         own[r_0 : r_0 + trimmed.shape[0], c_0 : c_0 + trimmed.shape[1]] = trimmed
         own = own[rows, cols]
-        return Surroundings(grid, own, self._mask[rows, cols] & ~own, self._low[rows, cols]), walls
+        other = self._mask[rows, cols] & ~own
+        return Surroundings(
+            grid, own, other, self._low[rows, cols], self._height[rows, cols], self._loose[rows, cols]
+        ), walls
 
-    def lonely(self, reach_m: float) -> list[tuple[Surroundings, list[WallLine]]]:
+    def lonely(self, reach_m: float) -> list[tuple[Surroundings, list[KnownWall]]]:
         """Groups of walls farther than `reach_m` from every region, with what is known around them."""
         numbers = self._without_region(reach_m)
         result = []
@@ -66,17 +75,18 @@ class Places:
             rows, cols, grid = self._window(tuple(shapely.total_bounds(self._lines[group]).tolist()))
             mask = self._mask[rows, cols]
             nothing = np.zeros_like(mask)
-            result.append(
-                (Surroundings(grid, nothing, mask, self._low[rows, cols]), [self._walls[k] for k in group.tolist()])
+            around = Surroundings(
+                grid, nothing, mask, self._low[rows, cols], self._height[rows, cols], self._loose[rows, cols]
             )
+            result.append((around, [self._walls[k] for k in group.tolist()]))
         return result
 
     def rough_share(self, polygon: Polygon) -> float:
-        """Share of the cells in a polygon that are as rough as foliage."""
+        """Share of the cells in a polygon, its rim left out, that are as rough as foliage; 0 where too few are left."""
         rows, cols, grid = self._window(polygon.bounds)
         x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-        inside = shapely.contains_xy(polygon, x, y)
-        return float(self._rough[rows, cols][inside].mean()) if inside.any() else 0.0
+        inside = shapely.contains_xy(shapely.buffer(polygon, -grid.cell), x, y)
+        return float(self._rough[rows, cols][inside].mean()) if inside.sum() >= _LEAST_CELLS else 0.0
 
     def _without_region(self, reach_m: float) -> IntArray:
         row, col = np.nonzero(self._mask)

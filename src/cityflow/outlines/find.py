@@ -12,8 +12,9 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.wall_points import WallPoints
-from cityflow.outlines.combine import Footprint, footprints, seen_share
+from cityflow.outlines.combine import CombineParameters, Footprint, footprints
 from cityflow.outlines.combine_edges import KnownLines
+from cityflow.outlines.combine_feet import known_walls
 from cityflow.outlines.combine_places import Places
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.footprint_roofs import roof_outlines
@@ -26,7 +27,7 @@ from cityflow.outlines.regions import (
     building_regions,
     crack_midpoints,
 )
-from cityflow.outlines.wall_line import Heights, WallLine
+from cityflow.outlines.wall_line import Heights
 from cityflow.outlines.wall_lines import find_wall_lines
 
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
@@ -61,12 +62,19 @@ def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outl
 
 def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParameters) -> list[Outline]:
     """Outlines where façades were seen: walls before roofs."""
-    lines = find_wall_lines(walls, _terrain(surface), parameters.walls)
+    ground = _terrain(surface)
+    lines = find_wall_lines(walls, ground, parameters.walls)
     regions, mask = building_regions(surface, parameters.regions), building_mask(surface, parameters.regions)
-    places = Places(surface, mask, lines, parameters.regions)
-    found = [f for region in regions for f in _footprints_of(region, places, surface, parameters)]
-    found += _walls_alone(places, surface, parameters)
+    places = Places(surface, mask, known_walls(lines, walls, ground), parameters.regions)
     known = KnownLines(lines, _boundary_points(regions, surface), surface.grid.cell)
+    found = [
+        f
+        for region in regions
+        for f in _footprints_of(region, places, surface, parameters)
+        if not _is_foliage(f.polygon, known, places, parameters.combine)
+    ]
+    alone = _walls_alone(places, surface, parameters)
+    found += [f for f in alone if known.seen_share(f.polygon) >= parameters.combine.closed_share]
     return [
         replace(o, edges=known.edges_of(o.polygon), inner_edges=known.inner_edges_of(o.polygon)) for o in _named(found)
     ]
@@ -83,15 +91,12 @@ def _footprints_of(
     around, walls = places.around(region, parameters.combine.overhang_m)
     found = footprints(around, [polygon for polygon, _ in roofs], walls, parameters.combine) if walls else []
     large = [f for f in found if f.polygon.area >= parameters.regions.minimum_area_m2]
-    named = [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
-    return [f for f in named if not _is_foliage(f.polygon, walls, places, parameters)]
+    return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
 
 
-def _is_foliage(polygon: Polygon, walls: Sequence[WallLine], places: Places, parameters: FindParameters) -> bool:
+def _is_foliage(polygon: Polygon, known: KnownLines, places: Places, parameters: CombineParameters) -> bool:
     """True for what is rough and has no façade, where others have them."""
-    if seen_share(polygon, walls) >= parameters.combine.facade_share:
-        return False
-    return places.rough_share(polygon) > parameters.combine.rough_share
+    return known.seen_share(polygon) < parameters.facade_share and places.rough_share(polygon) > parameters.rough_share
 
 
 def _walls_alone(places: Places, surface: RegionSurface, parameters: FindParameters) -> list[Footprint]:
@@ -99,12 +104,7 @@ def _walls_alone(places: Places, surface: RegionSurface, parameters: FindParamet
     found = []
     for around, walls in places.lonely(parameters.combine.overhang_m):
         for f in footprints(around, [], walls, parameters.combine):
-            large = f.polygon.area >= parameters.regions.minimum_area_m2
-            if (
-                large
-                and seen_share(f.polygon, walls) >= parameters.combine.closed_share
-                and _in_core(f.polygon, surface)
-            ):
+            if f.polygon.area >= parameters.regions.minimum_area_m2 and _in_core(f.polygon, surface):
                 found.append(f)
     return found
 
