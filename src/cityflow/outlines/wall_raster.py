@@ -28,7 +28,7 @@ class CellRules:
     Attributes
     ----------
     cell : edge, metres
-    height_range : rule (a), metres between the lowest and the highest point
+    height_range : rule (a), metres between the lowest and the highest point;  reserve_range : the same for the reserve
     least_points : rule (b)
     largest_gap : rule (c), metres: mean distance between points one above the other, as a random height meets it
     alike : cosine of the angle within which normals are of one side
@@ -37,6 +37,7 @@ class CellRules:
 
     cell: float
     height_range: float
+    reserve_range: float
     least_points: int
     largest_gap: float
     alike: float
@@ -52,7 +53,7 @@ class WallCells:
     cell : edge, metres
     row, col : (N,) place in a lattice counted from the world's origin, rows northwards
     normal : (N, 2) float32 unit vectors outwards
-    sure : (N,) all three rules hold; the others are the reserve
+    sure : (N,) all three rules hold; the others, the reserve, are too low or not filled evenly
     """
 
     cell: float
@@ -84,7 +85,7 @@ def wall_cells(walls: WallPoints, rules: CellRules) -> WallCells:
     start = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=rows * cols))])
     row, col, normal, sure = _cells(
         np.ascontiguousarray(walls.xyz[order]), np.ascontiguousarray(walls.normal[order]), start, cols,
-        (rules.cell, rules.height_range, rules.least_points, rules.largest_gap, rules.alike, rules.half),
+        (rules.cell, rules.height_range, rules.reserve_range, rules.least_points, rules.largest_gap, rules.alike, rules.half),
     )  # fmt: skip
     return WallCells(
         rules.cell, (row + low[1]).astype(np.int32), (col + low[0]).astype(np.int32), normal.astype(np.float32), sure
@@ -115,9 +116,9 @@ def _cells(
     normal: Float32Array,
     start: IntArray,
     cols: int,
-    rules: tuple[float, float, int, float, float, float],
+    rules: tuple[float, float, float, int, float, float, float],
 ) -> tuple[Int32Array, Int32Array, FloatArray, BoolArray]:
-    cell, height_range, least_points, largest_gap, alike, half = rules
+    cell, height_range, reserve_range, least_points, largest_gap, alike, half = rules
     rows, reach = (len(start) - 1) // cols, int(np.ceil(half / cell)) + 1
     row, col = np.empty(SIDES * len(xyz), np.int32), np.empty(SIDES * len(xyz), np.int32)
     side, sure = np.empty((SIDES * len(xyz), 2)), np.empty(SIDES * len(xyz), np.bool_)
@@ -149,10 +150,10 @@ def _cells(
                 heights = _heights(
                     xyz, normal, start, (here, cols, reach), (x / own, y / own, nx, ny), (half, 1.5 * cell, alike)
                 )
-                if len(heights) < least_points or heights[-1] - heights[0] < height_range:
+                if len(heights) < least_points or heights[-1] - heights[0] < reserve_range:
                     continue
                 row[found], col[found], side[found, 0], side[found, 1] = r, c, nx, ny
-                sure[found] = _gap(heights) <= largest_gap
+                sure[found] = heights[-1] - heights[0] >= height_range and _gap(heights) <= largest_gap
                 found += 1
     return row[:found].copy(), col[:found].copy(), side[:found].copy(), sure[:found].copy()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import cv2
 import numpy as np
 from numba import njit
@@ -9,18 +11,19 @@ from numba import njit
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
 
 
-def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int) -> list[IntArray]:
+def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int) -> list[tuple[IntArray, bool]]:
     """Ways along a strip, from end to end, through the middle of its cells.
 
     Parameters
     ----------
-    row, col, sure : (N,) cells of one strip, each place once or more; those that are not sure only bridge
+    row, col, sure : (N,) cells of one strip, each place once or more
     bridge : gaps up to so many cells are closed
     least : shorter ways are left out, cells
 
     Returns
     -------
-    (M, 2) rows and columns of cells, one after the other, each; their ends are sure cells
+    Rows and columns of cells (M, 2), one after the other, and whether the way is sure: its ends are, and what lies between is bridged.
+    Ends of the reserve are ways of their own, which are not sure.
     """
     grow = bridge // 2 + 1
     r_0, c_0 = int(row.min()) - grow - 2, int(col.min()) - grow - 2
@@ -34,8 +37,10 @@ def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int
     found = []
     for way in _ways(skeleton(grown), 2 * grow + 1, max(least, 2)):
         held = np.flatnonzero(founded[way[:, 0], way[:, 1]])
-        if len(held) and held[-1] - held[0] + 1 >= least:
-            found.append(way[held[0] : held[-1] + 1] + np.array([r_0, c_0]))
+        cuts = [0, 0, len(way)] if not len(held) else [0, int(held[0]), int(held[-1]) + 1, len(way)]
+        for k, (begin, end) in enumerate(pairwise(cuts)):
+            if end - begin >= least:
+                found.append((way[begin:end] + np.array([r_0, c_0]), k == 1 and len(held) > 0))
     return found
 
 
@@ -149,8 +154,3 @@ def _removable(thin: ByteArray, r: int, c: int, turn: int) -> bool:
         return ((p6 | p7 | (1 - p9)) & p8) == 0
     return ((p2 | p3 | (1 - p5)) & p4) == 0
 
-
-def along(path: FloatArray) -> FloatArray:
-    """(M,) distance of every vertex from the first along the path."""
-    steps = np.hypot(*np.diff(path, axis=0).T)
-    return np.concatenate([[0.0], np.cumsum(steps)])
