@@ -72,7 +72,7 @@ def run(tmp_path: Path) -> Path:
     layers = [
         layer("outlines", [at(0, 0, 15, 9.9), at(70, 0, 80, 10)]),
         layer("units", [at(0, 0, 5.1, 9.9), at(5.1, 0, 7.5, 9.9), at(7.5, 0, 15, 9.9), at(70, 0, 80, 10)]),
-        Layer("cut_lines", lines, [{"kind": "cut", "accepted": k < 2} for k in range(3)]),
+        Layer("cut_lines", lines, [{"kind": "cut", "used": k < 2} for k in range(3)]),
     ]
     write(folder / "products" / "outlines.gpkg", layers)
     return folder

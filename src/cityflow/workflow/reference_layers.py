@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,14 +14,17 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError, RunError
 from cityflow.io.fetch import local_file
+from cityflow.io.surface_zarr import read_layers
 from cityflow.io.vector import Layer, read_layer, read_polygons, to_reference
 from cityflow.workflow.prepare import Prepared
 
 OUTLINES_FILE = "products/outlines.gpkg"
-ACCEPTED = "accepted"
+ACCEPTED = "used"
+BLOCK_M, HALF = 4.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -71,14 +74,33 @@ def _polygons(layer: Layer) -> tuple[Polygon, ...]:
 
 def _accepted(layer: Layer) -> tuple[LineString, ...]:
     chosen = layer.columns.get(ACCEPTED) or [True] * len(layer.geometry)
-    kept = layer.geometry[np.array([value is not False for value in chosen], bool)]
+    kept = layer.geometry[np.array([value is None or bool(value) for value in chosen], bool)]
     return tuple(p for p in shapely.get_parts(kept) if isinstance(p, LineString) and p.length > 0)
 
 
 def _window(run: Prepared) -> BaseGeometry:
-    """The tiles of the run, or the area it was limited to."""
-    tiles = shapely.union_all([shapely.box(*t.bounds) for t in run.source().survey.tiles.values()])
-    return tiles if run.area.shape is None else shapely.intersection(tiles, run.area.shape)
+    """Where the run has terrain, in blocks of some metres, within the area that it was limited to: what lies beyond was not surveyed."""
+    survey = run.source().survey
+    store, grid = run.store.zarr_store(survey.zarr), survey.grid
+    if not run.store.exists(f"{survey.zarr}/zarr.json"):
+        return shapely.union_all([shapely.box(*t.bounds) for t in survey.tiles.values()])
+    blocks = [b for t in survey.tiles.values() for b in _known_blocks(*read_layers(store, grid, t.bounds, ("dtm",)))]
+    known = shapely.union_all(np.array(blocks, dtype=object)) if blocks else shapely.Polygon()
+    return known if run.area.shape is None else shapely.intersection(known, run.area.shape)
+
+
+def _known_blocks(grid: Grid, layers: Mapping[str, np.ndarray]) -> Iterator[Polygon]:
+    """Blocks of cells of which more than half are known, those side by side as one."""
+    n = max(1, round(BLOCK_M / grid.cell))
+    for row in range(0, grid.rows, n):
+        known = [
+            np.isfinite(layers["dtm"][row : row + n, col : col + n]).mean() > HALF for col in range(0, grid.cols, n)
+        ]
+        edges = np.flatnonzero(np.diff([False, *known, False]))
+        top, bottom = grid.y_max - row * grid.cell, grid.y_max - min(row + n, grid.rows) * grid.cell
+        for start, end in edges.reshape(-1, 2).tolist():
+            left, right = (grid.x_min + min(k * n, grid.cols) * grid.cell for k in (start, end))
+            yield shapely.box(left, bottom, right, top)
 
 
 @dataclass(frozen=True)
