@@ -21,7 +21,7 @@ _LEAVES_SHARE = 0.6
 _ABOVE_FOOT_M = 1.0
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
-_UNKNOWN, _FILLED, _HIDDEN = -0.1, -0.5, 0.3
+_UNKNOWN, _FILLED, _HIDDEN = -0.1, -1.0, 0.3
 _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
 """m² per m²: where nothing is known; in small holes of a roof; behind a wall under foliage; close before a wall, up to where
 eaves may reach, and along eaves that go on beyond what was seen of a wall."""

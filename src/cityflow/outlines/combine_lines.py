@@ -18,6 +18,7 @@ _PARALLEL_SIN = np.sin(np.radians(10.0))
 _SAME_FOOT_M = 0.5
 _GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
 _GAP_END_M = 1.5
+_BELOW_EAVE_M = 1.5
 _ROOF_END_M = 2.5
 """A roof's edge goes on so far: a wall stands behind it and meets the next one there."""
 
@@ -108,13 +109,18 @@ def _wall_pieces(
     along_roof = (0.0, 0.0) if wall.kind == CURVE else _along_roof(xy, edges, reach_m)
     for last in (False, True):
         tip, d = (xy[-1], _unit(xy[-1] - xy[-2])) if last else (xy[0], _unit(xy[0] - xy[1]))
-        along, foot = along_roof[int(last)], float(known.feet[-1 if last else 0])
+        along, foot = along_roof[int(last)], _eave_foot(wall)
         middle = tip + d * along
         far = middle + d * (beyond_m if along == 0 else min(beyond_m, _ROOF_END_M))
         if along > 0:
             result.append((np.stack([tip, middle] if last else [middle, tip]), Kind.ALONG_ROOF, foot))
         result.append((np.stack([middle, far] if last else [far, middle]), Kind.EXTENDED, foot))
     return result
+
+
+def _eave_foot(wall: WallLine) -> float:
+    """Height above the terrain that only the wall's own eaves surpass, not a lower roof before it."""
+    return wall.z_high - wall.ground_z - _BELOW_EAVE_M
 
 
 def _sections(known: KnownWall) -> list[tuple[FloatArray, float]]:

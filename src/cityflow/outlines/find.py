@@ -15,6 +15,7 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.combine import CombineParameters, Footprint, footprints
 from cityflow.outlines.combine_edges import KnownLines
 from cityflow.outlines.combine_feet import known_walls
+from cityflow.outlines.combine_gaps import parts_between_gaps
 from cityflow.outlines.combine_places import Places
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.footprint_roofs import roof_outlines
@@ -89,7 +90,10 @@ def _footprints_of(
     roofs = roof_outlines(region, parameters)
     roof, how = roofs[0]
     around, walls = places.around(region, parameters.combine.overhang_m)
-    found = footprints(around, [polygon for polygon, _ in roofs], walls, parameters.combine) if walls else []
+    minimum = parameters.regions
+    gaps = parts_between_gaps(around, region, minimum.minimum_height_m, minimum.minimum_area_m2) if walls else []
+    every = [*roofs, *(roof_outlines(part, parameters)[0] for part in gaps)]
+    found = footprints(around, [polygon for polygon, _ in every], walls, parameters.combine) if walls else []
     large = [f for f in found if f.polygon.area >= parameters.regions.minimum_area_m2]
     return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
 
