@@ -15,8 +15,10 @@ CELL_M = 0.1
 BOUNDS: Bounds = (85020.0, 447060.0, 85044.0, 447084.0)
 FAST = RenderParameters(ambient=AmbientParameters(rays=0), supersampling=1)
 EXACT = HeightNoise(
-    level_gsd=0, facade_gsd=0, widened_cells=0, leaf_m=0, leaf_missing=0, gap_m=0, slit_m=0, dark_missing=0
-)
+    level_gsd=0, facade_gsd=0, rounded_cells=0, widened_cells=0, frayed=0, leaf_m=0, leaf_missing=0, leaf_sunk=0, gap_m=0, slit_m=0,
+    dark_missing=0,
+)  # fmt: skip
+USUAL = DrawnParameters(render=FAST)
 
 
 @cache
@@ -26,5 +28,5 @@ def town() -> Town:
 
 @cache
 def drawn(seed: int = 3, exact: bool = False) -> tuple[DrawnFrame, ...]:
-    parameters = DrawnParameters(render=FAST, heights=EXACT if exact else HeightNoise(), oblique_cell_m=0.12)
+    parameters = DrawnParameters(render=FAST, nadir=EXACT, tilted=EXACT) if exact else USUAL
     return drawn_with_truth(town(), BOUNDS, CELL_M, seed, parameters)

@@ -1,7 +1,7 @@
 """Surfaces and true orthos of five look directions over a made town, drawn from the truth with the errors of a good matcher.
 
 To match a town from pictures takes an hour; what splitting and outlines are to be tried on need not. Heights and colours come from parallel rays;
-what dense matching would make of them follows measured figures (`HeightNoise`). Every cell's errors belong to the cell, so that another area of
+what dense matching makes of them was measured on a matched town (`HeightNoise`). Every cell's errors belong to the cell, so that another area of
 the same town gives the same surface where both overlap, a rim of `RIM_M` apart.
 """
 
@@ -23,22 +23,39 @@ from cityflow.synthetic.ambient import AmbientParameters
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.drawn_heights import FLAT, LEAVES, UPRIGHT, HeightNoise, TrueView, matched_heights
 from cityflow.synthetic.drawn_noise import smooth_noise
-from cityflow.synthetic.drawn_views import ParallelView, grid_over_area, parallel_view
+from cityflow.synthetic.drawn_views import ParallelView, grid_over_area, parallel_heights, parallel_view
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor import blurred, noisy, toned
 from cityflow.synthetic.town import Town
+from cityflow.synthetic.town_truth import without
 
-COMPASS = ("north", "east", "south", "west")
+NADIR, COMPASS = "nadir", ("north", "east", "south", "west")
 ORIGIN_STEP_M = 1000.0
 AROUND_M = 60.0
 """What stands this far around still throws shadows on the area, and hides it from tilted views."""
 RIM_M = 3.0
+FILLED_CELLS = 5
+"""Narrower holes are filled before an ortho is coloured."""
 UPRIGHT_SHARE = 0.3
 """A face whose normal rises by less than this is a wall."""
 IMAGE_PATCH_M = 25.0
 """So wide are the parts of an ortho that come from one image."""
 FOLIAGE = (Part.FOLIAGE, Part.TRUNK)
+
+
+NADIR_NOISE = HeightNoise(
+    level_gsd=0.15,
+    coarse_share=0.5,
+    rounded_cells=1.0,
+    widened_cells=1.0,
+    frayed=0.05,
+    leaf_missing=0.1,
+    leaf_sunk=0.5,
+    gap_m=1.3,
+    slit_m=0.5,
+)
+"""Many more rays meet from above, and under wider angles; small crowns drown in the ground around them."""
 
 
 class DrawnParameters(Parameters):
@@ -49,7 +66,8 @@ class DrawnParameters(Parameters):
     heading_deg: float = Field(
         20.0, ge=-45, le=45, description="the tilted views look this much clockwise of the compass points, degrees"
     )
-    heights: HeightNoise = Field(HeightNoise(), description="errors of the surface")
+    nadir: HeightNoise = Field(NADIR_NOISE, description="errors of the nadir surface")
+    tilted: HeightNoise = Field(HeightNoise(), description="errors of the tilted surfaces")
     blur_px: float = Field(0.7, ge=0, le=5, description="blur of the ortho (Gaussian), cells")
     colour_noise: float = Field(
         0.012, ge=0, le=0.5, description="noise of each band beyond the sensor's, share of white"
@@ -102,9 +120,10 @@ def drawn_with_truth(
     """As `drawn_frames`, with the truth beside."""
     p = parameters or DrawnParameters()
     area = grown(bounds, RIM_M)
-    scene = Scene(town.mesh(grown(bounds, AROUND_M)))
+    mesh = town.mesh(grown(bounds, AROUND_M))
+    scenes = Scene(mesh), Scene(without(mesh, FOLIAGE))
     return tuple(
-        _drawn(scene, frame, (bounds, area), (cell, seed + 100 * (k + 1)), p)
+        _drawn(scenes, frame, (bounds, area), (cell, seed + 100 * (k + 1)), p)
         for k, (frame, cell) in enumerate(look_frames(bounds, gsd_m, p))
     )
 
@@ -113,7 +132,7 @@ def look_frames(bounds: Bounds, gsd_m: float, parameters: DrawnParameters) -> li
     """The nadir frame and the tilted ones, with their cells (metres)."""
     middle = np.array([(bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2])
     origin = np.array([*(np.round(middle / ORIGIN_STEP_M) * ORIGIN_STEP_M), 0.0])
-    frames = [(LocalFrame("nadir", np.eye(3), origin), gsd_m)]
+    frames = [(LocalFrame(NADIR, np.eye(3), origin), gsd_m)]
     tilt = np.radians(parameters.tilt_deg)
     for k, compass in enumerate(COMPASS):
         azimuth = np.radians(parameters.heading_deg + 90.0 * k)
@@ -133,19 +152,25 @@ def _rotation(looking: FloatArray) -> FloatArray:
 
 
 def _drawn(
-    scene: Scene, frame: LocalFrame, areas: tuple[Bounds, Bounds], drawing: tuple[float, int], p: DrawnParameters
+    scenes: tuple[Scene, Scene],
+    frame: LocalFrame,
+    areas: tuple[Bounds, Bounds],
+    drawing: tuple[float, int],
+    p: DrawnParameters,
 ) -> DrawnFrame:
-    cell, seed = drawing
+    """One frame of a scene, which is given once more without trees."""
+    (scene, bare), (cell, seed) = scenes, drawing
     heights = float(scene.mesh.vertices[:, 2].min()), float(scene.mesh.vertices[:, 2].max())
     grid = grid_over_area(frame, areas[1], heights, cell)
     view = parallel_view(scene, frame, grid, areas[1], p.render)
     signal = _exposed(view.light, p)
-    true = TrueView(grid, view.height, _kinds(scene, view), ~view.lit, _contrast(signal))
-    dsm = matched_heights(true, p.heights, seed)
+    behind = parallel_heights(bare, frame, grid)
+    true = TrueView(grid, view.height, behind, _kinds(scene, view), ~view.lit, _contrast(signal))
+    dsm = matched_heights(true, p.nadir if frame.name == NADIR else p.tilted, seed)
     ortho = _ortho(signal, dsm, true, seed, p)
-    known = np.isfinite(dsm)
-    whole = DrawnFrame(FrameRasters(frame, grid, dsm, ortho, known), view.height, view.triangle, true.kind)
-    core = grid_over_area(frame, areas[0], heights, cell) if frame.name == "nadir" else _trimmed(grid, known)
+    known = np.isfinite(view.height)
+    whole = DrawnFrame(FrameRasters(frame, grid, dsm, ortho, ortho[0] > 0), view.height, view.triangle, true.kind)
+    core = grid_over_area(frame, areas[0], heights, cell) if frame.name == NADIR else _trimmed(grid, known)
     return _cut(whole, core)
 
 
@@ -192,7 +217,7 @@ def _contrast(signal: Float32Array) -> Float32Array:
 
 
 def _ortho(signal: Float32Array, dsm: Float32Array, true: TrueView, seed: int, p: DrawnParameters) -> NDArray[np.uint8]:
-    """(bands, rows, cols) colours: moved where heights are wrong, noisy, black where there is no height."""
+    """(bands, rows, cols) colours: moved where heights are wrong, noisy, black in wide holes."""
     grid, cell = true.grid, true.grid.cell
     error = np.nan_to_num(dsm - true.height).astype(np.float32)
     lean = np.float32(np.tan(np.radians(p.lean_deg)))
@@ -205,5 +230,8 @@ def _ortho(signal: Float32Array, dsm: Float32Array, true: TrueView, seed: int, p
     values = toned(noisy(moved, sensor, rng), sensor)
     extra = np.stack([smooth_noise(grid, seed + 60 + b, 0.0) for b in range(values.shape[2])], axis=2)
     values = np.clip(values + np.float32(p.colour_noise) * extra, 1.0 / 255.0, 1.0)
-    values[np.isnan(dsm)] = 0.0
+    holes = cv2.morphologyEx(
+        np.isnan(dsm).astype(np.uint8), cv2.MORPH_OPEN, np.ones((FILLED_CELLS, FILLED_CELLS), np.uint8)
+    )
+    values[(holes > 0) | np.isnan(true.height)] = 0.0
     return np.ascontiguousarray(np.rint(values * 255.0).astype(np.uint8).transpose(2, 0, 1))

@@ -61,6 +61,18 @@ def parallel_view(
     return ParallelView(light, height, triangle, lit)
 
 
+def parallel_heights(scene: Scene, frame: LocalFrame, grid: Grid) -> FloatArray:
+    """(rows, cols) frame heights of what parallel rays meet first; NaN where there is nothing."""
+    top = float(frame.from_world(scene.mesh.vertices)[:, 2].max()) + ABOVE_M
+    out = np.empty(grid.shape)
+    for rows in _chunks(grid):
+        x, y = np.meshgrid(grid.x_centres(), grid.y_centres()[rows])
+        start = frame.to_world(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, top)])) - scene.origin
+        _, length = scene.first_hits(start, np.broadcast_to(-frame.frame_from_world[2], start.shape))
+        out[rows] = np.where(np.isfinite(length), top - length, np.nan).reshape(x.shape)
+    return out
+
+
 def grid_over_area(frame: LocalFrame, area: Bounds, heights: tuple[float, float], cell_m: float) -> Grid:
     """The frame's grid over all that stands over `area` between two world heights, metres."""
     x, y, z = np.meshgrid([area[0], area[2]], [area[1], area[3]], heights)
