@@ -168,7 +168,8 @@ def test_a_window_holds_the_prism_over_the_outline_and_no_more() -> None:
     (window,) = evidence_window([raster], ROW.outline, (0.0, 11.0), 2.0)
     assert window.dsm.shape == window.grid.shape
     prism = covered(window, ROW.outline, (0.0, 11.0), 0.0)
-    assert not prism[0].any() and not prism[-1].any() and not prism[:, 0].any() and not prism[:, -1].any()
+    for rim in (prism[0], prism[-1], prism[:, 0], prism[:, -1]):
+        assert not rim.any()
     row, col = raster.grid.indices(*(np.array([v]) for v in (window.grid.x_centres()[0], window.grid.y_centres()[0])))
     assert raster.dsm[row[0], col[0]] == window.dsm[0, 0]
     for z in (0.0, 11.0):

@@ -28,20 +28,28 @@ def _first_said(ends: FloatArray, order: IntArray, apart: float, sine: float) ->
     n = len(ends)
     keep, length, along = np.zeros(n, np.bool_), np.empty(n), np.empty((n, 2))
     for i in range(n):
-        d = ends[i, 1] - ends[i, 0]
-        length[i] = max(np.hypot(d[0], d[1]), 1e-9)
-        along[i] = d / length[i]
+        dx, dy = ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1]
+        length[i] = max(np.hypot(dx, dy), 1e-9)
+        along[i, 0], along[i, 1] = dx / length[i], dy / length[i]
     kept, count = np.empty(n, np.int64), 0
+    said = np.zeros(PLACES, np.bool_)
     for i in order:
-        said = np.zeros(PLACES, np.bool_)
-        for k in kept[:count]:
-            if abs(along[i, 0] * along[k, 1] - along[i, 1] * along[k, 0]) > sine:
+        said[:] = False
+        ax, ay = along[i, 0], along[i, 1]
+        for j in range(count):
+            k = kept[j]
+            bx, by = along[k, 0], along[k, 1]
+            if abs(ax * by - ay * bx) > sine:
+                continue
+            x, y = ends[i, 0, 0] - ends[k, 0, 0], ends[i, 0, 1] - ends[k, 0, 1]
+            # far on one side at both ends: nowhere near
+            u0, u1 = y * bx - x * by, (y + ay * length[i]) * bx - (x + ax * length[i]) * by
+            if min(u0, u1) > apart or max(u0, u1) < -apart:
                 continue
             for p in range(PLACES):
-                place = ends[i, 0] + (p + 0.5) / PLACES * length[i] * along[i] - ends[k, 0]
-                t = place[0] * along[k, 0] + place[1] * along[k, 1]
-                u = place[1] * along[k, 0] - place[0] * along[k, 1]
-                said[p] |= abs(u) < apart and -apart < t < length[k] + apart
+                s = (p + 0.5) / PLACES
+                t = (x + s * length[i] * ax) * bx + (y + s * length[i] * ay) * by
+                said[p] |= abs(u0 + s * (u1 - u0)) < apart and -apart < t < length[k] + apart
         if said.mean() <= MOSTLY:
             keep[i] = True
             kept[count] = i

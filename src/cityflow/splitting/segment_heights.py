@@ -58,20 +58,20 @@ def unbroken(
     -------
     (M, 2, 2) pieces, and (M,) the line that each is of
     """
-    dsm, pieces, of = np.ascontiguousarray(dsm, np.float32), ends, np.arange(len(ends))
+    dsm, whole = np.ascontiguousarray(dsm, np.float32), np.arange(len(ends))
+    done, done_of, pieces, of = [ends[:0]], [whole[:0]], ends, whole
     for _ in range(MOST_CUTS):
-        cut = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) >= 2 * least_cells
-        long = np.ascontiguousarray(pieces[cut])
-        place, jumped = _places(jumps(dsm, long, cell, least_cells), strips(dsm, long, cell), step_m)
-        cut[cut] = jumped
-        if not cut.any():
-            break
-        at = place[jumped]
-        middle = pieces[cut, 0] + at[:, None] * (pieces[cut, 1] - pieces[cut, 0])
-        first, second = np.stack([pieces[cut, 0], middle], axis=1), np.stack([middle, pieces[cut, 1]], axis=1)
-        pieces = np.concatenate([pieces[~cut], first, second])
-        of = np.concatenate([of[~cut], of[cut], of[cut]])
-    return pieces, of
+        long = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1) >= 2 * least_cells
+        candidates = np.ascontiguousarray(pieces[long])
+        place, jumped = _places(jumps(dsm, candidates, cell, least_cells), strips(dsm, candidates, cell, False), step_m)
+        long[long] = jumped
+        done, done_of = [*done, pieces[~long]], [*done_of, of[~long]]
+        middle = pieces[long, 0] + place[jumped, None] * (pieces[long, 1] - pieces[long, 0])
+        first, second = np.stack([pieces[long, 0], middle], axis=1), np.stack([middle, pieces[long, 1]], axis=1)
+        pieces, of = np.concatenate([first, second]), np.concatenate([of[long], of[long]])
+    every, every_of = np.concatenate([*done, pieces]), np.concatenate([*done_of, of])
+    order = np.argsort(every_of, kind="stable")
+    return every[order], every_of[order]
 
 
 def _places(found: FloatArray, sides: FloatArray, step_m: float) -> tuple[FloatArray, BoolArray]:
@@ -95,7 +95,7 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
     cell : metres
     step_m : sides that differ by more are a step, and the upper one carries the line
     """
-    found = strips(np.ascontiguousarray(dsm, np.float32), np.ascontiguousarray(ends, np.float64), cell)
+    found = strips(np.ascontiguousarray(dsm, np.float32), np.ascontiguousarray(ends, np.float64), cell, True)
     left, right, across = found[:, LEFT], found[:, RIGHT], found[:, ACROSS]
     gap = (left[:, :2] - right[:, :2]).mean(axis=1)
     gap_sigma = np.hypot(_sigma(left), _sigma(right))

@@ -16,6 +16,7 @@ from cityflow.splitting.segment_lines import SAME_CELLS, SAME_DEG, Lines
 
 SURE = 3.0
 """Standard deviations that a step or a bend must be above zero."""
+LEAST_PIECE_M = 1.5
 AWAY_CELLS = 4.5
 """A line found in a picture of the surface may be so far from its crease: what is bent is bent on both flanks."""
 
@@ -56,7 +57,7 @@ def segments_in_space(
     """
     index, layer, names = of
     cell = raster.grid.cell
-    pieces, whole = unbroken(raster.dsm, lines.ends, cell, limits.step_m, limits.least_length_m / cell)
+    pieces, whole = unbroken(raster.dsm, lines.ends, cell, limits.step_m, LEAST_PIECE_M / cell)
     lines = replace(lines.take(whole), ends=pieces)
     course = courses(raster.dsm, lines.ends, cell, limits.step_m)
     known = (course.scatter <= limits.scatter_m) & (course.sigma <= limits.sigma_m)

@@ -13,7 +13,7 @@ STATIONS = 24
 """Places along a line at which heights are looked up; more do not make it surer."""
 ROWS = 5
 ROUNDS = 4
-BINS = 16
+BINS = 12
 """Of a line, in which heights are summed up to see whether they jump."""
 INNER_CELLS, OUTER_CELLS, WIDE_CELLS = 1.0, 5.0, 14.0
 """A matched step is smeared over a cell or two: the nearest cells belong to neither side."""
@@ -27,13 +27,14 @@ LEAST_KNOWN = 0.5
 
 
 @njit(cache=True, nogil=True)
-def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> FloatArray:
+def strips(dsm: Float32Array, ends: FloatArray, cell: float, fully: bool) -> FloatArray:
     """(N, 3, 6) of the left side, the right side, and both as one plane.
 
     Parameters
     ----------
     dsm : (rows, cols) float32, metres
     ends : (N, 2, 2) column and row of start and end, counted from the centre of the first cell
+    fully : if False, only the sides, and those only near the line
 
     Returns
     -------
@@ -48,9 +49,9 @@ def strips(dsm: Float32Array, ends: FloatArray, cell: float) -> FloatArray:
         length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
         if length < 1e-6:
             continue
-        for side in range(3):
+        for side in range(3 if fully else 2):
             _strip(dsm, ends[i], (length, OUTER_CELLS, cell), side, (t, u, z), result[i, side])
-            if result[i, side, SCATTER] > NOISY_CELLS * cell:
+            if fully and result[i, side, SCATTER] > NOISY_CELLS * cell:
                 wide[:] = np.nan
                 _strip(dsm, ends[i], (length, WIDE_CELLS, cell), side, (t, u, z), wide)
                 if wide[SCATTER] <= STILL_FLAT * result[i, side, SCATTER]:
@@ -89,27 +90,34 @@ def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) 
 @njit(cache=True, nogil=True)
 def _jump(t: FloatArray, rest: FloatArray, margin: float, result: FloatArray) -> None:
     """The step that explains most of what a straight course leaves, in medians of bins along the line."""
-    medians, centres, bins = np.empty(BINS), np.empty(BINS), 0
+    x, y, bins = np.empty(BINS), np.empty(BINS), 0
+    first = 0
     for k in range(BINS):
-        of = rest[(t >= k / BINS - 0.5) & (t < (k + 1) / BINS - 0.5)]
-        if len(of) >= 3:
-            medians[bins], centres[bins] = np.median(of), (k + 0.5) / BINS
+        last = first
+        while last < len(t) and t[last] < (k + 1) / BINS - 0.5:
+            last += 1
+        if last - first >= 3:
+            x[bins], y[bins] = (k + 0.5) / BINS, np.median(rest[first:last])
             bins += 1
+        first = last
     if bins < 6:
         return
-    x, y = centres[:bins], medians[:bins]
-    best = np.inf
+    x, y = x[:bins], y[:bins]
+    x0 = x.mean()
+    spread = ((x - x0) ** 2).sum()
+    straight = y - y.mean() - ((x - x0) * y).sum() / spread * (x - x0)
+    gain = 0.0
     for k in range(1, bins):
         at = 0.5 * (x[k - 1] + x[k])
         if at < margin or at > 1 - margin:
             continue
-        a = np.ones((bins, 3))
-        a[:, 1], a[:, 2] = x, np.where(np.arange(bins) >= k, 1.0, 0.0)
-        solved = np.linalg.solve(a.T @ a + np.eye(3) * 1e-9, a.T @ y)
-        left = np.abs(y - a @ solved).sum()
-        if left < best:
-            best = left
-            result[0], result[1], result[2] = at, solved[2], 2.5 * left / bins
+        step = np.zeros(bins)
+        step[k:] = 1.0
+        step -= step.mean() + ((x - x0) * step).sum() / spread * (x - x0)
+        size = (step * straight).sum() / (step * step).sum()
+        if size * (step * straight).sum() > gain:
+            gain = size * (step * straight).sum()
+            result[0], result[1], result[2] = at, size, 2.5 * np.abs(straight - size * step).mean()
 
 
 @njit(cache=True, nogil=True)
@@ -184,8 +192,15 @@ def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float, result: Float
             wz += w * zi
             wtz += w * t[i] * zi
             wuz += w * u[i] * zi
-        m = np.array([[w0, wt, wu], [wt, wtt, wtu], [wu, wtu, wuu]]) + np.eye(3) * (1e-9 * w0)
-        a, b, c = np.linalg.solve(m, np.array([wz, wtz, wuz]))
+        w0 *= 1.0 + 1e-9
+        wtt += 1e-9 * w0
+        wuu += 1e-9 * w0
+        # Cramer's rule: a call of a solver costs more than the sums
+        p, q, r = wtt * wuu - wtu * wtu, wtu * wu - wt * wuu, wt * wtu - wtt * wu
+        det = w0 * p + wt * q + wu * r
+        a = (wz * p + wtz * q + wuz * r) / det
+        b = (wz * q + wtz * (w0 * wuu - wu * wu) + wuz * (wt * wu - w0 * wtu)) / det
+        c = (wz * r + wtz * (wt * wu - w0 * wtu) + wuz * (w0 * wtt - wt * wt)) / det
     for i in range(n):
         rest[i] = abs(z[i] - middle - a - b * t[i] - c * u[i])
     result[START], result[END] = middle + a - 0.5 * b, middle + a + 0.5 * b
