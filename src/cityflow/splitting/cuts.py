@@ -234,7 +234,10 @@ def _from_colour(change: Change, k: int, u_0: float, weight: float) -> list[tupl
     low, high = _row_levels(before), _row_levels(after)
     apart = high - low
     size = (apart**2).sum(axis=1)
-    clear = size > (0.5 * np.nanmax(np.abs(change.signed[k])) * DARK) ** 2
+    signed = change.signed[k]
+    alike = (apart / (0.5 * (low + high) + DARK)) @ signed / float(signed @ signed)
+    # windows and doors change more than the wall does, and elsewhere
+    clear = (alike > 0.5) & (alike < 2.0)
     if clear.sum() < 4:
         return []
     share = ((image - (low + high) / 2)[:, clear] * apart[clear]).sum(axis=2) / size[clear]

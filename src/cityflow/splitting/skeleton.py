@@ -23,6 +23,10 @@ TURN_TOLERANCE_DEG = 12.0
 """How far the edges at a chord's ends may be turned from the strip."""
 SAME_STRIP = 0.62
 """Overlap of successive chords (of the longer one) that belong together."""
+BRIDGED_M = 2.5
+"""A strip goes on across a slanting bit of façade no longer than this."""
+ODD_SHARE = 0.1
+"""Share of the outline's length from which edges along no known direction have one of their own, where most have a known one."""
 CROSSWISE = 1.6
 """A chord is no cut where it is this many times longer than its strip: it runs lengthwise."""
 DIRECTIONS = 16
@@ -154,13 +158,17 @@ def strip_directions(edges: FloatArray, aspects_deg: Sequence[float]) -> FloatAr
     known = [a % 180.0 for a in aspects_deg]
     found: list[float] = []
     left = length > 0.4
+    near_known = np.min([_turn(angle, a) for a in known], axis=0) < 4.0 if known else np.zeros(len(angle), bool)
+    regular = float(length[near_known].sum()) > 0.6 * float(length.sum())
     while left.any() and len(found) < DIRECTIONS:
         votes = [float(length[left & (_turn(angle, a) < TURN_TOLERANCE_DEG / 2)].sum()) for a in angle[left]]
         seed = float(angle[left][int(np.argmax(votes))])
         near = left & (_turn(angle, seed) < TURN_TOLERANCE_DEG / 2)
         mean = _mean_angle(angle[near], length[near])
-        if float(length[near].sum()) > 0.02 * float(length.sum()):
-            found.append(_known_one(mean, known))
+        direction = _known_one(mean, known)
+        least = ODD_SHARE if regular and direction not in known else 0.02
+        if float(length[near].sum()) > least * float(length.sum()):
+            found.append(direction)
         left &= ~near & (_turn(angle, mean) >= TURN_TOLERANCE_DEG / 2)
     return np.unique(np.round(found, 6))
 
@@ -191,8 +199,18 @@ def _strips(edges: FloatArray, angle: float, directions: FloatArray, step: float
     at, low, high, ends = chords(turned, stations)
     edge_angle = np.degrees(np.arctan2(edges[:, 3] - edges[:, 1], edges[:, 2] - edges[:, 0])) % 180.0
     fits = _fits(edge_angle[ends], angle, directions)
-    runs = _runs(at[fits], low[fits], high[fits])
-    return [_Strip(along, stations[at[fits][r]], low[fits][r], high[fits][r]) for r in runs]
+    runs = [part for run in _runs(at, low, high) for part in _fitting(run, fits[run], round(BRIDGED_M / step))]
+    return [_Strip(along, stations[at[r]], low[r], high[r]) for r in runs]
+
+
+def _fitting(run: IntArray, fits: BoolArray, bridged: int) -> list[IntArray]:
+    """Parts of a run that begin and end with chords that fit; slanting bits of the outline in between do not part it."""
+    good = np.flatnonzero(fits)
+    if not len(good):
+        return []
+    breaks = np.flatnonzero(np.diff(good) > bridged + 1)
+    starts, ends = np.r_[good[0], good[breaks + 1]], np.r_[good[breaks], good[-1]]
+    return [run[a : b + 1] for a, b in zip(starts, ends, strict=True)]
 
 
 def _fits(ends_deg: FloatArray, angle: float, directions: FloatArray) -> BoolArray:

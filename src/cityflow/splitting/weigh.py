@@ -17,7 +17,8 @@ from cityflow.splitting.score_colour import BANDS, DARK, Change
 
 PRIOR = -5.0
 """Logarithm of the odds of a border where nothing is known."""
-LEAST_SIDE_M = 1.0
+LEAST_SIDE_M = 2.0
+"""No house is narrower."""
 HEIGHT_SIDE_M, ROOF_SIDE_M, FACADE_SIDE_M = 2.5, 3.0, 4.0
 HEIGHT_GUARD_M, ROOF_GUARD_M, FACADE_GUARD_M = 0.25, 0.16, 0.2
 HEIGHT_FLOOR_M, ROOF_FLOOR, FACADE_FLOOR = 0.04, 0.03, 0.045
@@ -26,6 +27,7 @@ HEIGHT_MOST, ROOF_MOST, FACADE_MOST = 6.5, 6.0, 4.5
 CLEAR = 3.0
 """A change of so many times its usual size gives 63 % of what its kind can give."""
 SECOND_FACADE = 0.8
+OTHER_QUIET = 1.5
 SLOPED_MOST, VERTICAL_MOST, COPLANAR = 2.0, 1.2, 2.2
 PIPE_MOST, BOTH_PIPES = 2.6, 1.0
 """A pipe on one façade, and more where the other has one at the same place."""
@@ -94,8 +96,7 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
         _saturating(hue / (BENT_NOISE * noise.roof), ROOF_MOST),
     )
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
-    odds = sorted(sharp * _saturating(size / noise.facade, FACADE_MOST) for size, sharp in facades)
-    facade = odds[1] + SECOND_FACADE * odds[0]
+    facade = _facade_odds(facades, noise.facade)
     segments = _segment_odds(evidence, u)
     total = PRIOR + height + roof + facade + segments + _doubt(evidence, step, roof, facade)
     return Weighed(total, step.size, height, roof, facade, segments, roof_change, (facades[0][0], facades[1][0]))
@@ -204,6 +205,14 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     median = np.median(ratio[known], axis=0)
     size, hue = float(np.abs(median).max()), float(np.abs(median - median.mean()).max())
     return size, hue, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
+
+
+def _facade_odds(facades: list[tuple[float, float]], noise: float) -> float:
+    """Both façades together; a well-seen one that does not change at all speaks against the other."""
+    low, high = sorted(sharp * _saturating(size / noise, FACADE_MOST) for size, sharp in facades)
+    quiet = min((size for size, _ in facades if np.isfinite(size)), default=np.inf)
+    against = OTHER_QUIET * np.exp(-((quiet / noise) ** 2)) if np.isfinite(facades[0][0] + facades[1][0]) else 0.0
+    return float(max(high + SECOND_FACADE * low - against, 0.0)) if high > 0 else 0.0
 
 
 def _facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> tuple[float, float]:
