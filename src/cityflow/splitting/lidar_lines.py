@@ -23,18 +23,20 @@ FITTING_M = 0.08
 """A point belongs to a plane that is this near, or three times the plane's scatter."""
 STRIDE_M, LONGEST_M = 0.5, 60.0
 DEEP_M, BUSHES_M = 0.8, 0.3
-PARTED = 0.85
+ANGLES, TURN = 13, 3.0
+PARTED = 0.9
 """Share of the points on their own side of a step."""
 
 
 @njit(cache=True, nogil=True)
-def laid_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
+def laid_lines(points: FloatArray, lines: FloatArray, freedom_deg: float) -> FloatArray:
     """(M, 10) lines as the points have them: ends (metres), kind, height of the step or wall, bend (radians), scatter.
 
     Parameters
     ----------
     points : (N, 3) float64, metres from a near origin
     lines : (M, 4) x, y of both ends
+    freedom_deg : how far a line may turn at first; later less
     """
     result = np.zeros((len(lines), 10))
     near = np.empty((len(points), 3))
@@ -42,7 +44,7 @@ def laid_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
         line = lines[i].copy()
         for turn in range(2 * ROUNDS):
             count = _beside(points, line, near)
-            _lay(near[:count], line, turn, result[i])
+            _lay(near[:count], line, (turn, freedom_deg), result[i])
             # a line that has found its place is drawn out, and laid once more in its whole length
             if result[i, KIND] != NONE and turn >= ROUNDS - 1:
                 _stretch(points, result[i])
@@ -50,6 +52,12 @@ def laid_lines(points: FloatArray, lines: FloatArray) -> FloatArray:
                 break
             line[0], line[1], line[2], line[3] = result[i, X0], result[i, Y0], result[i, X1], result[i, Y1]
     return result
+
+
+@njit(cache=True, nogil=True)
+def _freedom(turn: int, freedom_deg: float) -> float:
+    """How far a line may turn in this round, radians: what is long knows its direction."""
+    return np.radians(freedom_deg if turn == 0 else freedom_deg * (0.5 if turn < ROUNDS else 0.25))
 
 
 @njit(cache=True, nogil=True)
@@ -79,9 +87,10 @@ def _beside(points: FloatArray, line: FloatArray, near: FloatArray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _lay(near: FloatArray, line: FloatArray, turn: int, result: FloatArray) -> None:
+def _lay(near: FloatArray, line: FloatArray, how: tuple[int, float], result: FloatArray) -> None:
     """One round: planes of both sides, then the line between them."""
     ax, ay, length = _axes(line)
+    turn, freedom_deg = how
     result[KIND] = NONE
     left, right = np.zeros(4), np.zeros(4)
     beside = BESIDE_M if turn else 1.5 * BESIDE_M
@@ -94,11 +103,16 @@ def _lay(near: FloatArray, line: FloatArray, turn: int, result: FloatArray) -> N
     result[SCATTER], result[BEND] = scatter, bend
     if bend > BEND_RAD and _meet(left, right, length, ends):
         result[KIND], result[HEIGHT] = CREASE, 0.0
-    elif abs(gap) > max(STEP_M, 2.5 * scatter) and _part(near, (left, right), (length, turn), ends):
+    elif abs(gap) > max(STEP_M, 2.5 * scatter) and _part(
+        near, (left, right), (length, _freedom(turn, freedom_deg)), ends
+    ):
         result[KIND], result[HEIGHT] = STEP, abs(gap)
     elif abs(gap) < 0.5 and _wall(near, (left, right), length, ends):
         result[KIND], result[HEIGHT] = FIREWALL, WALL_M
     else:
+        return
+    if abs(ends[1] - ends[0]) > length * np.tan(np.radians(TURN * freedom_deg)):
+        result[KIND] = NONE
         return
     upper = left if gap > 0 or result[KIND] != STEP else right
     if result[KIND] == STEP:
@@ -174,10 +188,10 @@ def _meet(left: FloatArray, right: FloatArray, length: float, ends: FloatArray) 
 
 
 @njit(cache=True, nogil=True)
-def _part(near: FloatArray, planes: tuple[FloatArray, FloatArray], how: tuple[float, int], ends: FloatArray) -> bool:
+def _part(near: FloatArray, planes: tuple[FloatArray, FloatArray], how: tuple[float, float], ends: FloatArray) -> bool:
     """The line that parts the points of both planes best; of many as good ones their mean."""
     left, right = planes
-    length, turn = how
+    length, widest = how
     n = len(near)
     t, u, own = np.empty(n), np.empty(n), np.empty(n)
     count = 0
@@ -190,10 +204,9 @@ def _part(near: FloatArray, planes: tuple[FloatArray, FloatArray], how: tuple[fl
             count += 1
     if count < 2 * LEAST_POINTS:
         return False
-    widest = np.radians(6.0 if turn == 0 else (3.0 if turn < ROUNDS else 1.0))
     fewest, total, sum_at, sum_turn = count, 0, 0.0, 0.0
-    for k in range(25):
-        angle = widest * (k - 12) / 12
+    for k in range(ANGLES):
+        angle = widest * (2 * k / (ANGLES - 1) - 1)
         turned = u[:count] - (t[:count] - 0.5 * length) * np.tan(angle)
         order = np.argsort(turned)
         wrong = int(np.sum(own[:count] < 0))  # all points left of the line: those of the right plane are wrong
@@ -280,7 +293,7 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
                 good[at] += 1 if fits else 0
         for at in range(len(holds)):
             a, b = max(at - 1, 0), min(at + 2, len(holds))
-            holds[at] += 1 if np.sum(good[a:b]) >= max(2.0, 0.65 * np.sum(all_of[a:b])) and good[at] > 0 else 0
+            holds[at] += 1 if np.sum(good[a:b]) >= max(2.0, 0.75 * np.sum(all_of[a:b])) and good[at] > 0 else 0
     middle = int(0.5 * length / STRIDE_M) - first
     begin = middle
     while begin > 0 and holds[begin - 1] == 2:

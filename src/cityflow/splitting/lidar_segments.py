@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
+from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Bounds, grown
@@ -11,6 +12,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, HIGH_NOISE, LOW_NOISE, PointCloud
 from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
 from cityflow.splitting import lidar_lines as laid
+from cityflow.splitting.lidar_seeds import known_aspects, lattice, near_aspect, translated, turned_to
 from cityflow.splitting.lidar_surface import highest_points, lidar_raster
 from cityflow.splitting.line_repeats import first_said
 from cityflow.splitting.segment_images import EdgeImage, crease_images, step_image
@@ -20,6 +22,7 @@ from cityflow.splitting.windows import covered
 
 LEAST_CELL_M = 0.2
 SAME_M, SAME_DEG = 0.3, 4.0
+FREE_DEG, BOUND_DEG = 6.0, 1.0
 NOISE = (LOW_NOISE, HIGH_NOISE)
 
 
@@ -52,14 +55,35 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     cell = max(float(np.sqrt(parameters.points_per_cell * area / len(xyz))), LEAST_CELL_M)
     raster = lidar_raster(xyz, bounds, cell, parameters.reach_m)
     origin = np.array([bounds[0], bounds[1], 0.0])
-    found = laid.laid_lines(
-        highest_points(xyz, raster.grid) - origin, _candidates(raster, evidence, parameters, origin)
-    )
-    found = found[(found[:, laid.KIND] != laid.NONE) & (found[:, laid.SCATTER] <= parameters.scatter_m)]
-    found = found[_distinct(found)]
-    segments = _segments(found, origin, names)
+    points = highest_points(xyz, raster.grid) - origin
+    candidates = _candidates(raster, evidence, parameters, origin)
+    found = _guided(points, candidates, translated(evidence.outline, -origin), parameters)
+    segments = _segments(found[_distinct(found)], origin, names)
     keep = (segments.length >= parameters.least_length_m) & within(segments, near, evidence.ground_height - 1.0)
     return segments.take(keep)
+
+
+def _guided(
+    points: FloatArray, candidates: FloatArray, outline: Polygon, parameters: LidarSegmentParameters
+) -> FloatArray:
+    """Lines laid freely tell the directions of the complex; then those directions are searched from one side to the other.
+
+    A short line through points a few decimetres apart may turn by degrees; one that keeps to a direction known from all of them
+    shows steps of a decimetre.
+    """
+    free = _sound(laid.laid_lines(points, candidates, FREE_DEG), parameters)
+    aspects = known_aspects(_segments(free, np.zeros(3), ("lidar",)), outline)
+    if not aspects:
+        return free
+    lines = free[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]]
+    seeds = [turned_to(candidates, aspects), turned_to(lines, aspects), *(lattice(outline, a) for a in aspects)]
+    bound = _sound(laid.laid_lines(points, np.concatenate(seeds), BOUND_DEG), parameters)
+    long = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1]) >= 2 * parameters.least_length_m
+    return np.concatenate([bound, free[long & ~near_aspect(lines, aspects)]])
+
+
+def _sound(found: FloatArray, parameters: LidarSegmentParameters) -> FloatArray:
+    return found[(found[:, laid.KIND] != laid.NONE) & (found[:, laid.SCATTER] <= parameters.scatter_m)]
 
 
 def _candidates(

@@ -1,0 +1,81 @@
+"""Where lines are sought in LiDAR points: along the directions of the complex, from one side to the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Direction
+from cityflow.core.splitting import Segments, joined_segments
+from cityflow.splitting.principal import PrincipalParameters, principal_directions
+from cityflow.splitting.principal_histogram import deviation_deg
+
+PITCH_M, PIECE_M = 0.9, 3.0
+NEAR_DEG = 15.0
+MOST_ORIENTATIONS = 2
+OUTLINE_LAYER = 3
+"""Edges of the outline scatter by themselves: a layer of their own."""
+LEAST_EDGE_M = 2.0
+
+
+def known_aspects(segments: Segments, outline: Polygon) -> tuple[float, ...]:
+    """Degrees, of the strongest orientations of segments and the outline's edges together."""
+    both = joined_segments([segments, _edges(outline, segments.frames)], segments.frames)
+    found = principal_directions(both, PrincipalParameters(least_segments=4))
+    strong: list[Direction] = [a for k in range(MOST_ORIENTATIONS) for a in found.aspects_of(k)]
+    degrees = {round(a.degrees % 90.0, 6): None for a in strong}
+    return tuple(d + turn for d in degrees for turn in (0.0, 90.0))
+
+
+def turned_to(lines: FloatArray, aspects: tuple[float, ...]) -> FloatArray:
+    """(M, 4) lines near one of the directions, turned to it about their middle."""
+    off = _off(lines, aspects)
+    nearest = np.argmin(np.abs(off), axis=0)
+    chosen = np.abs(off).min(axis=0) <= NEAR_DEG
+    angle = np.radians(np.array(aspects)[nearest[chosen]])
+    lines = lines[chosen]
+    middle = 0.5 * (lines[:, :2] + lines[:, 2:])
+    half = 0.5 * np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    along = np.column_stack([np.cos(angle), np.sin(angle)]) * half[:, None]
+    return np.column_stack([middle - along, middle + along])
+
+
+def near_aspect(lines: FloatArray, aspects: tuple[float, ...]) -> BoolArray:
+    """(M,) lines near one of the directions."""
+    return np.asarray(np.abs(_off(lines, aspects)).min(axis=0) <= NEAR_DEG)
+
+
+def lattice(outline: Polygon, aspect_deg: float) -> FloatArray:
+    """(M, 4) pieces of parallel lines over the outline."""
+    a = np.radians(aspect_deg)
+    along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
+    ring = shapely.get_coordinates(outline.exterior)
+    t, u = ring @ along, ring @ across
+    t0 = np.arange(t.min(), t.max(), PIECE_M)
+    at_t, at_u = (g.ravel() for g in np.meshgrid(t0, np.arange(u.min(), u.max() + PITCH_M, PITCH_M)))
+    start = at_t[:, None] * along + at_u[:, None] * across
+    middle = start + 0.5 * PIECE_M * along
+    inside = shapely.dwithin(outline, shapely.points(middle), 1.0)
+    return np.column_stack([start, start + PIECE_M * along])[inside]
+
+
+def translated(outline: Polygon, by: FloatArray) -> Polygon:
+    """The outline moved in plan."""
+    return shapely.transform(outline, lambda xy: xy + by[:2])
+
+
+def _off(lines: FloatArray, aspects: tuple[float, ...]) -> FloatArray:
+    degrees = np.degrees(np.arctan2(lines[:, 3] - lines[:, 1], lines[:, 2] - lines[:, 0]))
+    return np.stack([deviation_deg(degrees, a, 180.0) for a in aspects])
+
+
+def _edges(outline: Polygon, frames: tuple[str, ...]) -> Segments:
+    """Long edges of the outline, as level segments."""
+    ring = np.column_stack([shapely.get_coordinates(outline.exterior), np.zeros(len(outline.exterior.coords))])
+    start, end = ring[:-1], ring[1:]
+    long = np.linalg.norm(end - start, axis=1) >= LEAST_EDGE_M
+    n = int(long.sum())
+    layer = np.full(n, OUTLINE_LAYER, np.uint8)
+    return Segments(start[long], end[long], np.zeros(n, np.int64), layer, np.ones(n, np.float32), frames)
