@@ -21,7 +21,7 @@ from cityflow.outlines.combine_cut import building_faces
 from cityflow.outlines.combine_evidence import Surroundings, border_costs, evidence, leaving
 from cityflow.outlines.combine_faces import faces_of, integrals
 from cityflow.outlines.combine_feet import KnownWall
-from cityflow.outlines.combine_lines import candidate_pieces
+from cityflow.outlines.combine_lines import Roofs, candidate_pieces
 from cityflow.outlines.combine_refit import on_walls
 from cityflow.outlines.combine_rings import cleaned
 
@@ -56,25 +56,24 @@ class Footprint:
 
 
 def footprints(
-    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[KnownWall], parameters: CombineParameters
+    around: Surroundings, roofs: Roofs, walls: Sequence[KnownWall], parameters: CombineParameters
 ) -> list[Footprint]:
     """The footprints in one place: one, or several where walls stand between, or none.
 
     Parameters
     ----------
     around : what the surface says, with a margin around the region of at least `overhang_m`
-    roofs : outlines of the region's roof, world metres, the best first; none where walls stand alone
+    roofs : of the region, world metres; none where walls stand alone
     walls : near the region
     parameters : CombineParameters
     """
     origin = np.array(around.grid.bounds[:2])
-    local_roofs = [shapely.transform(roof, lambda xy: xy - origin) for roof in roofs]
-    found = _local_footprints(around, local_roofs, [_moved(w, -origin) for w in walls], parameters)
+    found = _local_footprints(around, roofs.moved(-origin), [_moved(w, -origin) for w in walls], parameters)
     polygons = [shapely.transform(p, lambda xy: xy + origin) for p in found]
-    if not roofs:
+    if not roofs.whole:
         return [Footprint(p, None, "walls alone") for p in polygons]
     remark = "walls" if len(polygons) == 1 else f"walls, one of {len(polygons)} parts of a region"
-    return [Footprint(p, _roof_of(p, polygons, roofs[0], parameters.overhang_m), remark) for p in polygons]
+    return [Footprint(p, _roof_of(p, polygons, roofs.whole[0], parameters.overhang_m), remark) for p in polygons]
 
 
 def _moved(known: KnownWall, by: FloatArray) -> KnownWall:
@@ -82,7 +81,7 @@ def _moved(known: KnownWall, by: FloatArray) -> KnownWall:
 
 
 def _local_footprints(
-    around: Surroundings, roofs: Sequence[Polygon], walls: Sequence[KnownWall], parameters: CombineParameters
+    around: Surroundings, roofs: Roofs, walls: Sequence[KnownWall], parameters: CombineParameters
 ) -> list[Polygon]:
     world, reach = np.array(around.grid.bounds[:2]), parameters.overhang_m
     leaves = np.array([leaving(_moved(k, world).wall, around, _WIDEST_GAP_M) for k in walls])

@@ -21,9 +21,9 @@ _LEAVES_SHARE = 0.6
 _ABOVE_FOOT_M = 1.0
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
-_UNKNOWN, _FILLED, _HIDDEN = -0.1, -1.0, 0.3
+_UNKNOWN, _FILLED, _SLOT, _HIDDEN = -0.1, -1.0, -0.7, 0.3
 _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
-"""m² per m²: where nothing is known; in small holes of a roof; behind a wall under foliage; close before a wall, up to where
+"""m² per m²: where nothing is known; in small holes of a roof; in narrow gaps; behind a wall under foliage; close before a wall, up to where
 eaves may reach, and along eaves that go on beyond what was seen of a wall."""
 _ON_WALL_M = 2.5e-3
 _COSTS = {
@@ -34,6 +34,7 @@ _COSTS = {
     Kind.ROOF_EXTENDED: (0.4, 1.0),
     Kind.STEP: (0.35, 0.35),
     Kind.GAP: (0.3, 1.0),
+    Kind.PART: (0.15, 1.0),
 }
 """Metres of border weigh so many m² of area: with the building on the piece's left, and on its right."""
 _COST_OF_UPPER = 0.05, 0.5
@@ -51,6 +52,7 @@ class Surroundings:
     low : (rows, cols) bool, known to be nearly terrain
     height : (rows, cols) metres above terrain, NaN where unknown
     loose : (rows, cols) bool, rough all around as foliage is, and as what lies in a narrow gap
+    slot : (rows, cols) bool, in a narrow gap between roofs
     """
 
     grid: Grid
@@ -59,6 +61,7 @@ class Surroundings:
     low: BoolArray
     height: FloatArray
     loose: BoolArray
+    slot: BoolArray
 
 
 def leaving(wall: WallLine, around: Surroundings, reach_m: float) -> float:
@@ -120,9 +123,9 @@ def _base(around: Surroundings) -> tuple[FloatArray, BoolArray]:
     gain = np.full(around.grid.shape, _UNKNOWN)
     gain[around.low | around.other] = -1.0
     # A hole in a roof too small to be a courtyard may still be a gap between houses.
-    gain[around.region] = np.where(np.isfinite(around.height) & (around.height < _STANDS_M), _FILLED, 1.0)[
-        around.region
-    ]
+    with np.errstate(invalid="ignore"):
+        filled = np.where(around.height < _STANDS_M, _FILLED, 1.0)
+    gain[around.region] = np.where(around.slot, np.minimum(_SLOT, filled), filled)[around.region]
     return _fine(gain), _fine(gain == _UNKNOWN)
 
 

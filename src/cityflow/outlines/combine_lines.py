@@ -33,6 +33,7 @@ class Kind(IntEnum):
     ROOF_EXTENDED = 4
     STEP = 5
     GAP = 6
+    PART = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,32 +57,47 @@ class Pieces:
         return np.isin(self.kind, kinds)
 
 
+@dataclass(frozen=True, slots=True)
+class Roofs:
+    """Outlines of a region's roof, the best first, and of its parts where narrow gaps nearly divide it."""
+
+    whole: tuple[Polygon, ...] = ()
+    parts: tuple[Polygon, ...] = ()
+
+    def moved(self, by: FloatArray) -> Roofs:
+        return Roofs(
+            tuple(shapely.transform(p, lambda xy: xy + by) for p in self.whole),
+            tuple(shapely.transform(p, lambda xy: xy + by) for p in self.parts),
+        )
+
+
 _Row = tuple[FloatArray, Kind, float, int]
 
 
 def candidate_pieces(
-    walls: Sequence[KnownWall], roofs: Sequence[Polygon], reach_m: float, beyond_m: float, enclosed: BoolArray
+    walls: Sequence[KnownWall], roofs: Roofs, reach_m: float, beyond_m: float, enclosed: BoolArray
 ) -> Pieces:
     """All candidates of one problem.
 
     Parameters
     ----------
     walls : in the frame of the problem
-    roofs : outlines of the roof, however found
+    roofs : outlines of the region's roof
     reach_m : an edge of the roof at most so far before a wall is its eave
     beyond_m : every wall may go on so far at both ends
     enclosed : (walls,) True for walls that look at a narrow gap: on its other side something stands again
     """
     rows: list[_Row] = []
-    edges = np.concatenate([np.empty((0, 2, 2)), *(_edges(roof) for roof in roofs)])
+    edges = np.concatenate([np.empty((0, 2, 2)), *(_edges(roof) for roof in (*roofs.whole, *roofs.parts))])
+    of_whole = sum(shapely.get_num_coordinates(r) - shapely.get_num_interior_rings(r) - 1 for r in roofs.whole)
     for number, known in enumerate(walls):
         rows += [(piece, kind, foot, number) for piece, kind, foot in _wall_pieces(known, edges, reach_m, beyond_m)]
         rows += [(piece, Kind.STEP, np.nan, -1) for piece in _steps(known.wall)]
         if enclosed[number]:
             rows += [(piece, Kind.GAP, np.nan, -1) for piece in _across_gap(known.wall)]
-    for edge in edges:
+    for place, edge in enumerate(edges):
         d = _unit(edge[1] - edge[0]) * _ROOF_END_M
-        rows.append((edge, Kind.ROOF, np.nan, -1))
+        rows.append((edge, Kind.ROOF if place < of_whole else Kind.PART, np.nan, -1))
         rows.append((np.stack([edge[0] - d, edge[0]]), Kind.ROOF_EXTENDED, np.nan, -1))
         rows.append((np.stack([edge[1], edge[1] + d]), Kind.ROOF_EXTENDED, np.nan, -1))
     ends = np.array([r[0] for r in rows]).reshape(-1, 2, 2)

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
-from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.combine_evidence import Surroundings
@@ -22,6 +22,8 @@ _MARGIN_M = 4.0
 _LEAST_CELLS = 12
 _LOOSE_SHARE = 0.7
 """Along a wall above a lower roof two cells of three are at the step."""
+_SLOT_M, _SLOT_DEPTH_M, _SLOT_SHARE = 2.4, 1.5, 0.7
+"""Width of a gap between houses; how much lower than both it is, at least; and the share of their height that it reaches."""
 _TOGETHER_M = 3.0
 """Walls without a roof farther apart than this are not of one building."""
 
@@ -45,6 +47,8 @@ class Places:
         self._low &= ~mask & (surface.klass != HIGH_VEGETATION)
         self._rough = roughness(surface.ndsm) > parameters.rough_m
         self._loose = ndimage.uniform_filter(self._rough.astype(np.float32), 3) > _LOOSE_SHARE
+        self._slot = slots(surface.ndsm, surface.grid.cell)
+        self._loose |= self._slot
         area = shapely.box(*surface.grid.bounds)
         self._walls = [w for w in walls if shapely.intersects(w.wall.line, area)]
         self._lines = np.array([w.wall.line for w in self._walls], dtype=object)
@@ -62,10 +66,13 @@ class Places:
         trimmed, r_0, c_0 = _trimmed(region.mask, r, c, self._grid.shape)
         own[r_0 : r_0 + trimmed.shape[0], c_0 : c_0 + trimmed.shape[1]] = trimmed
         own = own[rows, cols]
-        other = self._mask[rows, cols] & ~own
+        return self._surroundings(rows, cols, grid, own), walls
+
+    def _surroundings(self, rows: slice, cols: slice, grid: Grid, own: BoolArray) -> Surroundings:
+        part = rows, cols
         return Surroundings(
-            grid, own, other, self._low[rows, cols], self._height[rows, cols], self._loose[rows, cols]
-        ), walls
+            grid, own, self._mask[part] & ~own, self._low[part], self._height[part], self._loose[part], self._slot[part]
+        )
 
     def lonely(self, reach_m: float) -> list[tuple[Surroundings, list[KnownWall]]]:
         """Groups of walls farther than `reach_m` from every region, with what is known around them."""
@@ -73,11 +80,7 @@ class Places:
         result = []
         for group in self._groups(numbers):
             rows, cols, grid = self._window(tuple(shapely.total_bounds(self._lines[group]).tolist()))
-            mask = self._mask[rows, cols]
-            nothing = np.zeros_like(mask)
-            around = Surroundings(
-                grid, nothing, mask, self._low[rows, cols], self._height[rows, cols], self._loose[rows, cols]
-            )
+            around = self._surroundings(rows, cols, grid, np.zeros(grid.shape, bool))
             result.append((around, [self._walls[k] for k in group.tolist()]))
         return result
 
@@ -116,6 +119,15 @@ class Places:
         c_0, c_1 = max(int(col_0[0]), 0), min(int(col_1[0]) + 1, grid.cols)
         own = Grid(grid.x_min + c_0 * grid.cell, grid.y_max - r_0 * grid.cell, grid.cell, r_1 - r_0, c_1 - c_0)
         return slice(r_0, r_1), slice(c_0, c_1), own
+
+
+def slots(ndsm: Float32Array, cell: float) -> BoolArray:
+    """(rows, cols) True in narrow gaps between high roofs, also where the surface bridges them halfway up."""
+    height = np.nan_to_num(ndsm)
+    across, aslant = max(round(_SLOT_M / cell), 3), max(round(_SLOT_M / cell / np.sqrt(2)), 3)
+    lines = np.ones((1, across)), np.ones((across, 1)), np.eye(aslant), np.eye(aslant)[::-1]
+    closed = np.max([ndimage.grey_closing(height, footprint=line > 0) for line in lines], axis=0)
+    return np.asarray((closed - height > _SLOT_DEPTH_M) & (height < _SLOT_SHARE * closed))
 
 
 def _trimmed(mask: BoolArray, row: int, col: int, shape: tuple[int, int]) -> tuple[BoolArray, int, int]:

@@ -16,6 +16,7 @@ from cityflow.outlines.combine import CombineParameters, Footprint, footprints
 from cityflow.outlines.combine_edges import KnownLines
 from cityflow.outlines.combine_feet import known_walls
 from cityflow.outlines.combine_gaps import parts_between_gaps
+from cityflow.outlines.combine_lines import Roofs
 from cityflow.outlines.combine_places import Places
 from cityflow.outlines.footprint_parameters import FindParameters
 from cityflow.outlines.footprint_roofs import roof_outlines
@@ -92,8 +93,8 @@ def _footprints_of(
     around, walls = places.around(region, parameters.combine.overhang_m)
     minimum = parameters.regions
     gaps = parts_between_gaps(around, region, minimum.minimum_height_m, minimum.minimum_area_m2) if walls else []
-    every = [*roofs, *(roof_outlines(part, parameters)[0] for part in gaps)]
-    found = footprints(around, [polygon for polygon, _ in every], walls, parameters.combine) if walls else []
+    shapes = Roofs(tuple(p for p, _ in roofs), tuple(roof_outlines(part, parameters)[0][0] for part in gaps))
+    found = footprints(around, shapes, walls, parameters.combine) if walls else []
     large = [f for f in found if f.polygon.area >= parameters.regions.minimum_area_m2]
     return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
 
@@ -107,7 +108,7 @@ def _walls_alone(places: Places, surface: RegionSurface, parameters: FindParamet
     """Footprints that walls close where no roof was found."""
     found = []
     for around, walls in places.lonely(parameters.combine.overhang_m):
-        for f in footprints(around, [], walls, parameters.combine):
+        for f in footprints(around, Roofs(), walls, parameters.combine):
             if f.polygon.area >= parameters.regions.minimum_area_m2 and _in_core(f.polygon, surface):
                 found.append(f)
     return found
