@@ -22,6 +22,7 @@ from cityflow.splitting.windows import covered
 
 LEAST_CELL_M = 0.2
 SAME_M, SAME_DEG = 0.3, 4.0
+LEAST_SCATTER_M = 0.03
 FREE_DEG, BOUND_DEG = 6.0, 1.0
 NOISE = (LOW_NOISE, HIGH_NOISE)
 
@@ -103,10 +104,10 @@ def _candidates(
 
 
 def _distinct(found: FloatArray) -> BoolArray:
-    """Rows but for those that lie for their most part on longer ones of the same direction."""
+    """Rows but for those that repeat others that are longer, and laid through points that scatter less: a line over two roofs bends neither."""
     ends = found[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]].reshape(-1, 2, 2)
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return first_said(ends, np.argsort(-length, kind="stable"), SAME_M, SAME_DEG)
+    trust = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / np.maximum(found[:, laid.SCATTER], LEAST_SCATTER_M) ** 2
+    return first_said(ends, np.argsort(-trust, kind="stable"), SAME_M, SAME_DEG)
 
 
 def _segments(found: FloatArray, origin: FloatArray, names: tuple[str, ...]) -> Segments:

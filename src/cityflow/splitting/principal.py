@@ -40,7 +40,7 @@ class PrincipalParameters(Parameters):
     main_weight: float = Field(
         0.4, ge=0, le=1, description="share of that which the main orientation has unless the row is curved"
     )
-    least_segments: int = Field(8, ge=1, le=10000, description="fewer segments with an aspect tell nothing")
+    least_segments: int = Field(6, ge=1, le=10000, description="fewer segments with an aspect tell nothing")
     aspect_deg: float = Field(2.0, gt=0, le=20, description="how far off its aspect a segment may be, degrees")
     slope_deg: float = Field(4.0, gt=0, le=30, description="how far off a principal slope a segment may be, degrees")
     position_m: float = Field(
