@@ -6,12 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from scipy.sparse.csgraph import connected_components
 
-from cityflow.core.arrays import BoolArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.outlines.wall_line import WallLine
 
 ALONE = 1.5
 """A wall that meets no other must be so many times as long."""
+TOGETHER = 2.0
+"""Short walls that meet one another stay if their lengths sum up to so many least lengths: a bay whose house is hidden."""
+BODY = 0.5
+"""An end that meets another wall somewhere along its length must come so much nearer than where two ends meet."""
 ALIKE_HIGH = 0.5
 ACROSS_COS = 0.7
 """Walls that turn by more than 45 degrees stand across each other."""
@@ -47,19 +52,17 @@ def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reac
         if (held == kept).all():
             break
         kept = held
-    return _rooted(kept, long, meets)
+    return _rooted(kept, long, certain * length, meets, least_m)
 
 
-def _rooted(kept: BoolArray, long: BoolArray, meets: BoolArray) -> BoolArray:
-    """Of the lines kept those that hang together with a long one."""
+def _rooted(kept: BoolArray, long: BoolArray, length: FloatArray, meets: BoolArray, least_m: float) -> BoolArray:
+    """Of the lines kept those that hang together with a long one, or with others that are long enough in sum."""
     touching = meets.any(axis=0)
     touching = (touching | touching.T) & kept[None, :] & kept[:, None]
-    found = long & kept
-    while True:
-        more = found | (touching & found[None, :]).any(axis=1)
-        if (more == found).all():
-            return np.asarray(found)
-        found = more
+    _, group = connected_components(touching, directed=False)
+    whole = np.bincount(group, length * kept) >= TOGETHER * least_m
+    rooted = np.bincount(group, long & kept) > 0
+    return np.asarray(kept & (whole | rooted)[group])
 
 
 def _meets(lines: Sequence[WallLine], reach: float) -> BoolArray:
@@ -75,17 +78,17 @@ def _meets(lines: Sequence[WallLine], reach: float) -> BoolArray:
     for e, (own, others) in enumerate(((first, last), (last, first))):
         near_end = np.hypot(*(own[:, None] - others[None]).transpose(2, 0, 1)) <= reach
         wrong_end = np.hypot(*(own[:, None] - own[None]).transpose(2, 0, 1)) <= reach
-        body = shapely.distance(shapely.points(own)[:, None], shapes[None]) <= reach
+        body = shapely.distance(shapely.points(own)[:, None], shapes[None]) <= BODY * reach
         found[e] = near_end | (body & ~wrong_end)
         np.fill_diagonal(found[e], False)
     return found
 
 
-def _normals(lines: Sequence[WallLine]) -> np.ndarray:
+def _normals(lines: Sequence[WallLine]) -> FloatArray:
     return np.array([w.normal for w in lines])
 
 
-def _alike_high(lines: Sequence[WallLine]) -> np.ndarray:
+def _alike_high(lines: Sequence[WallLine]) -> FloatArray:
     """(N, N) common part of the heights of two walls, as a share of what both cover."""
     low, high = np.array([w.z_low for w in lines]), np.array([w.z_high for w in lines])
     common = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])

@@ -29,7 +29,7 @@ class WallLineParameters(Parameters):
         2.0, ge=0.5, le=10, description="rule (a) of the reserve, which only joins walls: least height, metres"
     )
     border_m: float = Field(
-        0.25,
+        0.3,
         ge=0,
         le=1,
         description="so far from the foot and the top of a wall the normals are those of ground and eaves, metres",
@@ -52,6 +52,9 @@ class WallLineParameters(Parameters):
     alike_deg: float = Field(
         25.0, ge=5, le=60, description="normals that differ less than this are of one side, degrees"
     )
+    turn_deg: float = Field(
+        35.0, ge=5, le=80, description="walls may turn by less than this within their length; noise turns normals as well, degrees"
+    )
     bridge_m: float = Field(0.5, ge=0, le=5, description="gaps so long are closed by dilation, metres")
     blind_gap_m: float = Field(1.0, ge=0, le=10, description="parts of one wall so far apart are joined, metres")
     reserve_gap_m: float = Field(
@@ -68,7 +71,7 @@ class WallLineParameters(Parameters):
     )
     least_length_m: float = Field(3.0, ge=0.5, le=50, description="shorter walls are kept only between others, metres")
     least_piece_m: float = Field(0.8, ge=0.2, le=10, description="shorter ones are not kept at all, metres")
-    join_m: float = Field(0.7, ge=0, le=5, description="ends so near to another wall touch it, metres")
+    join_m: float = Field(1.0, ge=0, le=5, description="ends so near to another wall touch it, metres")
     systematic_gsd: float = Field(
         0.3,
         ge=0,
@@ -106,7 +109,7 @@ class WallLineParameters(Parameters):
             section=self.section_m,
             tolerance=self.tolerance_gsd * self.gsd_m,
             across=self.across_gsd * self.gsd_m,
-            alike=math.cos(math.radians(self.alike_deg + 10)),
+            alike=math.cos(math.radians(self.turn_deg)),
             least=self.least_piece_m,
             bin=2 * self.gsd_m,
             floor=self.gsd_m / 2,
@@ -136,7 +139,7 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     cells = wall_cells(walls, p.rules)
     if not len(cells):
         return []
-    number = strips(cells, p.rules.alike, max(round(p.bridge_m / p.cell_m), 1))
+    number = strips(cells, math.cos(math.radians(p.turn_deg)), max(round(p.bridge_m / p.cell_m), 1))
     index = PointIndex(walls, p.cell_m)
     pieces = [piece for strip in _of_each(number) for piece in strip_pieces(cells, strip, index, p.pieces)]
     # what goes on in a line with a sure wall is sure with it; the rest of the reserve must join two walls

@@ -91,8 +91,8 @@ def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> Wa
     voxels, planes = voxels.take(upright), _taken(planes, upright)
     if not len(voxels):
         return joined_walls([])
-    held = _company(voxels, planes, p)
-    return _as_walls(voxels.take(held), _taken(planes, held))
+    held, side = _company(voxels, planes, p)
+    return _as_walls(voxels.take(held), side[held])
 
 
 def _rising(voxels: Voxels, p: WallPointParameters) -> BoolArray:
@@ -113,35 +113,25 @@ def _upright(voxels: Voxels, planes: Normals, p: WallPointParameters) -> BoolArr
         )
 
 
-def _company(voxels: Voxels, planes: Normals, p: WallPointParameters) -> BoolArray:
-    """Points among others of the same side and direction whose common normal is horizontal.
+def _company(voxels: Voxels, planes: Normals, p: WallPointParameters) -> tuple[BoolArray, Float32Array]:
+    """Points among others of the same side and direction whose common normal is horizontal; and that normal in plan, (N, 2).
 
     Leaves have company, but it looks elsewhere. One normal alone trembles with the noise of matching; a steep roof's lean all the same way.
     """
     reach = math.ceil(p.radius_m / voxels.cell)
     columns = Columns.of(voxels, reach)
     turn = np.where(np.einsum("ij,ij->i", planes.normal, voxels.towards) < 0, -1.0, 1.0).astype(np.float32)
-    alike, count, lean = _alike(
+    alike, count, mean = _alike(
         voxels.xyz, planes.normal * turn[:, None], voxels.row - columns.row_0, voxels.col - columns.col_0, columns.start,
         columns.cols, reach, p.radius_m, math.cos(math.radians(p.alike_deg)),
     )  # fmt: skip
-    return np.asarray(
-        (alike >= p.least_neighbours)
-        & (alike >= p.least_alike * count)
-        & (np.abs(lean) <= math.sin(math.radians(p.upright_deg)))
-    )
+    held = (alike >= p.least_neighbours) & (alike >= p.least_alike * count)
+    held &= np.abs(mean[:, 2]) <= math.sin(math.radians(p.upright_deg))
+    length = np.maximum(np.hypot(mean[:, 0], mean[:, 1]), 1e-9)
+    return held, (mean[:, :2] / length[:, None]).astype(np.float32)
 
 
-def _sides(voxels: Voxels, planes: Normals) -> Float32Array:
-    """(N, 2) unit normals in plan towards the images."""
-    plan = planes.normal[:, :2]
-    plan = plan / np.hypot(plan[:, 0], plan[:, 1])[:, None]
-    turn = np.where(np.einsum("ij,ij->i", plan, voxels.towards[:, :2]) < 0, -1.0, 1.0)
-    return np.ascontiguousarray(plan * turn[:, None], np.float32)
-
-
-def _as_walls(voxels: Voxels, planes: Normals) -> WallPoints:
-    side = _sides(voxels, planes)
+def _as_walls(voxels: Voxels, side: Float32Array) -> WallPoints:
     length = np.maximum(np.linalg.norm(voxels.towards, axis=1), 1e-6)
     facing = np.abs(np.einsum("ij,ij->i", side, voxels.towards[:, :2])) / length
     return WallPoints(voxels.xyz, side, np.asarray(voxels.sigma * facing, np.float32), voxels.views)
@@ -163,11 +153,10 @@ def _alike(
     radius: float,
     least: float,
 ) -> tuple[Int32Array, Int32Array, FloatArray]:
-    """Neighbours with a normal like the point's own, all neighbours, and the upward part of the mean normal of the former."""
+    """Neighbours with a normal like the point's own, all neighbours, and the mean normal of the former."""
     alike, count = np.zeros(len(xyz), np.int32), np.zeros(len(xyz), np.int32)
-    lean = np.zeros(len(xyz))
+    mean = np.zeros((len(xyz), 3))
     for v in range(len(xyz)):
-        up = 0.0
         for r in range(row[v] - reach, row[v] + reach + 1):
             for c in range(col[v] - reach, col[v] + reach + 1):
                 for j in range(start[r * cols + c], start[r * cols + c + 1]):
@@ -176,6 +165,8 @@ def _alike(
                         count[v] += 1
                         if normal[j, 0] * normal[v, 0] + normal[j, 1] * normal[v, 1] >= least:
                             alike[v] += 1
-                            up += normal[j, 2]
-        lean[v] = up / max(alike[v], 1)
-    return alike, count, lean
+                            for k in range(3):
+                                mean[v, k] += normal[j, k]
+        for k in range(3):
+            mean[v, k] /= max(alike[v], 1)
+    return alike, count, mean

@@ -34,6 +34,7 @@ LEAST_LOG_ODDS = -3.0
 """Weaker borders are not even named among the rejected."""
 CROSSWISE_ODDS = 2.0
 """By so much less likely is a border longer than the house that it would cut."""
+AT_END_M = 1.2
 CORNER_M = 0.2
 """A border this near to a corner of the outline runs through it."""
 BEYOND_M = 1.0
@@ -77,11 +78,14 @@ def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: floa
 
 
 def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:
-    """Places of the maxima of the scan."""
+    """Places of the maxima of the scan; the end of the piece too where another wing begins and one is near."""
     scores = score(evidence)
     total = _allowed(evidence.piece, outline, scores.total)
     found = [k for k in maxima(total, evidence.stations, APART_M) if total[k] > LEAST_SCORE]
-    return sorted(dict.fromkeys(place(evidence, scores, k) for k in found))
+    places = [place(evidence, scores, k) for k in found]
+    ends = [float(evidence.stations[k]) for k in (0, -1) if np.isfinite(total[k])]
+    ends = [e for e in ends if any(abs(p - e) < AT_END_M for p in places)]
+    return sorted(dict.fromkeys(places + ends))
 
 
 def _chosen(evidence: PieceEvidence, places: Sequence[float], noise: Noise, handicap: float) -> list[float]:
