@@ -53,12 +53,18 @@ class WallLineParameters(Parameters):
         25.0, ge=5, le=60, description="normals that differ less than this are of one side, degrees"
     )
     turn_deg: float = Field(
-        35.0, ge=5, le=80, description="walls may turn by less than this within their length; noise turns normals as well, degrees"
+        35.0,
+        ge=5,
+        le=80,
+        description="walls may turn by less than this within their length; noise turns normals as well, degrees",
     )
     bridge_m: float = Field(0.5, ge=0, le=5, description="gaps so long are closed by dilation, metres")
     blind_gap_m: float = Field(1.0, ge=0, le=10, description="parts of one wall so far apart are joined, metres")
     reserve_gap_m: float = Field(
-        4.0, ge=0, le=30, description="parts of one wall so far apart are joined where points stand in half of the gap, metres"
+        4.0,
+        ge=0,
+        le=30,
+        description="parts of one wall so far apart are joined where points stand in half of the gap, metres",
     )
     section_m: float = Field(
         0.5, ge=0.1, le=5, description="length of the sections that decide where a line ends, metres"

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, IntArray
 
 
 def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int) -> list[tuple[IntArray, bool]]:
@@ -153,4 +153,3 @@ def _removable(thin: ByteArray, r: int, c: int, turn: int) -> bool:
     if turn == 0:
         return ((p6 | p7 | (1 - p9)) & p8) == 0
     return ((p2 | p3 | (1 - p5)) & p4) == 0
-
