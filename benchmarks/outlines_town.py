@@ -57,11 +57,11 @@ def figures(
 
 def of_seed(seed: int, size: int, cache: Path | None) -> dict[str, float]:
     made = drawn_town(seed, size, cache)
-    start = time.perf_counter()
+    start = time.process_time()
     walls = made.wall_points(WallPointParameters())
-    between = time.perf_counter()
+    between = time.process_time()
     found = find_outlines(made.region_surface(walls), FindParameters())
-    end = time.perf_counter()
+    end = time.process_time()
     views = [looking(f.frame) for f in made.frames[1:]]
     true = [g for g, _ in made.truth["blocks"]]
     result = figures([o.polygon for o in found], true, made.town, views, made.town.bounds)

@@ -46,7 +46,7 @@ class HeightNoise(Parameters):
     gap_m: float = Field(1.6, ge=0, le=10, description="gaps narrower than this are bridged or missing in part, metres")
     slit_m: float = Field(0.6, ge=0, le=10, description="gaps narrower than this are bridged, metres")
     dark_missing: float = Field(
-        0.05, ge=0, le=1, description="share of places in shadow without texture that have no height"
+        0.02, ge=0, le=1, description="share of places in shadow without texture that have no height"
     )
     bland: float = Field(1.2, ge=0, le=100, description="contrast below which there is no texture, grey values of 255")
 
@@ -79,7 +79,7 @@ def matched_heights(true: TrueView, noise: HeightNoise, seed: int) -> Float32Arr
     leaves = (kind == LEAVES).astype(np.uint8)
     height = _closed_crowns(exact, leaves.astype(bool))
     height, hole = _gaps_bridged(height, true.grid, noise, seed)
-    height, moved = _widened(_rounded_off(height, noise), true.grid, noise, seed)
+    height, moved = _widened(_rounded_off(height, true.grid, noise), true.grid, noise, seed)
     hole |= _frayed(height, true.grid, noise, seed)
     green = np.where(moved, cv2.dilate(leaves, np.ones((5, 5), np.uint8)), leaves).astype(bool)
     height = height + _errors(np.where(green, LEAVES, kind), true.grid, noise, seed)
@@ -126,13 +126,16 @@ def _closed(height: Float32Array, width_m: float, cell: float) -> Float32Array:
     return np.asarray(cv2.morphologyEx(height, cv2.MORPH_CLOSE, disc), np.float32)
 
 
-def _rounded_off(height: Float32Array, noise: HeightNoise) -> Float32Array:
-    """Heights whose creases and low steps are smooth; near high steps they stay as they are."""
+def _rounded_off(height: Float32Array, grid: Grid, noise: HeightNoise) -> Float32Array:
+    """Heights whose creases and low steps are smooth; beside high steps they stay as they are."""
     if noise.rounded_cells == 0:
         return height
-    size = 2 * int(np.ceil(3 * noise.rounded_cells)) + 1
+    reach = int(np.ceil(2.5 * noise.rounded_cells))
+    size = 2 * reach + 1
     soft = cv2.GaussianBlur(height, (size, size), noise.rounded_cells, borderType=cv2.BORDER_REPLICATE)
-    return np.where(np.abs(soft - height) < np.float32(STEP_M / 2), soft, height)
+    disc = _disc(reach)
+    spread = cv2.dilate(height, disc) - cv2.erode(height, disc)
+    return np.where(spread < _high_step(2 * reach, grid.cell), soft, height)
 
 
 def _widened(height: Float32Array, grid: Grid, noise: HeightNoise, seed: int) -> tuple[Float32Array, BoolArray]:
