@@ -55,9 +55,9 @@ class Borders:
         if len(near):
             order = np.lexsort((self.places[near, 1], self.places[near, 0], np.round(apart[near], 6)))
             return np.asarray(self.places[near[order[0]]])
-        return self._on_nearest_edge(point)
+        return self.on_nearest_edge(point)
 
-    def _on_nearest_edge(self, point: FloatArray) -> FloatArray:
+    def on_nearest_edge(self, point: FloatArray) -> FloatArray:
         """Of the lattice places within 2 mm along the edge that lies nearest to it.
 
         A vertex that is 0.05 mm off an edge of 20 m changes the area beside it by 5 cm²; so found it is 0.1 cm².
@@ -102,10 +102,20 @@ def chord(piece: FloatArray, area: BaseGeometry, borders: Borders) -> FloatArray
     first, last = _end(0.0, around[0][0], crossings, -1.0), _end(length, around[0][1], crossings, 1.0)
     if first is None or last is None:
         return f"ends inside the outline, more than {REACH_M:g} m from its border"
-    tied = np.array([borders.tied(p + t * direction) for t in (first, last)])
+    tied = _within(np.array([p + t * direction for t in (first, last)]), area, borders)
     if _runs_along(tied, area):
         return "runs along the border"
     return tied
+
+
+def _within(ends: FloatArray, area: BaseGeometry, borders: Borders) -> FloatArray:
+    """Both ends tied to places if the chord then stays inside, else to the edges alone; whichever leaves the area less."""
+    to_places = np.array([borders.tied(end) for end in ends])
+    outside = shapely.length(shapely.difference(LineString(to_places), area))
+    if outside <= _SHIFT_M:
+        return to_places
+    to_edges = np.array([borders.on_nearest_edge(end) for end in ends])
+    return to_edges if shapely.length(shapely.difference(LineString(to_edges), area)) < outside else to_places
 
 
 def _ray(line: LineString) -> tuple[FloatArray, FloatArray, float]:
