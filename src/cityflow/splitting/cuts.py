@@ -32,8 +32,7 @@ LEAST_SCORE = 1.2
 """Weaker maxima of the scan are no proposals."""
 LEAST_LOG_ODDS = -3.0
 """Weaker borders are not even named among the rejected."""
-CROSSWISE_ODDS = 2.0
-"""By so much less likely is a border longer than the house that it would cut."""
+CROSSWISE_ODDS, SHORT_WING_ODDS, SHORT_WING_M = 2.0, 1.5, 8.0
 AT_END_M = 1.2
 CORNER_M = 0.2
 """A border this near to a corner of the outline runs through it."""
@@ -62,7 +61,7 @@ def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: floa
     aspect_sigma_deg : standard deviation of the piece's direction, degrees
     """
     places = proposals(evidence, outline)
-    handicap = CROSSWISE_ODDS if evidence.piece.depth > evidence.piece.chain_m else 0.0
+    handicap = _handicap(evidence.piece)
     chosen = _chosen(evidence, places, Noise(), handicap)
     noise = _background(evidence, chosen)
     chosen = _chosen(evidence, places, noise, handicap)
@@ -75,6 +74,13 @@ def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: floa
             cut = _cut(evidence, u, line, (log_odds, weighed.step_m), aspect_sigma_deg)
             found.append(Candidate(u, log_odds, cut, weighed))
     return sorted(found, key=lambda c: (-c.log_odds, c.u))
+
+
+def _handicap(piece: AxisPiece) -> float:
+    """By how much less likely borders are across what is rather deep than long, or a short wing of a house."""
+    if piece.depth > piece.chain_m:
+        return CROSSWISE_ODDS
+    return SHORT_WING_ODDS if piece.chain_m < SHORT_WING_M else 0.0
 
 
 def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:

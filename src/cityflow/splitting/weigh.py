@@ -41,7 +41,9 @@ SHARP_M, SHARP_GUARD_M = 1.2, 0.2
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
 STOREY_M = 2.3
-SAME_COLOURS, SAW_TOOTH = -4.5, -8.0
+RIDGE_SLOPE = 0.15
+SAME_COLOURS, SAW_TOOTH, ON_RIDGE = -4.5, -8.0, -3.0
+USUAL_WIDTH_M, NARROW = 4.5, -2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +100,7 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
     facade = _facade_odds(facades, noise.facade)
     segments = _segment_odds(evidence, u)
-    total = PRIOR + height + roof + facade + segments + _doubt(evidence, step, roof, facade)
+    total = PRIOR + height + roof + facade + segments + _doubt(evidence, step, roof, facade) + _narrow(sides, u)
     return Weighed(total, step.size, height, roof, facade, segments, roof_change, (facades[0][0], facades[1][0]))
 
 
@@ -275,11 +277,19 @@ def _segment_odds(evidence: PieceEvidence, u: float) -> float:
     return float(SLOPED_MOST * sloped + VERTICAL_MOST * vertical.sum() + COPLANAR * coplanar) + stripe
 
 
+def _narrow(sides: Sides, u: float) -> float:
+    """Less likely the narrower the house between this border and the next would be."""
+    width = min(u - sides.left, sides.right - u)
+    return NARROW * float(np.clip((USUAL_WIDTH_M - width) / (USUAL_WIDTH_M - LEAST_SIDE_M), 0, 1))
+
+
 def _doubt(evidence: PieceEvidence, step: _Step, roof: float, facade: float) -> float:
     """What looks like a border and is a part of one building: a step of storeys with the same colours, a saw-tooth."""
     doubt = 0.0
     if evidence.roof_colour is not None and step.size > STOREY_M and roof < 1.5 and facade < 1.5:
         doubt += SAME_COLOURS
+    if min(step.before, -step.after) > RIDGE_SLOPE:
+        doubt += ON_RIDGE
     alike = min(abs(step.before), abs(step.after)) > 0.08 and step.bend < 0.3 * max(abs(step.before), abs(step.after))
     if alike and step.size > 0.5 and step.before * step.signed < 0:
         doubt += SAW_TOOTH
