@@ -23,10 +23,11 @@ from cityflow.outlines.combine_faces import faces_of, integrals
 from cityflow.outlines.combine_feet import KnownWall
 from cityflow.outlines.combine_lines import Roofs, candidate_pieces
 from cityflow.outlines.combine_refit import on_walls
-from cityflow.outlines.combine_rings import cleaned
+from cityflow.outlines.combine_rings import cleaned, without_necks
 
 _WIDEST_GAP_M = 2.4
 _ENCLOSED_SHARE = 0.5
+_NECK_M = 1.0
 _SEEN_DOWN_M = 3.0
 """A wall before which the roof goes on farther than any eaves, and yet seen so far down, looks at a gap or at a tree."""
 
@@ -118,7 +119,7 @@ def _joined(faces: np.ndarray, step_m: float) -> list[Polygon]:
     if not len(faces):
         return []
     parts = [p for p in shapely.get_parts(shapely.union_all(faces)) if isinstance(p, Polygon)]
-    clean = [cleaned(p, step_m) for p in parts]
+    clean = [cleaned(q, step_m) for p in parts for q in without_necks(p, _NECK_M)]
     clean = [p for p in clean if p.is_valid and not p.is_empty]
     return sorted((shapely.orient_polygons(p, exterior_cw=False) for p in clean), key=lambda p: p.bounds)
 

@@ -21,7 +21,7 @@ _LEAVES_SHARE = 0.6
 _ABOVE_FOOT_M = 1.0
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
-_UNKNOWN, _FILLED, _SLOT, _HIDDEN = -0.1, -1.0, -0.7, 0.3
+_UNKNOWN, _FILLED, _SLOT, _HIDDEN = -0.1, -1.0, -1.0, 0.3
 _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
 """m² per m²: where nothing is known; in small holes of a roof; in narrow gaps; behind a wall under foliage; close before a wall, up to where
 eaves may reach, and along eaves that go on beyond what was seen of a wall."""
@@ -53,6 +53,7 @@ class Surroundings:
     height : (rows, cols) metres above terrain, NaN where unknown
     loose : (rows, cols) bool, rough all around as foliage is, and as what lies in a narrow gap
     slot : (rows, cols) bool, in a narrow gap between roofs
+    divided : what is loose nearly divides the region, and may be a gap filled by a tree
     """
 
     grid: Grid
@@ -62,6 +63,7 @@ class Surroundings:
     height: FloatArray
     loose: BoolArray
     slot: BoolArray
+    divided: bool = False
 
 
 def leaving(wall: WallLine, around: Surroundings, reach_m: float) -> float:
@@ -124,7 +126,7 @@ def _base(around: Surroundings) -> tuple[FloatArray, BoolArray]:
     gain[around.low | around.other] = -1.0
     # A hole in a roof too small to be a courtyard may still be a gap between houses.
     with np.errstate(invalid="ignore"):
-        filled = np.where(around.height < _STANDS_M, _FILLED, 1.0)
+        filled = np.where(around.height < _STANDS_M, _FILLED, np.where(around.loose & around.divided, 0.0, 1.0))
     gain[around.region] = np.where(around.slot, np.minimum(_SLOT, filled), filled)[around.region]
     return _fine(gain), _fine(gain == _UNKNOWN)
 

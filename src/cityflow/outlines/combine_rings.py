@@ -28,6 +28,25 @@ def cleaned(polygon: Polygon, shortest_m: float) -> Polygon:
     return result if isinstance(result, Polygon) and result.is_valid and not result.is_empty else thin
 
 
+def without_necks(polygon: Polygon, width_m: float) -> list[Polygon]:
+    """The polygon cut where parts of it hang together by less than a width only; what joined them is dropped."""
+    cores = [p for p in _polygons(shapely.buffer(polygon, -width_m / 2)) if p.area > width_m**2]
+    if len(cores) < 2:
+        return [polygon]
+    grown = [shapely.intersection(polygon, shapely.buffer(c, 0.51 * width_m, join_style="mitre")) for c in cores]
+    rest = _polygons(shapely.difference(polygon, shapely.union_all(grown)))
+    parts: list[shapely.Geometry] = list(grown)
+    for piece in rest:
+        beside = [k for k, g in enumerate(grown) if shapely.distance(piece, g) < _STRAIGHT_M]
+        if len(beside) == 1:
+            parts[beside[0]] = shapely.union(parts[beside[0]], piece)
+    return [max(found, key=lambda p: p.area) for part in parts if (found := _polygons(part))]
+
+
+def _polygons(shape: shapely.Geometry) -> list[Polygon]:
+    return [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and not p.is_empty]
+
+
 def _open(ring: shapely.LinearRing) -> FloatArray:
     return np.asarray(shapely.get_coordinates(ring)[:-1])
 

@@ -94,6 +94,7 @@ def _footprints_of(
     minimum = parameters.regions
     gaps = parts_between_gaps(around, region, minimum.minimum_height_m, minimum.minimum_area_m2) if walls else []
     shapes = Roofs(tuple(p for p, _ in roofs), tuple(roof_outlines(part, parameters)[0][0] for part in gaps))
+    around = replace(around, divided=bool(gaps))
     found = footprints(around, shapes, walls, parameters.combine) if walls else []
     large = [f for f in found if f.polygon.area >= parameters.regions.minimum_area_m2]
     return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
