@@ -7,6 +7,7 @@ a = 0, so that a gentle bend is as well conditioned as a tower.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -105,9 +106,7 @@ def _start(u: FloatArray, v: FloatArray, curved: bool) -> tuple[float, float, fl
     """Through the medians of sections, so that neither windows nor what stands before the wall has a say."""
     edges = np.linspace(u.min(), u.max(), 9 if curved else 7)
     middle = [
-        (np.median(u[k]), np.median(v[k]))
-        for lo, hi in zip(edges[:-1], edges[1:], strict=True)
-        if (k := (u >= lo) & (u <= hi)).sum() > 2
+        (np.median(u[k]), np.median(v[k])) for lo, hi in pairwise(edges) if (k := (u >= lo) & (u <= hi)).sum() > 2
     ]
     if len(middle) < 3:
         return _solved(u, v, np.ones(len(u)), (0.0, 0.0, 0.0), False)
@@ -123,7 +122,7 @@ def _solved(
     u: FloatArray, v: FloatArray, weight: FloatArray, before: tuple[float, float, float], curved: bool
 ) -> tuple[float, float, float]:
     """One step of weighted least squares; an equation's value is a distance times the length of its gradient."""
-    a, b, c = before
+    a, b, _ = before
     whole = np.sqrt(np.maximum((b + 2 * a * u) ** 2 + (1 + 2 * a * v) ** 2, 1e-12))
     root = np.sqrt(np.maximum(weight, 0.0)) / whole
     columns = [u, np.ones_like(u)] + ([u * u + v * v] if curved else [])

@@ -25,8 +25,9 @@ ACROSS_COS = 0.7
 def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reach_m: float) -> BoolArray:
     """(N,) which lines are kept (Nex et al. 2013 §2.3: short and disconnected edges go).
 
-    Sure lines of `least_m` or more stay, if they meet another or are twice as long. Shorter ones stay where both ends meet other walls, or one end meets a wall about as high: steps
-    between two houses, sides of bays. What is not sure stays only where both ends meet walls that stay.
+    Sure lines of `least_m` or more stay, if they meet another or are half as long again. Shorter ones stay where both ends meet other
+    walls, or one end meets a wall about as high: steps between two houses, sides of bays. What is not sure stays only where both ends
+    meet walls that stay.
 
     Parameters
     ----------
@@ -38,7 +39,8 @@ def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reac
         return np.zeros(0, bool)
     length, certain = np.array([w.line.length for w in lines]), np.asarray(sure, bool)
     meets = _meets(lines, reach_m)
-    alone = ~(meets.any(axis=0) | meets.any(axis=0).T).any(axis=1)
+    met = np.asarray(meets.any(axis=0))
+    alone = ~(met | met.T).any(axis=1)
     long = certain & (length >= np.where(alone, ALONE * least_m, least_m))
     across = np.abs(_normals(lines) @ _normals(lines).T) < ACROSS_COS
     as_high = _alike_high(lines) >= ALIKE_HIGH

@@ -94,7 +94,7 @@ class WallLineParameters(Parameters):
 
     @property
     def rules(self) -> CellRules:
-        """The number of points follows from the density: a wall of the least height and as long as the rules look, a point in each voxel of the thinned cloud."""
+        """The number of points follows from the density: of a wall of the least height, as long as the rules look, with a point in each voxel."""
         height = max(self.height_range_m - 2 * self.border_m, 0.25)
         full = 2 * self.half_m * height / (self.spacing_gsd * self.gsd_m) ** 2
         return CellRules(
@@ -142,6 +142,8 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     Walls from west to east (by their first vertex); the same whatever the order of the points
     """
     p = parameters
+    # sums depend on the order of what is added in their last bit
+    walls = walls.take(np.lexsort((*walls.normal.T, *walls.xyz.T)))
     cells = wall_cells(walls, p.rules)
     if not len(cells):
         return []

@@ -116,9 +116,10 @@ def strip_pieces(cells: WallCells, strip: IntArray, index: PointIndex, rules: Pi
     found: list[Piece] = []
     for way, sure in paths(row, col, cells.sure[strip], bridge, least):
         _, near = tree.query(way[:, ::-1], k=min(9, len(strip)))
-        normal = cells.normal[strip][near.reshape(len(way), -1)].mean(axis=1)
+        normal = cells.normal[strip][near.reshape(len(way), -1)].astype(np.float64).mean(axis=1)
         normal /= np.maximum(np.hypot(*normal.T), 1e-9)[:, None]
-        found += _path_pieces((way[:, ::-1] + 0.5) * rules.cell, normal, sure, index, rules)
+        path = np.asarray((way[:, ::-1] + 0.5) * rules.cell, np.float64)
+        found += _path_pieces(path, np.asarray(normal, np.float64), sure, index, rules)
     return found
 
 

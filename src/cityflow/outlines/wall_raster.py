@@ -179,10 +179,10 @@ def _heights(
     for r in range(-reach, reach + 1):
         for j in range(start[here + r * cols - reach], start[here + r * cols + reach + 1]):
             dx, dy = xyz[j, 0] - x, xyz[j, 1] - y
-            if abs(dx * nx + dy * ny) <= thick and abs(dy * nx - dx * ny) <= half:
-                if normal[j, 0] * nx + normal[j, 1] * ny >= alike:
-                    heights[count] = xyz[j, 2]
-                    count += 1
+            near = abs(dx * nx + dy * ny) <= thick and abs(dy * nx - dx * ny) <= half
+            if near and normal[j, 0] * nx + normal[j, 1] * ny >= alike:
+                heights[count] = xyz[j, 2]
+                count += 1
     return np.sort(heights[:count])
 
 

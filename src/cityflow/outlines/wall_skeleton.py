@@ -31,12 +31,13 @@ def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int
     mask, founded = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     mask[row - r_0, col - c_0] = 1
     founded[(row - r_0)[sure], (col - c_0)[sure]] = 1
-    grown = cv2.dilate(mask, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * grow + 1, 2 * grow + 1)))
+    brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * grow + 1, 2 * grow + 1))
+    grown = cv2.dilate(mask, brush).astype(np.uint8)
     # a path keeps to the middle of its strip, so what is sure beside it counts
-    founded = cv2.dilate(founded, np.ones((2 * grow + 1, 2 * grow + 1), np.uint8))
+    near_founded = cv2.dilate(founded, np.ones((2 * grow + 1, 2 * grow + 1), np.uint8))
     found = []
     for way in _ways(skeleton(grown), 2 * grow + 1, max(least, 2)):
-        held = np.flatnonzero(founded[way[:, 0], way[:, 1]])
+        held = np.flatnonzero(near_founded[way[:, 0], way[:, 1]])
         cuts = [0, 0, len(way)] if not len(held) else [0, int(held[0]), int(held[-1]) + 1, len(way)]
         for k, (begin, end) in enumerate(pairwise(cuts)):
             if end - begin >= least:
