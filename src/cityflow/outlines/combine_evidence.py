@@ -93,6 +93,7 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
     gain, unknown = _base(around)
     region, loose = _fine(around.region), _fine(around.loose)
     height = np.nan_to_num(_fine(around.height), nan=np.inf)
+    gap = _fine(around.region & (around.slot | (around.loose & around.divided)))
     cell = around.grid.cell / _FINER
     seen, along = np.flatnonzero(pieces.of(Kind.SEEN)), np.flatnonzero(pieces.of(Kind.ALONG_ROOF))
 
@@ -106,17 +107,18 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
 
     for number in along:
         window, mask = before(number, reach_m)
-        gain[window][mask] = _UNDER_ROOF
+        gain[window][mask] = np.minimum(gain[window][mask], _UNDER_ROOF)
     for depth_m, worth in ((reach_m, _FAR_BEFORE), (min(_NARROWEST_M, reach_m), _BEFORE)):
         for number in seen:
             window, mask = before(number, depth_m)
-            gain[window][mask] = worth
+            gain[window][mask] = np.minimum(gain[window][mask], worth)
     standing = seen[~(pieces.foot[seen] > _STANDS_M)]
     for number in standing:
         window, mask = _strip(pieces.ends[number], -2 * _BEHIND_M, gain.shape, cell)
         gain[window][mask & unknown[window]] = _HIDDEN
     for number in standing:
         window, mask = _strip(pieces.ends[number], -_BEHIND_M, gain.shape, cell)
+        mask &= ~gap[window]
         gain[window][mask] = np.where(region[window][mask], 1.0, np.maximum(gain[window][mask], 0.0))
     return gain, cell
 
