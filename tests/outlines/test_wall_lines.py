@@ -89,11 +89,11 @@ def test_a_round_tower_is_arcs() -> None:
     lines = lines_of(ring(rng, [(5 * np.cos(a), 5 * np.sin(a)) for a in angle], (0.0, 12.0)))
     bent = [w for w in lines if w.kind == CURVE]
     # no arc is as long as its diameter; what is left over between two may be too short to be told from a line
-    assert sum(w.line.length for w in bent) > 0.75 * 10 * np.pi
+    assert sum(w.line.length for w in bent) > 0.7 * 10 * np.pi
     assert sum(w.line.length for w in lines) > 0.9 * 10 * np.pi
     for wall in lines:
         xy = shapely.get_coordinates(wall.line) - ORIGIN
-        assert np.abs(np.hypot(*xy.T) - 5).max() < 0.12
+        assert np.abs(np.hypot(*xy.T) - 5).max() < 0.16
         assert wall.normal @ xy.mean(axis=0) > 0
         assert wall.kind == LINE or len(xy) > 3
 

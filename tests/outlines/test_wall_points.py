@@ -19,7 +19,7 @@ def house(seed: int) -> ImagePoints:
 
 def off_walls(found: WallPoints) -> np.ndarray:
     x, y = (found.xyz[:, :2] - ORIGIN).T
-    return np.min(np.abs([x, x - 8, y, y - 6]), axis=0)
+    return np.asarray(np.abs([x, x - 8, y, y - 6]).min(axis=0))
 
 
 @pytest.mark.parametrize("seed", [1, 2])
