@@ -1,6 +1,6 @@
 """Outlines found from walls and roofs against the truth of made towns.
 
-    python benchmarks/outlines_town.py [--seeds 7 11 22] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
+    python benchmarks/outlines_town.py [--seeds 7 11 13] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
     python benchmarks/outlines_town.py --run RUN --truth FOLDER                            # a run over what cityflow synth made
 
 Drawn evidence is what a good matcher would leave, drawn from the truth (`synthetic.drawn_frames`). Judged against blocks: units that touch are one

@@ -1,6 +1,6 @@
 """Blocks of made towns split into single units, against the truth.
 
-    python benchmarks/split_town.py [--seeds 7 11 22] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
+    python benchmarks/split_town.py [--seeds 7 11 13] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
     python benchmarks/split_town.py --run RUN --truth FOLDER                            # a run over what cityflow synth made
 
 The first table splits the true outlines of the blocks, the second what `find_outlines` finds. Borders that the outlines already have are not
