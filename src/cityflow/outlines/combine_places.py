@@ -48,7 +48,8 @@ class Places:
         self._rough = roughness(surface.ndsm) > parameters.rough_m
         self._loose = ndimage.uniform_filter(self._rough.astype(np.float32), 3) > _LOOSE_SHARE
         self._slot = slots(surface.ndsm, surface.grid.cell)
-        self._loose |= self._slot
+        # Between loose cells a single one that passes for a roof is none.
+        self._loose = ndimage.binary_closing(self._loose | self._slot, np.ones((3, 3)))
         area = shapely.box(*surface.grid.bounds)
         self._walls = [w for w in walls if shapely.intersects(w.wall.line, area)]
         self._lines = np.array([w.wall.line for w in self._walls], dtype=object)
