@@ -23,6 +23,8 @@ FITTING_M = 0.08
 """A point belongs to a plane that is this near, or three times the plane's scatter."""
 STRIDE_M, LONGEST_M = 0.5, 60.0
 DEEP_M, BUSHES_M = 0.8, 0.3
+GUTTER_M = 0.3
+"""A valley has a gutter, a ridge a row of tiles: not of the planes."""
 ANGLES, TURN = 13, 3.0
 PARTED = 0.9
 """Share of the points on their own side of a step."""
@@ -276,11 +278,12 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
     gap = left[0] - right[0] + 0.5 * length * (left[1] - right[1])
     first, last = int(-LONGEST_M / STRIDE_M), int((LONGEST_M + length) / STRIDE_M) + 1
     holds = np.zeros(last - first + 1)
+    nearest = GUTTER_M if result[KIND] == CREASE else 0.1
     for side in range(2):
         plane, sign = (left, 1.0) if side == 0 else (right, -1.0)
         good, all_of = np.zeros(len(holds)), np.zeros(len(holds))
         for k in range(len(near)):
-            if not 0.1 < near[k, 1] * sign < 1.2:
+            if not nearest < near[k, 1] * sign < nearest + 1.1:
                 continue
             at = int(np.floor(near[k, 0] / STRIDE_M)) - first
             if 0 <= at < len(holds):
@@ -294,14 +297,8 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
         for at in range(len(holds)):
             a, b = max(at - 1, 0), min(at + 2, len(holds))
             holds[at] += 1 if np.sum(good[a:b]) >= max(2.0, 0.75 * np.sum(all_of[a:b])) and good[at] > 0 else 0
-    middle = int(0.5 * length / STRIDE_M) - first
-    begin = middle
-    while begin > 0 and holds[begin - 1] == 2:
-        begin -= 1
-    end = middle
-    while end < len(holds) - 1 and holds[end + 1] == 2:
-        end += 1
-    if holds[middle] != 2:
+    begin, end = _run(holds, max(-first, 0), min(int(length / STRIDE_M) - first, len(holds) - 1))
+    if end < begin:
         result[KIND] = NONE
         return
     t0, t1 = (begin + first) * STRIDE_M, (end + 1 + first) * STRIDE_M
@@ -309,3 +306,21 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
     result[Z0], result[Z1] = result[Z0] + rise * t0, result[Z0] + rise * t1
     result[X0], result[Y0] = line[0] + t0 * ax, line[1] + t0 * ay
     result[X1], result[Y1] = line[0] + t1 * ax, line[1] + t1 * ay
+
+
+@njit(cache=True, nogil=True)
+def _run(holds: FloatArray, first: int, last: int) -> tuple[int, int]:
+    """The longest run of places within the line where both sides hold, drawn out beyond its ends; empty if there is none."""
+    begin, end, at = 0, -1, first
+    while at <= last:
+        start = at
+        while at <= last and holds[at] == 2:
+            at += 1
+        if at - start > end - begin + 1:
+            begin, end = start, at - 1
+        at += 1
+    while end >= begin > 0 and holds[begin - 1] == 2:
+        begin -= 1
+    while begin <= end < len(holds) - 1 and holds[end + 1] == 2:
+        end += 1
+    return begin, end

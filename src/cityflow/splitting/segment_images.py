@@ -69,23 +69,25 @@ def surface_images(dsm: Float32Array, inside: BoolArray, cell: float) -> list[Ed
 def balanced(grey: Float32Array, seen: BoolArray, cell: float) -> ByteArray:
     """Grey values less their local mean over their local spread, which noise bounds from below."""
     size = 2 * max(round(CONTRAST_RADIUS_M / cell), 2) + 1
-    smooth = cv2.GaussianBlur(_filled(grey, seen), (0, 0), 0.6)
+    smooth = _blurred(_filled(grey, seen), 0.6)
     mean, weight = _local_mean(smooth, seen, size)
-    square, _ = _local_mean(smooth * smooth, seen, size)
+    square, _ = _local_mean(np.asarray(smooth * smooth), seen, size)
     spread = np.sqrt(np.maximum(square - mean * mean, 0.0))
     floor = max(SPREAD_LEVELS / NOISE_LEVELS * _noise(smooth, seen), 1e-3 * float(np.abs(smooth).max()) + 1e-6)
-    return _bytes((smooth - mean) / np.maximum(spread, floor) * SPREAD_LEVELS, seen & (weight > 0))
+    return _bytes(
+        np.asarray((smooth - mean) / np.maximum(spread, floor) * SPREAD_LEVELS, np.float32), seen & (weight > 0)
+    )
 
 
 def step_image(dsm: Float32Array, known: BoolArray, cell: float) -> ByteArray:
     """Heights less their local mean: planes vanish at any slope, steps stay."""
     size = 2 * max(round(STEP_RADIUS_M / cell), 2) + 1
-    smooth = cv2.GaussianBlur(_filled(dsm, known), (0, 0), 0.6)
+    smooth = _blurred(_filled(dsm, known), 0.6)
     mean, _ = _local_mean(smooth, known, size)
     noise = np.maximum(_local_noise(smooth, cell), _noise(smooth, known))
     levels = np.minimum(STEP_LEVELS_PER_M, NOISE_LEVELS / np.maximum(noise, 1e-4))
     clipped = np.clip((smooth - mean) * levels, -STEP_LEVELS, STEP_LEVELS)
-    return _bytes(cv2.GaussianBlur(clipped, (0, 0), 1.0), known)
+    return _bytes(_blurred(np.asarray(clipped, np.float32), 1.0), known)
 
 
 def crease_images(dsm: Float32Array, known: BoolArray, cell: float) -> list[EdgeImage]:
@@ -146,10 +148,14 @@ def _filled(image: Float32Array, known: BoolArray) -> Float32Array:
     return value
 
 
+def _blurred(image: Float32Array, sigma_px: float) -> Float32Array:
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma_px), np.float32)
+
+
 def _local_mean(image: Float32Array, known: BoolArray, size: int) -> tuple[Float32Array, Float32Array]:
     weight = cv2.blur(known.astype(np.float32), (size, size))
     mean = cv2.blur(np.where(known, image, 0).astype(np.float32), (size, size))
-    return mean / np.maximum(weight, 1e-6), weight
+    return np.asarray(mean / np.maximum(weight, 1e-6), np.float32), np.asarray(weight, np.float32)
 
 
 def _coarser(image: Float32Array, known: BoolArray, factor: int) -> tuple[Float32Array, BoolArray]:

@@ -82,7 +82,7 @@ def detect(image: EdgeImage) -> Lines:
 
 def _on_usable(lines: Lines, usable: BoolArray) -> BoolArray:
     """Lines with known cells on both sides: the rim of what is known is an edge of nothing."""
-    inside = cv2.erode(usable.astype(np.uint8), np.ones((3, 3), np.uint8), borderValue=0)
+    inside = np.asarray(cv2.erode(usable.astype(np.uint8), np.ones((3, 3), np.uint8), borderValue=0), np.uint8)
     return np.asarray(_sampled(inside, lines.along(9)).mean(axis=1) > 0.7)
 
 
