@@ -17,7 +17,7 @@ from cityflow.splitting.score import Score, score
 from cityflow.splitting.score_colour import DARK, Change
 from cityflow.splitting.skeleton import AxisPiece
 from cityflow.splitting.strip_images import CONTEXT_M
-from cityflow.splitting.weigh import Noise, Sides, Weighed, weigh
+from cityflow.splitting.weigh import Noise, Sides, Weighed, bottom_of_valley, weigh
 
 APART_M = 1.8
 """Maxima nearer to one another than this are one."""
@@ -196,7 +196,10 @@ def place(evidence: PieceEvidence, scores: Score, k: int) -> float:
     """The border near station k, from every source that changes there; robust mean of where each changes."""
     u_0 = float(evidence.stations[k])
     places = [(u_0, 0.05)]
-    if scores.height[k] > 1.0:
+    bottom = bottom_of_valley(evidence, u_0) if evidence.height.valley[k] > 0 else None
+    if bottom is not None and abs(bottom - u_0) < REACH_M:
+        places.append((bottom, 4.0))
+    elif scores.height[k] > 1.0:
         places += _from_rows(evidence, k, 4.0)
     if evidence.roof_colour is not None and scores.roof[k] > 1.0:
         places += _from_colour(evidence.roof_colour, k, u_0, 3.0)

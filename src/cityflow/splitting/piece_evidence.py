@@ -60,7 +60,7 @@ def gather(
     points : on the filtered segments
     cells : of the oblique frames
     """
-    roof = roof_strip(piece, outline, evidence.frames[0])
+    roof = roof_strip(piece, outline, evidence.frames[0], evidence.points)
     heights = eaves(piece, roof)
     strips = facade_strips(piece, cells, heights, evidence.ground_height, _facade_cell(evidence))
     sides: tuple[list[Change], list[Change]] = ([], [])
@@ -70,12 +70,12 @@ def gather(
     best = {max((s for s in strips if s.side == side), key=_seen).frame for side in {s.side for s in strips}}
     finest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
     fine = facade_strips(piece, [cells[k] for k in sorted(best)], heights, evidence.ground_height, float(finest))
-    guard = max(1.5 * evidence.gsd_m, HEIGHT_GUARD_M)
+    cell = float(roof.u[1] - roof.u[0])
     return PieceEvidence(
         piece,
         roof,
         slice_evidence(piece, points, heights, evidence.ground_height),
-        height_change(roof, piece.stations, max(HEIGHT_WINDOW_M, 5 * evidence.gsd_m), guard),
+        height_change(roof, piece.stations, max(HEIGHT_WINDOW_M, 6 * cell), max(1.5 * cell, HEIGHT_GUARD_M)),
         roof_change(roof, piece.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
         (tuple(sides[0]), tuple(sides[1])),
         stripes(fine, piece),

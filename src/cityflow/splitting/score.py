@@ -16,6 +16,7 @@ MOST = 5.0
 CLEAR = 3.5
 FACADE_CLEAR = 5.0
 SECOND_FACADE = 0.6
+VALLEY = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ def score(evidence: PieceEvidence) -> Score:
     """Add up the evidence at every station; segments count as Dahlke has it, most where they are coplanar."""
     stations = len(evidence.stations)
     height = _saturating(evidence.height.significance, CLEAR) * at_stations(evidence.height.share) ** 2
+    height = height + VALLEY * np.minimum(evidence.height.valley, 1.0)
     roof = np.zeros(stations)
     if evidence.roof_colour is not None:
         roof = _saturating(evidence.roof_colour.significance, CLEAR)

@@ -13,6 +13,8 @@ GROUPS = 4
 """The depth of a roof is looked at in so many parts from eaves to eaves."""
 ROW_M = 0.3
 FLOOR_M = 0.04
+VALLEY_SLOPE = 0.2
+"""Roofs that fall towards a line from both sides more steeply than this meet in a valley."""
 QUIET, QUIET_SIGMAS = 0.4, 0.7
 
 
@@ -27,6 +29,7 @@ class HeightChange:
     significance : step over its usual size where nothing changes
     slope : (S, 2) mean slope along the axis before and after
     signed_m : median step over the whole depth, with its sign
+    valley : by how much the roof bends up where it falls before and rises after; 0 elsewhere
     """
 
     step_m: FloatArray
@@ -34,6 +37,7 @@ class HeightChange:
     significance: FloatArray
     slope: FloatArray
     signed_m: FloatArray
+    valley: FloatArray
     u: FloatArray
     rows: FloatArray
 
@@ -56,7 +60,9 @@ def height_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_
         share = np.where(known > 0, (size > np.maximum(0.1, 3 * noise)).sum(axis=1) / np.maximum(known, 1), np.nan)
     step_m = _median(size)
     slope = np.column_stack([_median(slope_before), _median(slope_after)])
-    return HeightChange(step_m, share, step_m / noise, slope, _median(grouped), roof.u, rows)
+    steep = np.minimum(-slope[:, 0], slope[:, 1])
+    valley = np.where(steep > VALLEY_SLOPE, slope[:, 1] - slope[:, 0], 0.0)
+    return HeightChange(step_m, share, step_m / noise, slope, _median(grouped), valley, roof.u, rows)
 
 
 def _rows(roof: RoofStrip, width: int) -> FloatArray:

@@ -105,7 +105,7 @@ def _gaps(
     """Every gap as a polygon, with its two border lines."""
     polygons, lines = [], []
     for piece in _pieces(evidence.outline, seen.principal, step):
-        roof = roof_strip(piece, evidence.outline, evidence.frames[0])
+        roof = roof_strip(piece, evidence.outline, evidence.frames[0], evidence.points)
         for gap in find_gaps(roof, evidence.ground_height, piece.depth):
             pair = _gap_lines(piece, evidence.outline, gap, _sigma(piece, seen.principal))
             if pair is not None:

@@ -7,15 +7,18 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.points import PointCloud
 from cityflow.core.splitting import FrameRasters
 from cityflow.splitting.skeleton import AxisPiece, uv_mask
 
 FACADE_BAND_M = (1.2, 0.6)
 """Façade points stand at most this far outside of and inside the end of a chord."""
+LIDAR_CELL_M = 0.3
 CONTEXT_M = 4.0
 """How far beyond the ends of a piece one looks: the neighbour of its first or last unit may stand round a corner."""
 EAVES_CLEAR_M = 0.25
@@ -70,9 +73,17 @@ def levels(ortho: NDArray[np.uint8] | NDArray[np.uint16]) -> Float32Array:
     return np.asarray(ortho, np.float32) * np.float32(scale)
 
 
-def roof_strip(piece: AxisPiece, outline: Polygon, nadir: FrameRasters) -> RoofStrip:
-    """Roof over a piece, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline."""
-    cell = float(np.clip(nadir.grid.cell, 0.08, 0.5))
+def roof_strip(
+    piece: AxisPiece, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None
+) -> RoofStrip:
+    """Roof over a piece, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline.
+
+    Parameters
+    ----------
+    points : of LiDAR; where there are some, and no ortho, heights are theirs, finer than the rasters
+    """
+    lidar = points is not None and nadir.ortho is None and len(points) > 0
+    cell = LIDAR_CELL_M if lidar else float(np.clip(nadir.grid.cell, 0.08, 0.5))
     u = np.arange(piece.stations[0] - CONTEXT_M, piece.stations[-1] + CONTEXT_M, cell)
     v = np.arange(piece.low.min() - 2.0, piece.high.max() + 2.0, cell)
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
@@ -81,14 +92,32 @@ def roof_strip(piece: AxisPiece, outline: Polygon, nadir: FrameRasters) -> RoofS
     col = ((frame[:, 0] - nadir.grid.x_min) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     row = ((nadir.grid.y_max - frame[:, 1]) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     nan = float("nan")
-    height = cv2.remap(nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4)
-    height = height + np.float32(nadir.frame.to_world(np.zeros((1, 3)))[0, 2])
+    if points is not None and lidar:
+        height = _highest(piece, points, u, v)
+    else:
+        height = cv2.remap(nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4)
+        height = height + np.float32(nadir.frame.to_world(np.zeros((1, 3)))[0, 2])
     k = np.clip(np.searchsorted(piece.stations, u), 0, len(piece.stations) - 1)
     outside = (v[None, :] < piece.low[k][:, None]) | (v[None, :] > piece.high[k][:, None])
     outside |= ~uv_mask(piece, outline, u, v)
     around = _colours(nadir, col, row)
     colour = np.where(outside[..., None], np.float32(nan), around)
     return RoofStrip(u, v, np.where(outside, np.float32(nan), height), colour, around, ~outside)
+
+
+def _highest(piece: AxisPiece, points: PointCloud, u: FloatArray, v: FloatArray) -> Float32Array:
+    """(U, V) highest point in each cell; single empty cells take the median of those around."""
+    cell = float(u[1] - u[0])
+    uv = piece.to_uv(points.xyz[:, :2])
+    at = np.floor((uv - [u[0] - cell / 2, v[0] - cell / 2]) / cell).astype(np.int64)
+    inside = ((at >= 0) & (at < [len(u), len(v)])).all(axis=1)
+    height = np.full((len(u), len(v)), -np.inf, np.float32)
+    np.maximum.at(height, (at[inside, 0], at[inside, 1]), points.xyz[inside, 2].astype(np.float32))
+    padded = np.pad(np.where(np.isfinite(height), height, np.float32("nan")), 1, constant_values=np.nan)
+    around = np.sort(sliding_window_view(padded, (3, 3)).reshape(*height.shape, 9), axis=2)
+    known = np.isfinite(around).sum(axis=2)
+    middle = np.take_along_axis(around, np.maximum(known - 1, 0)[..., None] // 2, axis=2)[..., 0]
+    return np.where(np.isfinite(height), height, np.where(known >= 3, middle, np.float32("nan"))).astype(np.float32)
 
 
 def _colours(raster: FrameRasters, col: Float32Array, row: Float32Array) -> Float32Array:

@@ -14,6 +14,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.splitting.piece_evidence import PieceEvidence
 from cityflow.splitting.running_median import block_medians
 from cityflow.splitting.score_colour import BANDS, DARK, Change
+from cityflow.splitting.score_height import VALLEY_SLOPE
 
 PRIOR = -5.0
 """Logarithm of the odds of a border where nothing is known."""
@@ -42,6 +43,7 @@ SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
 STOREY_M = 2.3
 RIDGE_SLOPE = 0.15
+STEEP_VALLEY, VALLEY_MOST, VALLEY_ALONE = 0.5, 3.0, 6.0
 SAME_COLOURS, SAW_TOOTH, ON_RIDGE = -4.5, -8.0, -3.0
 USUAL_WIDTH_M, NARROW = 4.5, -2.5
 
@@ -90,7 +92,7 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
     if min(u - sides.left, sides.right - u) < LEAST_SIDE_M:
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
     step = _step(evidence, u, sides)
-    height = _height_odds(step, noise.height_m)
+    height = _height_odds(step, noise.height_m) + _valley_odds(step, evidence.roof_colour is None)
     roof_change, hue, alike = _roof_change(evidence, u, sides)
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
     roof = alike**2 * max(
@@ -139,6 +141,18 @@ def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
         float(np.median(np.abs(groups))), groups, unrest, float(np.median(difference[known])),
         float(np.median(before[1][known])), float(np.median(after[1][known])),
     )  # fmt: skip
+
+
+def bottom_of_valley(evidence: PieceEvidence, u: float) -> float | None:
+    """Where the roofs before and after u meet, median over the depth; None where they do not both fall towards it, nearby."""
+    rows, at = evidence.height.rows, evidence.height.u
+    guard = max(HEIGHT_GUARD_M, 1.5 * float(at[1] - at[0]))
+    before = _lines(rows, at, (at > u - HEIGHT_SIDE_M) & (at < u - guard), u)
+    after = _lines(rows, at, (at < u + HEIGHT_SIDE_M) & (at > u + guard), u)
+    valley = (before[1] < -VALLEY_SLOPE) & (after[1] > VALLEY_SLOPE)
+    if valley.sum() < max(3, 0.4 * rows.shape[1]):
+        return None
+    return u + float(np.median((before[0] - after[0])[valley] / (after[1] - before[1])[valley]))
 
 
 def _apart(difference: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
@@ -190,6 +204,14 @@ def _height_odds(step: _Step, noise: float) -> float:
     usual = float(np.hypot(noise, 1.5 * step.unrest))
     share = float((np.abs(step.groups) > max(0.08, 2 * usual)).mean())
     return _saturating(step.size / usual, HEIGHT_MOST) * share**2
+
+
+def _valley_odds(step: _Step, alone: bool) -> float:
+    """Houses whose gables stand side by side meet in valleys; without colours that is most of what tells."""
+    steep = min(-step.before, step.after)
+    if steep < VALLEY_SLOPE:
+        return 0.0
+    return float(min(steep / STEEP_VALLEY, 1.0)) * (VALLEY_ALONE if alone else VALLEY_MOST)
 
 
 def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float, float, float]:
