@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -49,14 +50,14 @@ def roof_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m:
     """Change of the roof's colour: the median over bands along the axis, so that dormers and chimneys have no say."""
     if roof.colour.shape[2] == 0:
         return None
-    inside = np.isfinite(roof.colour[..., 0]).any(axis=0)
+    inside = np.atleast_1d(np.isfinite(roof.colour[..., 0]).any(axis=0))
     if not inside.any():
         return None
     first, last = int(np.argmax(inside)), len(inside) - int(np.argmax(inside[::-1]))
     edges = np.linspace(first, last, BANDS + 1).round().astype(int)
     bands = [
         two_sided(roof.colour[:, a:b], roof.u, stations, window_m, guard_m)
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(edges.tolist())
         if b > a
     ]
     stack = np.stack(bands)
@@ -76,7 +77,7 @@ def facade_changes(
 def two_sided(image: Float32Array, u: FloatArray, stations: FloatArray, window_m: float, guard_m: float) -> FloatArray:
     """(S, C) relative change of the median colour from before to after each station; NaN where either is unknown."""
     cell = float(u[1] - u[0])
-    width, guard = max(int(round(window_m / cell)), 2), int(round(guard_m / cell))
+    width, guard = max(round(window_m / cell), 2), round(guard_m / cell)
     least = max(int(0.12 * width * image.shape[1]), 6)
     border = np.round((stations - (u[0] - cell / 2)) / cell).astype(np.int64)
     result = np.full((len(stations), image.shape[2]), np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -45,8 +46,8 @@ class HeightChange:
 def height_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m: float) -> HeightChange:
     """Steps at every station."""
     cell = float(roof.u[1] - roof.u[0])
-    rows = _rows(roof, max(int(round(ROW_M / cell)), 1))
-    width, guard = max(int(round(window_m / cell)), 3), int(round(guard_m / cell))
+    rows = _rows(roof, max(round(ROW_M / cell), 1))
+    width, guard = max(round(window_m / cell), 3), round(guard_m / cell)
     border = np.round((stations - (roof.u[0] - cell / 2)) / cell).astype(np.int64)
     before, slope_before = _prolonged(rows, border - guard - width, border - guard, border, cell)
     after, slope_after = _prolonged(rows, border + guard, border + guard + width, border, cell)
@@ -86,7 +87,7 @@ def _prolonged(
     level = np.nanmean(rows) if known.any() else 0.0
     z = np.where(known, rows - level, 0.0)
     x = (np.arange(len(rows)) * cell)[:, None] * known
-    sums = [_cumulated(a) for a in (known.astype(float), x, z, x * x, x * z)]
+    sums = [_cumulated(np.asarray(a, np.float64)) for a in (known, x, z, x * x, x * z)]
     a, b = np.clip(first, 0, len(rows)), np.clip(after, 0, len(rows))
     n, s_x, s_z, s_xx, s_xz = (s[b] - s[a] for s in sums)
     enough = n >= 0.6 * (after - first)[:, None]
@@ -104,7 +105,7 @@ def _cumulated(a: FloatArray) -> FloatArray:
 def _grouped(step: FloatArray) -> FloatArray:
     """(S, GROUPS) median step in each part of the depth that is there at the station."""
     edges = np.linspace(0, step.shape[1], GROUPS + 1).round().astype(int)
-    return np.column_stack([_median(step[:, a:b]) for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a])
+    return np.column_stack([_median(step[:, a:b]) for a, b in pairwise(edges.tolist()) if b > a])
 
 
 def _median(values: FloatArray) -> FloatArray:

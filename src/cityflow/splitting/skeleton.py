@@ -83,7 +83,9 @@ class AxisPiece:
 
     def area(self) -> Polygon:
         """What its chords cover, in the world."""
-        uv = np.concatenate([np.column_stack([self.stations, self.low]), np.column_stack([self.stations, self.high])[::-1]])
+        uv = np.concatenate(
+            [np.column_stack([self.stations, self.low]), np.column_stack([self.stations, self.high])[::-1]]
+        )
         return Polygon(self.to_world(uv))
 
     def ends_at(self, u: float) -> tuple[float, float]:

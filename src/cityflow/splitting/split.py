@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -12,7 +12,8 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import CutLine, Segments, SplitEvidence, Splitting
-from cityflow.splitting.cuts import Candidate, candidates, line_at, off_corners
+from cityflow.splitting.cut_chords import line_at, off_corners
+from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
 from cityflow.splitting.partition import partition
 from cityflow.splitting.piece_evidence import gather
@@ -65,7 +66,7 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     principal = principal_directions(segments, parameters.principal)
     seen = _Seen(segments, principal, facade_cells(evidence.frames[1:]))
     step = slice_step(evidence, parameters)
-    gaps, gap_lines = _gaps(evidence, seen, parameters, step) if parameters.gaps else ([], [])
+    gaps, gap_lines = _gaps(evidence, seen, step) if parameters.gaps else ([], [])
     accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= parameters.gap_threshold]
     parts = _parts(evidence.outline, accepted_gaps)
     found = _once([c for part in parts for c in _terraces(evidence, part, seen, parameters, step)])
@@ -99,9 +100,7 @@ def _pieces(part: Polygon, principal: Principal, step: float) -> tuple[AxisPiece
     return axis_pieces(part, _aspects(principal), step, SHORTEST_CHAIN_M)
 
 
-def _gaps(
-    evidence: SplitEvidence, seen: _Seen, parameters: SplitParameters, step: float
-) -> tuple[list[Polygon], list[tuple[CutLine, CutLine]]]:
+def _gaps(evidence: SplitEvidence, seen: _Seen, step: float) -> tuple[list[Polygon], list[tuple[CutLine, CutLine]]]:
     """Every gap as a polygon, with its two border lines."""
     polygons, lines = [], []
     for piece in _pieces(evidence.outline, seen.principal, step):
@@ -231,7 +230,7 @@ def _splitting(
     return Splitting(
         result.units,
         (*accepted, *used_gaps),
-        tuple(replace(c) for c in rejected),
+        tuple(rejected),
         principal.aspects,
         principal.slopes,
         "" if len(result.units) > 1 else _why_whole(found, principal),

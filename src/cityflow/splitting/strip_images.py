@@ -73,9 +73,7 @@ def levels(ortho: NDArray[np.uint8] | NDArray[np.uint16]) -> Float32Array:
     return np.asarray(ortho, np.float32) * np.float32(scale)
 
 
-def roof_strip(
-    piece: AxisPiece, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None
-) -> RoofStrip:
+def roof_strip(piece: AxisPiece, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None) -> RoofStrip:
     """Roof over a piece, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline.
 
     Parameters
@@ -95,8 +93,10 @@ def roof_strip(
     if points is not None and lidar:
         height = _highest(piece, points, u, v)
     else:
-        height = cv2.remap(nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4)
-        height = height + np.float32(nadir.frame.to_world(np.zeros((1, 3)))[0, 2])
+        in_frame = cv2.remap(
+            nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4
+        )
+        height = np.asarray(in_frame + nadir.frame.to_world(np.zeros((1, 3)))[0, 2], np.float32)
     k = np.clip(np.searchsorted(piece.stations, u), 0, len(piece.stations) - 1)
     outside = (v[None, :] < piece.low[k][:, None]) | (v[None, :] > piece.high[k][:, None])
     outside |= ~uv_mask(piece, outline, u, v)
@@ -127,7 +127,7 @@ def _colours(raster: FrameRasters, col: Float32Array, row: Float32Array) -> Floa
         cv2.remap(band, col, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(float("nan"),) * 4)
         for band in levels(raster.ortho)
     ]
-    result = np.stack(bands, axis=-1)
+    result = np.stack(bands, axis=-1).astype(np.float32)
     if raster.seen is not None:
         seen = cv2.remap(raster.seen.astype(np.uint8), col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
         result[seen == 0] = np.nan
@@ -238,5 +238,5 @@ def _facade_strip(
             np.bincount(flat, cells.colour[near, c], shape[0] * shape[1]) / number for c in range(cells.colour.shape[1])
         ]
     colour = np.stack(bands, axis=-1).reshape(*shape, -1).astype(np.float32)
-    u, z = u_0 + (np.arange(shape[0]) + 0.5) * cell, (np.arange(shape[1]) + 0.5) * cell
+    u, z = (np.asarray(o + (np.arange(n) + 0.5) * cell, np.float64) for o, n in zip((u_0, 0.0), shape, strict=True))
     return FacadeStrip(side, frame, u, z, colour)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.splitting.piece_evidence import PieceEvidence
+from cityflow.splitting.roof_step import RoofStep, roof_step
 from cityflow.splitting.running_median import block_medians
 from cityflow.splitting.score_colour import BANDS, DARK, Change
 from cityflow.splitting.score_height import VALLEY_SLOPE
@@ -20,8 +21,8 @@ PRIOR = -5.0
 """Logarithm of the odds of a border where nothing is known."""
 LEAST_SIDE_M = 2.0
 """No house is narrower."""
-HEIGHT_SIDE_M, ROOF_SIDE_M, FACADE_SIDE_M = 2.5, 3.0, 4.0
-HEIGHT_GUARD_M, ROOF_GUARD_M, FACADE_GUARD_M = 0.25, 0.16, 0.2
+ROOF_SIDE_M, FACADE_SIDE_M = 3.0, 4.0
+ROOF_GUARD_M, FACADE_GUARD_M = 0.16, 0.2
 HEIGHT_FLOOR_M, ROOF_FLOOR, FACADE_FLOOR = 0.04, 0.03, 0.045
 """Usual size of changes where there is no border, at least."""
 HEIGHT_MOST, ROOF_MOST, FACADE_MOST = 6.5, 6.0, 4.5
@@ -34,13 +35,13 @@ PIPE_MOST, BOTH_PIPES = 2.6, 1.0
 """A pipe on one façade, and more where the other has one at the same place."""
 SAME_SLOPE = 0.12
 """Roofs on both sides whose slopes along the axis differ by more are lit differently: their colours cannot be compared."""
-RIDGE_M, BEND_M = 0.8, 0.4
-"""A ridge, or another bend of the roof, may be this far from the place in question."""
 BENT_NOISE = 2.5
 """By how much less a change of hue says where a roof bends."""
 SHARP_M, SHARP_GUARD_M = 1.2, 0.2
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
+SHADOW_LEAST, SHADOW_SIDE_M, SHADOWED = 0.15, 1.5, 0.15
+"""Change of a roof from which it may be a shadow's; how far along the ground it is looked for; what is left of its weight."""
 STOREY_M = 2.3
 RIDGE_SLOPE = 0.15
 STEEP_VALLEY, VALLEY_MOST, VALLEY_ALONE = 0.5, 3.0, 6.0
@@ -91,13 +92,18 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
     """Weigh a border at u."""
     if min(u - sides.left, sides.right - u) < LEAST_SIDE_M:
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
-    step = _step(evidence, u, sides)
+    step = roof_step(evidence, u, (sides.left, sides.right))
     height = _height_odds(step, noise.height_m) + _valley_odds(step, evidence.roof_colour is None)
     roof_change, hue, alike = _roof_change(evidence, u, sides)
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
-    roof = alike**2 * max(
-        level * _saturating(roof_change / noise.roof, ROOF_MOST),
-        _saturating(hue / (BENT_NOISE * noise.roof), ROOF_MOST),
+    lit = SHADOWED if _is_shadow(evidence, u, (roof_change, hue)) else 1.0
+    roof = (
+        lit
+        * alike**2
+        * max(
+            level * _saturating(roof_change / noise.roof, ROOF_MOST),
+            _saturating(hue / (BENT_NOISE * noise.roof), ROOF_MOST),
+        )
     )
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
     facade = _facade_odds(facades, noise.facade)
@@ -110,94 +116,7 @@ def _saturating(clear: float, most: float) -> float:
     return float(most * (1 - np.exp(-((clear / CLEAR) ** 2)))) if np.isfinite(clear) else 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Step:
-    """Size (m) and share of the depth of a step; its sign; slopes along the axis on both sides, and how much they differ; unrest (m)."""
-
-    size: float
-    groups: FloatArray
-    unrest: float
-    signed: float
-    before: float
-    after: float
-
-    @property
-    def bend(self) -> float:
-        return abs(self.after - self.before) if np.isfinite(self.after - self.before) else 0.0
-
-
-def _step(evidence: PieceEvidence, u: float, sides: Sides) -> _Step:
-    rows, at = evidence.height.rows, evidence.height.u
-    guard = max(HEIGHT_GUARD_M, 1.5 * float(at[1] - at[0]))
-    before = _lines(rows, at, (at > max(sides.left + guard, u - HEIGHT_SIDE_M)) & (at < u - guard), u)
-    after = _lines(rows, at, (at < min(sides.right - guard, u + HEIGHT_SIDE_M)) & (at > u + guard), u)
-    difference = _apart(after[0] - before[0], before[1], after[1])
-    known = np.flatnonzero(np.isfinite(difference))
-    if len(known) < max(3, 0.3 * rows.shape[1]):
-        return _Step(0.0, np.zeros(0), 0.0, 0.0, 0.0, 0.0)
-    groups = np.array([np.median(difference[g]) for g in np.array_split(known, min(4, len(known)))])
-    unrest = float(np.median(np.maximum(before[2], after[2])[known]))
-    return _Step(
-        float(np.median(np.abs(groups))), groups, unrest, float(np.median(difference[known])),
-        float(np.median(before[1][known])), float(np.median(after[1][known])),
-    )  # fmt: skip
-
-
-def bottom_of_valley(evidence: PieceEvidence, u: float) -> float | None:
-    """Where the roofs before and after u meet, median over the depth; None where they do not both fall towards it, nearby."""
-    rows, at = evidence.height.rows, evidence.height.u
-    guard = max(HEIGHT_GUARD_M, 1.5 * float(at[1] - at[0]))
-    before = _lines(rows, at, (at > u - HEIGHT_SIDE_M) & (at < u - guard), u)
-    after = _lines(rows, at, (at < u + HEIGHT_SIDE_M) & (at > u + guard), u)
-    valley = (before[1] < -VALLEY_SLOPE) & (after[1] > VALLEY_SLOPE)
-    if valley.sum() < max(3, 0.4 * rows.shape[1]):
-        return None
-    return u + float(np.median((before[0] - after[0])[valley] / (after[1] - before[1])[valley]))
-
-
-def _apart(difference: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Steps less what a bend within reach explains: there two slopes meet and nothing steps."""
-    reach = np.where((before > 0) & (after < 0), RIDGE_M, BEND_M)
-    return np.asarray(np.sign(difference) * np.maximum(np.abs(difference) - np.abs(after - before) * reach, 0.0))
-
-
-def _lines(rows: FloatArray, at: FloatArray, chosen: BoolArray, u: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of each row a line through the chosen columns: height at u, slope, and median distance from it; NaN where too little is known."""
-    z, x = rows[chosen], at[chosen] - u
-    known = np.isfinite(z)
-    n = known.sum(axis=0)
-    nothing = np.full(rows.shape[1], np.nan)
-    if len(x) < 4:
-        return nothing, nothing, nothing
-    values, weight = np.where(known, z, 0.0), known.astype(np.float64)
-    height, slope = _fit(x, values, weight)
-    off = np.abs(values - height - slope * x[:, None])
-    # once more without what is far off: a chimney or dormer at the rim of the window
-    scale = np.maximum(2.5 * _spread(off, known), 0.03)
-    height, slope = _fit(x, values, weight * (off <= scale))
-    enough = n >= 0.5 * len(x)
-    spread = np.where(enough, _spread(np.abs(values - height - slope * x[:, None]), known), np.nan)
-    return np.where(enough, height, np.nan), np.where(enough, slope, np.nan), spread
-
-
-def _spread(off: FloatArray, known: BoolArray) -> FloatArray:
-    """Median over the known rows of each column; 0 where none is."""
-    ordered = np.sort(np.where(known, off, np.inf), axis=0)
-    middle = np.take_along_axis(ordered, np.maximum(known.sum(axis=0) - 1, 0)[None] // 2, axis=0)[0]
-    return np.where(np.isfinite(middle), middle, 0.0)
-
-
-def _fit(x: FloatArray, z: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weighted lines through columns of z: values at x = 0 and slopes; short windows lean towards level lines."""
-    n, s_x, s_z = weight.sum(axis=0), x @ weight, (weight * z).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean_x, mean_z = s_x / n, s_z / n
-        s_xx = (x**2) @ weight - n * mean_x**2
-        slope = (x @ (weight * z) - n * mean_x * mean_z) / (s_xx + 1e-9)
-    return mean_z - slope * mean_x, slope
-
-
-def _height_odds(step: _Step, noise: float) -> float:
+def _height_odds(step: RoofStep, noise: float) -> float:
     """The median part of the depth counts, and the share of parts that step clearly."""
     if not len(step.groups):
         return 0.0
@@ -206,7 +125,7 @@ def _height_odds(step: _Step, noise: float) -> float:
     return _saturating(step.size / usual, HEIGHT_MOST) * share**2
 
 
-def _valley_odds(step: _Step, alone: bool) -> float:
+def _valley_odds(step: RoofStep, alone: bool) -> float:
     """Houses whose gables stand side by side meet in valleys; without colours that is most of what tells."""
     steep = min(-step.before, step.after)
     if steep < VALLEY_SLOPE:
@@ -219,7 +138,7 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     change = evidence.roof_colour
     if change is None:
         return float("nan"), float("nan"), 0.0
-    inside = np.isfinite(change.image[..., 0]).any(axis=0)
+    inside = np.atleast_1d(np.isfinite(change.image[..., 0]).any(axis=0))
     first, last = int(np.argmax(inside)), len(inside) - int(np.argmax(inside[::-1]))
     edges = np.linspace(first, last, BANDS + 1).round().astype(np.int64)
     ratio = _ratio(change, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))
@@ -229,6 +148,26 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     median = np.median(ratio[known], axis=0)
     size, hue = float(np.abs(median).max()), float(np.abs(median - median.mean()).max())
     return size, hue, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
+
+
+def _is_shadow(evidence: PieceEvidence, u: float, change: tuple[float, float]) -> bool:
+    """True where the ground beside the house changes as the roof does, and the hue hardly: the edge of a shadow over both."""
+    size, hue = change
+    if not size > SHADOW_LEAST or hue > 0.5 * size:
+        return False
+    piece, v = evidence.piece, evidence.roof.v
+    around, at = evidence.roof.around, evidence.roof.u
+    low, high = piece.ends_at(u)
+    columns = [(at > u - SHADOW_SIDE_M) & (at < u - 0.2), (at < u + SHADOW_SIDE_M) & (at > u + 0.2)]
+    for beside in (v < low - 0.6, v > high + 0.6):
+        before, after = (around[np.ix_(c, beside)].mean(axis=2) for c in columns)
+        known = np.isfinite(before), np.isfinite(after)
+        if min(k.sum() for k in known) < 20:
+            continue
+        a, b = float(np.median(before[known[0]])), float(np.median(after[known[1]]))
+        if abs(b - a) / (0.5 * (a + b) + DARK) > 0.5 * size:
+            return True
+    return False
 
 
 def _facade_odds(facades: list[tuple[float, float]], noise: float) -> float:
@@ -272,9 +211,7 @@ def _row_means(part: Float32Array) -> FloatArray:
         return np.asarray(np.where(known, part, 0).sum(axis=0, dtype=np.float64) / known.sum(axis=0))
 
 
-def _ratio(
-    change: Change, u: float, sides: Sides, edges: np.ndarray, reach: tuple[float, float]
-) -> FloatArray:
+def _ratio(change: Change, u: float, sides: Sides, edges: np.ndarray, reach: tuple[float, float]) -> FloatArray:
     """(B, C) relative change from before to after."""
     at, (side, guard) = change.u, reach
     before = np.searchsorted(at, [max(sides.left + guard, u - side), u - guard])
@@ -305,7 +242,7 @@ def _narrow(sides: Sides, u: float) -> float:
     return NARROW * float(np.clip((USUAL_WIDTH_M - width) / (USUAL_WIDTH_M - LEAST_SIDE_M), 0, 1))
 
 
-def _doubt(evidence: PieceEvidence, step: _Step, roof: float, facade: float) -> float:
+def _doubt(evidence: PieceEvidence, step: RoofStep, roof: float, facade: float) -> float:
     """What looks like a border and is a part of one building: a step of storeys with the same colours, a saw-tooth."""
     doubt = 0.0
     if evidence.roof_colour is not None and step.size > STOREY_M and roof < 1.5 and facade < 1.5:
