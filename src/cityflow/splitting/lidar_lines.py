@@ -173,8 +173,8 @@ def _plane(near: FloatArray, side: float, beside: float, plane: FloatArray) -> b
     x = np.zeros(3)
     for _ in range(REWEIGHTED):
         aw = a * weight.reshape(n, 1)
-        x = np.linalg.solve(a.T @ aw + np.eye(3) * 1e-9, aw.T @ z)
-        weight = 1.0 / np.maximum(np.abs(z - a @ x), 0.02)
+        x[:] = np.linalg.solve(a.T @ aw + np.eye(3) * 1e-9, aw.T @ z)
+        weight[:] = 1.0 / np.maximum(np.abs(z - a @ x), 0.02)
     plane[0], plane[1], plane[2] = x[0] + middle, x[1], x[2]
     plane[3] = 1.4826 * np.median(np.abs(z - a @ x))
     return plane[3] < 0.25
