@@ -12,7 +12,8 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.outlines.wall_line import WallLine
 
 ALONE = 1.5
-"""A wall that meets no other must be so many times as long."""
+"""A wall that meets no other must be so many times as long; twice that where it does not stand on the ground: crowns of trees do not."""
+FLOATING_M = 2.5
 TOGETHER = 2.0
 """Short walls that meet one another stay if their lengths sum up to so many least lengths: a bay whose house is hidden."""
 BODY = 0.5
@@ -22,7 +23,9 @@ ACROSS_COS = 0.7
 """Walls that turn by more than 45 degrees stand across each other."""
 
 
-def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reach_m: float) -> BoolArray:
+def joined(
+    lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reach_m: float, sigma_m: float
+) -> BoolArray:
     """(N,) which lines are kept (Nex et al. 2013 §2.3: short and disconnected edges go).
 
     Sure lines of `least_m` or more stay, if they meet another or are half as long again. Shorter ones stay where both ends meet other
@@ -34,6 +37,7 @@ def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reac
     lines, sure : and whether each keeps all rules
     least_m : metres
     reach_m : ends so near to another wall meet it, metres
+    sigma_m : short walls are no less precise: leaves make lines, but poor ones
     """
     if not lines:
         return np.zeros(0, bool)
@@ -41,10 +45,11 @@ def joined(lines: Sequence[WallLine], sure: Sequence[bool], least_m: float, reac
     meets = _meets(lines, reach_m)
     met = np.asarray(meets.any(axis=0))
     alone = ~(met | met.T).any(axis=1)
-    long = certain & (length >= np.where(alone, ALONE * least_m, least_m))
+    floating = np.array([w.foot_m for w in lines]) > FLOATING_M
+    long = certain & (length >= least_m * np.where(alone, np.where(floating, 2 * ALONE, ALONE), 1.0))
     across = np.abs(_normals(lines) @ _normals(lines).T) < ACROSS_COS
     as_high = _alike_high(lines) >= ALIKE_HIGH
-    kept = np.ones(len(lines), bool)
+    kept = long | (np.array([w.sigma_m for w in lines]) <= sigma_m)
     while True:
         # meets[e, i, j]: end e of line i meets line j
         at = meets & kept[None, None, :]

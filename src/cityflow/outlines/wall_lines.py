@@ -84,6 +84,9 @@ class WallLineParameters(Parameters):
         le=5,
         description="standard deviation of what all points of a wall have in common, ground sampling distances",
     )
+    short_sigma_gsd: float = Field(
+        1.0, gt=0, le=10, description="largest standard deviation of a short wall, ground sampling distances"
+    )
     across_gsd: float = Field(
         5.0, ge=1, le=30, description="points so far before or behind belong to a wall, ground sampling distances"
     )
@@ -152,7 +155,13 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     pieces = [piece for strip in _of_each(number) for piece in strip_pieces(cells, strip, index, p.pieces)]
     # what goes on in a line with a sure wall is sure with it; the rest of the reserve must join two walls
     pieces = merged(pieces, index, p.pieces, p.merging)
-    kept = joined([_line(walls, q, ground, p) for q in pieces], [q.sure for q in pieces], p.least_length_m, p.join_m)
+    kept = joined(
+        [_line(walls, q, ground, p) for q in pieces],
+        [q.sure for q in pieces],
+        p.least_length_m,
+        p.join_m,
+        p.short_sigma_gsd * p.gsd_m,
+    )
     whole = merged([q for q, k in zip(pieces, kept, strict=True) if k], index, p.pieces, p.merging)
     return sorted((_line(walls, q, ground, p) for q in whole), key=lambda w: tuple(w.line.coords[0]))
 
