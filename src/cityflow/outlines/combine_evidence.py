@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy import ndimage
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
@@ -21,10 +22,10 @@ _LEAVES_SHARE = 0.6
 _ABOVE_FOOT_M = 1.0
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
-_UNKNOWN, _FILLED, _SLOT, _HIDDEN = -0.1, -1.0, -1.0, 0.3
+_UNKNOWN, _WORN_OFF, _FILLED, _SLOT, _HIDDEN = -0.1, 0.3, -1.0, -1.0, 0.3
 _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
-"""m² per m²: where nothing is known; in small holes of a roof; in narrow gaps; behind a wall under foliage; close before a wall, up to where
-eaves may reach, and along eaves that go on beyond what was seen of a wall."""
+"""m² per m²: where nothing is known; at the rim of a region; in small holes of a roof; in narrow gaps; behind a wall
+under foliage; close before a wall, up to where eaves may reach, and along eaves that go on beyond what was seen."""
 _ON_WALL_M = 2.5e-3
 _COSTS = {
     Kind.SEEN: (0.02, 1.0),
@@ -35,6 +36,7 @@ _COSTS = {
     Kind.STEP: (0.35, 0.35),
     Kind.GAP: (0.3, 1.0),
     Kind.PART: (0.15, 1.0),
+    Kind.NEAR_END: (0.1, 0.5),
 }
 """Metres of border weigh so many m² of area: with the building on the piece's left, and on its right."""
 _COST_OF_UPPER = 0.05, 0.5
@@ -69,7 +71,9 @@ class Surroundings:
 def leaving(wall: WallLine, around: Surroundings, reach_m: float) -> float:
     """Share of a wall's length before which the regions end within `reach_m`."""
     count = max(int(wall.line.length / 0.5), 2)
-    at = shapely.get_coordinates(shapely.line_interpolate_point(wall.line, (np.arange(count) + 0.5) / count, True))
+    at = shapely.get_coordinates(
+        shapely.line_interpolate_point(wall.line, (np.arange(count) + 0.5) / count, normalized=True)
+    )
     away = np.arange(0.0, reach_m + 0.5 * around.grid.cell, 0.1)
     xy = at[:, None] + away[None, :, None] * np.asarray(wall.normal)[None, None]
     row, col = around.grid.indices(xy[..., 0], xy[..., 1])
@@ -125,6 +129,10 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
 
 def _base(around: Surroundings) -> tuple[FloatArray, BoolArray]:
     gain = np.full(around.grid.shape, _UNKNOWN)
+    with np.errstate(invalid="ignore"):
+        high = (around.height >= _STANDS_M) & ~around.loose
+    # What is too narrow to be a region is worn off it, corners among it.
+    gain[high & ndimage.binary_dilation(around.region, iterations=2)] = _WORN_OFF
     gain[around.low | around.other] = -1.0
     # A hole in a roof too small to be a courtyard may still be a gap between houses.
     with np.errstate(invalid="ignore"):

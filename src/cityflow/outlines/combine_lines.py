@@ -19,6 +19,7 @@ _SAME_FOOT_M = 0.5
 _GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
 _GAP_END_M = 1.5
 _BELOW_EAVE_M = 1.5
+_NEAR_END_M = 1.0
 _ROOF_END_M = 2.5
 """A roof's edge goes on so far: a wall stands behind it and meets the next one there."""
 
@@ -34,6 +35,7 @@ class Kind(IntEnum):
     STEP = 5
     GAP = 6
     PART = 7
+    NEAR_END = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +132,9 @@ def _wall_pieces(
         far = middle + d * (beyond_m if along == 0 else min(beyond_m, _ROOF_END_M))
         if along > 0:
             result.append((np.stack([tip, middle] if last else [middle, tip]), Kind.ALONG_ROOF, foot))
-        result.append((np.stack([middle, far] if last else [far, middle]), Kind.EXTENDED, foot))
+        near = middle + d * _NEAR_END_M
+        result.append((np.stack([middle, near] if last else [near, middle]), Kind.NEAR_END, foot))
+        result.append((np.stack([near, far] if last else [far, near]), Kind.EXTENDED, foot))
     return result
 
 
