@@ -23,8 +23,6 @@ FITTING_M = 0.08
 """A point belongs to a plane that is this near, or three times the plane's scatter."""
 STRIDE_M, LONGEST_M = 0.5, 60.0
 DEEP_M, BUSHES_M = 0.8, 0.3
-GUTTER_M = 0.3
-"""A valley has a gutter, a ridge a row of tiles: not of the planes."""
 ANGLES, TURN = 13, 3.0
 PARTED = 0.9
 """Share of the points on their own side of a step."""
@@ -278,12 +276,11 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
     gap = left[0] - right[0] + 0.5 * length * (left[1] - right[1])
     first, last = int(-LONGEST_M / STRIDE_M), int((LONGEST_M + length) / STRIDE_M) + 1
     holds = np.zeros(last - first + 1)
-    nearest = GUTTER_M if result[KIND] == CREASE else 0.1
     for side in range(2):
         plane, sign = (left, 1.0) if side == 0 else (right, -1.0)
         good, all_of = np.zeros(len(holds)), np.zeros(len(holds))
         for k in range(len(near)):
-            if not nearest < near[k, 1] * sign < nearest + 1.1:
+            if not 0.1 < near[k, 1] * sign < 1.2:
                 continue
             at = int(np.floor(near[k, 0] / STRIDE_M)) - first
             if 0 <= at < len(holds):
