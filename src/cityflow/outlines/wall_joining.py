@@ -12,8 +12,9 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.outlines.wall_line import WallLine
 
 ALONE = 1.5
-"""A wall that meets no other must be so many times as long; twice that where it does not stand on the ground: crowns of trees do not."""
-FLOATING_M = 2.5
+"""A wall that meets no other must be so many times as long."""
+ALONE_ABOVE, FLOATING_M = 2.0, 2.5
+"""And so many times where it begins so high above the ground: crowns of trees do, and so do walls above a lower roof."""
 TOGETHER = 2.0
 """Short walls that meet one another stay if their lengths sum up to so many least lengths: a bay whose house is hidden."""
 BODY = 0.5
@@ -46,7 +47,7 @@ def joined(
     met = np.asarray(meets.any(axis=0))
     alone = ~(met | met.T).any(axis=1)
     floating = np.array([w.foot_m for w in lines]) > FLOATING_M
-    long = certain & (length >= least_m * np.where(alone, np.where(floating, 2 * ALONE, ALONE), 1.0))
+    long = certain & (length >= least_m * np.where(alone, np.where(floating, ALONE_ABOVE, ALONE), 1.0))
     across = np.abs(_normals(lines) @ _normals(lines).T) < ACROSS_COS
     as_high = _alike_high(lines) >= ALIKE_HIGH
     kept = long | (np.array([w.sigma_m for w in lines]) <= sigma_m)
