@@ -60,7 +60,9 @@ class KnownLines:
             wall = self._walls[number]
             for part in shapely.get_parts(shapely.intersection(wall.line, core)):
                 if isinstance(part, LineString) and part.length >= _LEAST_INNER_M:
-                    found.append(OutlineEdge(part, "wall", wall.sigma_m, wall.seen))
+                    whole = shapely.intersection(wall.line, shapely.buffer(part, 1.1 * _INSIDE_M))
+                    kept = whole if isinstance(whole, LineString) else part
+                    found.append(OutlineEdge(kept, "wall", wall.sigma_m, float(wall.seen)))
         return tuple(found)
 
     def _edge(self, a: FloatArray, b: FloatArray) -> OutlineEdge:
@@ -86,7 +88,7 @@ class KnownLines:
             covered.append((s, t, self._owner[number].seen))
             if t - s > most:
                 most, sigma = t - s, self._owner[number].sigma_m
-        return min(_joined_length(covered) / length, 1.0), sigma
+        return float(min(_joined_length(covered) / length, 1.0)), float(sigma)
 
     def _sigma_of_roof(self, a: FloatArray, b: FloatArray, line: LineString) -> float:
         length = max(line.length, 1e-9)
