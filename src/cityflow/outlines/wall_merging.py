@@ -72,8 +72,6 @@ def _mate(
 
 def _gap(piece: Piece, other: Piece, merge: MergeRules) -> float | None:
     """Metres between two pieces along their line, negative where they overlap; None where they are not of one line."""
-    turn = piece.fit.axis @ other.fit.across
-    # both axes are the pieces' own; the slope of each line in its frame is small
     direction, others_direction = _direction(piece), _direction(other)
     turn = direction[0] * others_direction[1] - direction[1] * others_direction[0]
     if abs(turn) > merge.turn or direction @ others_direction <= 0:
