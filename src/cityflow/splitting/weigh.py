@@ -94,22 +94,29 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
     step = roof_step(evidence, u, (sides.left, sides.right))
     height = _height_odds(step, noise.height_m) + _valley_odds(step, evidence.roof_colour is None)
-    roof_change, hue, alike = _roof_change(evidence, u, sides)
-    level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
-    lit = SHADOWED if _is_shadow(evidence, u, (roof_change, hue)) else 1.0
-    roof = (
-        lit
-        * alike**2
-        * max(
-            level * _saturating(roof_change / noise.roof, ROOF_MOST),
-            _saturating(hue / (BENT_NOISE * noise.roof), ROOF_MOST),
-        )
-    )
+    roof, roof_change, shadow = _roof_odds(evidence, u, sides, (step, noise.roof))
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
-    facade = _facade_odds(facades, noise.facade)
-    segments = _segment_odds(evidence, u)
-    total = PRIOR + height + roof + facade + segments + _doubt(evidence, step, roof, facade) + _narrow(sides, u)
+    # what a shadow does to roof and ground it does to walls and to edges found in pictures
+    facade = _facade_odds(facades, noise.facade) * (SHADOWED if shadow else 1.0)
+    segments = _segment_odds(evidence, u) * (SHADOWED if shadow else 1.0)
+    if evidence.roof_colour is not None and step.size > STOREY_M and roof < 1.5 and facade < 1.5:
+        # the step explains the edges along it
+        segments = SAME_COLOURS
+    total = PRIOR + height + roof + facade + segments + _doubt(step) + _narrow(sides, u)
     return Weighed(total, step.size, height, roof, facade, segments, roof_change, (facades[0][0], facades[1][0]))
+
+
+def _roof_odds(
+    evidence: PieceEvidence, u: float, sides: Sides, step_and_noise: tuple[RoofStep, float]
+) -> tuple[float, float, bool]:
+    """What the roof's colour adds, by how much it changes, and whether that is the edge of a shadow."""
+    step, noise = step_and_noise
+    change, hue, alike = _roof_change(evidence, u, sides)
+    level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
+    of_colour = level * _saturating(change / noise, ROOF_MOST)
+    of_hue = _saturating(hue / (BENT_NOISE * noise), ROOF_MOST)
+    shadow = _is_shadow(evidence, u, (change, hue))
+    return (SHADOWED if shadow else 1.0) * alike**2 * max(of_colour, of_hue), change, shadow
 
 
 def _saturating(clear: float, most: float) -> float:
@@ -242,11 +249,9 @@ def _narrow(sides: Sides, u: float) -> float:
     return NARROW * float(np.clip((USUAL_WIDTH_M - width) / (USUAL_WIDTH_M - LEAST_SIDE_M), 0, 1))
 
 
-def _doubt(evidence: PieceEvidence, step: RoofStep, roof: float, facade: float) -> float:
-    """What looks like a border and is a part of one building: a step of storeys with the same colours, a saw-tooth."""
+def _doubt(step: RoofStep) -> float:
+    """What looks like a border and is a part of one building: a ridge, a saw-tooth."""
     doubt = 0.0
-    if evidence.roof_colour is not None and step.size > STOREY_M and roof < 1.5 and facade < 1.5:
-        doubt += SAME_COLOURS
     if min(step.before, -step.after) > RIDGE_SLOPE:
         doubt += ON_RIDGE
     alike = min(abs(step.before), abs(step.after)) > 0.08 and step.bend < 0.3 * max(abs(step.before), abs(step.after))
