@@ -40,8 +40,9 @@ BENT_NOISE = 2.5
 SHARP_M, SHARP_GUARD_M = 1.2, 0.2
 SHARP_SHARE = (0.35, 0.65)
 """Share of a façade's height at which its colour changes just there: below the first it does not count, above the second wholly."""
-SHADOW_LEAST, SHADOW_SIDE_M, SHADOWED = 0.15, 1.5, 0.15
-"""Change of a roof from which it may be a shadow's; how far along the ground it is looked for; what is left of its weight."""
+SHADOW_LEAST, SHADOW_SIDE_M, SHADOWED, SHADOW_HUE = 0.15, 1.5, 0.15, 0.35
+"""Change of a roof from which it may be a shadow's; how far along the ground it is looked for; what is left of its weight;
+share of the change that may be one of hue."""
 STOREY_M = 2.3
 RIDGE_SLOPE = 0.15
 STEEP_VALLEY, VALLEY_MOST, VALLEY_ALONE = 0.5, 3.0, 6.0
@@ -115,7 +116,8 @@ def _roof_odds(
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
     of_colour = level * _saturating(change / noise, ROOF_MOST)
     of_hue = _saturating(hue / (BENT_NOISE * noise), ROOF_MOST)
-    shadow = _is_shadow(evidence, u, (change, hue))
+    # what steps is no shadow
+    shadow = _height_odds(step, HEIGHT_FLOOR_M) < 0.5 and _is_shadow(evidence, u, sides, (change, hue))
     return (SHADOWED if shadow else 1.0) * alike**2 * max(of_colour, of_hue), change, shadow
 
 
@@ -157,22 +159,27 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     return size, hue, float((ratio[known] @ median > 0.4 * float(median @ median)).mean())
 
 
-def _is_shadow(evidence: PieceEvidence, u: float, change: tuple[float, float]) -> bool:
-    """True where the ground beside the house changes as the roof does, and the hue hardly: the edge of a shadow over both."""
+def _is_shadow(evidence: PieceEvidence, u: float, sides: Sides, change: tuple[float, float]) -> bool:
+    """True where the ground beside the house darkens or brightens as the roof does, and neither changes its hue: the edge of a shadow."""
     size, hue = change
-    if not size > SHADOW_LEAST or hue > 0.5 * size:
+    colour = evidence.roof_colour
+    if colour is None or not size > SHADOW_LEAST or hue > SHADOW_HUE * size:
         return False
-    piece, v = evidence.piece, evidence.roof.v
-    around, at = evidence.roof.around, evidence.roof.u
-    low, high = piece.ends_at(u)
+    v, at = evidence.roof.v, evidence.roof.u
+    inside = np.flatnonzero(np.atleast_1d(np.isfinite(colour.image[..., 0]).any(axis=0)))
+    edges = np.array([inside[0], inside[-1] + 1], np.int64)
+    roof = float(_ratio(colour, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))[0].mean())
+    low, high = evidence.piece.ends_at(u)
     columns = [(at > u - SHADOW_SIDE_M) & (at < u - 0.2), (at < u + SHADOW_SIDE_M) & (at > u + 0.2)]
     for beside in (v < low - 0.6, v > high + 0.6):
-        before, after = (around[np.ix_(c, beside)].mean(axis=2) for c in columns)
-        known = np.isfinite(before), np.isfinite(after)
-        if min(k.sum() for k in known) < 20:
+        before, after = (evidence.roof.around[np.ix_(c, beside)].reshape(-1, colour.image.shape[2]) for c in columns)
+        before, after = (p[np.isfinite(p).all(axis=1)] for p in (before, after))
+        if min(len(before), len(after)) < 20:
             continue
-        a, b = float(np.median(before[known[0]])), float(np.median(after[known[1]]))
-        if abs(b - a) / (0.5 * (a + b) + DARK) > 0.5 * size:
+        a, b = np.median(before, axis=0), np.median(after, axis=0)
+        ground = (b - a) / (0.5 * (a + b) + DARK)
+        alike = 0.6 * abs(roof) < ground.mean() * np.sign(roof) < 1.6 * abs(roof)
+        if alike and float(np.abs(ground - ground.mean()).max()) < SHADOW_HUE * size:
             return True
     return False
 
