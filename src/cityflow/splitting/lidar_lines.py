@@ -21,7 +21,7 @@ BEND_RAD, AWAY_M = 0.07, 1.1
 STEP_M, WALL_M = 0.1, 0.2
 FITTING_M = 0.08
 """A point belongs to a plane that is this near, or three times the plane's scatter."""
-STRIDE_M, LONGEST_M = 0.5, 60.0
+STRIDE_M, LONGEST_M = 0.5, 40.0
 DEEP_M, BUSHES_M = 0.8, 0.3
 ANGLES, TURN = 13, 3.0
 PARTED = 0.9
@@ -34,7 +34,7 @@ def laid_lines(points: FloatArray, lines: FloatArray, freedom_deg: float) -> Flo
 
     Parameters
     ----------
-    points : (N, 3) float64, metres from a near origin
+    points : (N, 3) float64, metres from a near origin, in the order of x
     lines : (M, 4) x, y of both ends
     freedom_deg : how far a line may turn at first; later less
     """
@@ -47,7 +47,7 @@ def laid_lines(points: FloatArray, lines: FloatArray, freedom_deg: float) -> Flo
             _lay(near[:count], line, (turn, freedom_deg), result[i])
             # a line that has found its place is drawn out, and laid once more in its whole length
             if result[i, KIND] != NONE and turn >= ROUNDS - 1:
-                _stretch(points, result[i])
+                _stretch(points, result[i], near)
             if result[i, KIND] == NONE or (turn >= ROUNDS and _unmoved(line, result[i])):
                 break
             line[0], line[1], line[2], line[3] = result[i, X0], result[i, Y0], result[i, X1], result[i, Y1]
@@ -77,7 +77,9 @@ def _beside(points: FloatArray, line: FloatArray, near: FloatArray) -> int:
     """Points within reach of the line, as metres along it, to the left of it, and height."""
     ax, ay, length = _axes(line)
     count = 0
-    for k in range(len(points)):
+    first = np.searchsorted(points[:, 0], min(line[0], line[2]) - REACH_M - 0.2)
+    last = np.searchsorted(points[:, 0], max(line[0], line[2]) + REACH_M + 0.2)
+    for k in range(first, last):
         dx, dy = points[k, 0] - line[0], points[k, 1] - line[1]
         t, u = dx * ax + dy * ay, dy * ax - dx * ay
         if -0.2 <= t <= length + 0.2 and abs(u) <= REACH_M:
@@ -256,7 +258,7 @@ def _wall(near: FloatArray, planes: tuple[FloatArray, FloatArray], length: float
 
 
 @njit(cache=True, nogil=True)
-def _stretch(points: FloatArray, result: FloatArray) -> None:
+def _stretch(points: FloatArray, result: FloatArray, near: FloatArray) -> None:
     """Takes the line back, or on, to where the points of both sides leave their planes."""
     line = np.array([result[X0], result[Y0], result[X1], result[Y1]])
     ax, ay, length = _axes(line)
@@ -265,7 +267,6 @@ def _stretch(points: FloatArray, result: FloatArray) -> None:
     around = np.array(
         [line[0] - LONGEST_M * ax, line[1] - LONGEST_M * ay, line[2] + LONGEST_M * ax, line[3] + LONGEST_M * ay]
     )
-    near = np.empty((len(points), 3))
     near = near[: _beside(points, around, near)]
     near[:, 0] -= LONGEST_M
     inside = near[(near[:, 0] > -0.2) & (near[:, 0] < length + 0.2)]

@@ -13,6 +13,8 @@ from cityflow.splitting.principal import PrincipalParameters, principal_directio
 from cityflow.splitting.principal_histogram import deviation_deg
 
 PITCH_M, PIECE_M = 0.9, 3.0
+LARGE_M2 = 3000.0
+"""Halls have long lines."""
 NEAR_DEG = 15.0
 MOST_ORIENTATIONS = 2
 OUTLINE_LAYER = 3
@@ -53,12 +55,13 @@ def lattice(outline: Polygon, aspect_deg: float) -> FloatArray:
     along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
     ring = shapely.get_coordinates(outline.exterior)
     t, u = ring @ along, ring @ across
-    t0 = np.arange(t.min(), t.max(), PIECE_M)
+    piece = PIECE_M if outline.area < LARGE_M2 else 2 * PIECE_M
+    t0 = np.arange(t.min(), t.max(), piece)
     at_t, at_u = (g.ravel() for g in np.meshgrid(t0, np.arange(u.min(), u.max() + PITCH_M, PITCH_M)))
     start = at_t[:, None] * along + at_u[:, None] * across
-    middle = start + 0.5 * PIECE_M * along
+    middle = start + 0.5 * piece * along
     inside = shapely.dwithin(outline, shapely.points(middle), 1.0)
-    return np.column_stack([start, start + PIECE_M * along])[inside]
+    return np.column_stack([start, start + piece * along])[inside]
 
 
 def translated(outline: Polygon, by: FloatArray) -> Polygon:

@@ -57,6 +57,7 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     raster = lidar_raster(xyz, bounds, cell, parameters.reach_m)
     origin = np.array([bounds[0], bounds[1], 0.0])
     points = highest_points(xyz, raster.grid) - origin
+    points = points[np.argsort(points[:, 0], kind="stable")]
     candidates = _candidates(raster, evidence, parameters, origin)
     found = _guided(points, candidates, translated(evidence.outline, -origin), parameters)
     segments = _segments(found[_distinct(found)], origin, names)
