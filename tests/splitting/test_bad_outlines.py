@@ -38,7 +38,7 @@ def _arc(sweep_deg: float, inner: float, depth: float) -> Polygon:
 
 _SHELL = [(0, 0), (10, 0), (30, 0), (30, 20), (0, 20)]
 OUTLINES: dict[str, Polygon] = {
-    "thousands of vertices": max(shapely.get_parts(_wavy(4000)), key=lambda p: p.area),
+    "thousands of vertices": max(shapely.get_parts(_wavy(2500)), key=lambda p: p.area),
     "a spike out": Polygon([(0, 0), (30, 0), (30, 10), (15.001, 10), (15.0, 40), (14.999, 10), (0, 10)]),
     "a spike in": Polygon([(0, 0), (30, 0), (30, 10), (15.001, 10), (15.0, 1), (14.999, 10), (0, 10)]),
     "a spike of no width": Polygon([(0, 0), (30, 0), (30, 10), (15, 10), (15, 30), (15, 10), (0, 10)]),
@@ -61,7 +61,7 @@ OUTLINES: dict[str, Polygon] = {
     "a star": Polygon([(r * np.cos(a), r * np.sin(a)) for a, r in zip(np.linspace(0, 6.0, 14), [25, 6] * 7, strict=True)]),
     "a comb": shapely.union_all([box(0, 0, 60, 8), *(box(x, 0, x + 4, 25) for x in range(0, 60, 8))]),
     "a triangle": Polygon([(0, 0), (30, 0), (0, 18)]),
-    "a large hall": box(0, 0, 150, 100),
+    "a large hall": box(0, 0, 80, 50),
 }  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def test_some_are_never_split(name: str) -> None:
     assert result.reason
 
 
-@pytest.mark.parametrize("name", ["thousands of vertices", "a courtyard", "a curved row"])
+@pytest.mark.parametrize("name", ["a spike in", "a courtyard", "a curved row"])
 def test_nothing_known_over_it(name: str) -> None:
     outline = _placed(OUTLINES[name])
     full = _evidence(outline)
