@@ -10,6 +10,7 @@ import shapely
 from shapely import LineString, Polygon, box
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.building import OutlineEdge
 from cityflow.core.splitting import CutLine, SplitEvidence, Splitting
 from cityflow.splitting.split import SplitParameters, split
 from splitting.row_scene import House, row_evidence
@@ -102,6 +103,19 @@ def test_lidar_alone_shows_steps() -> None:
     found = _splitting(replace(evidence, frames=(nadir,)))
     assert len(found.cut_lines) == len(true)
     assert _off(found.cut_lines, true).max() < 0.3
+
+
+def test_inner_wall_adds_to_the_evidence() -> None:
+    """A step too slight to be believed alone becomes likelier where a wall was found along it."""
+    evidence, true = row_evidence([House(eave=6.0), House(eave=6.06)])
+    bare = replace(evidence, frames=(replace(evidence.frames[0], ortho=None, seen=None),))
+    wall = OutlineEdge(LineString(true[0]), "wall", 0.05, 1.0)
+
+    def likeliest(e: SplitEvidence) -> float:
+        found = _splitting(e)
+        return max((c.confidence for c in (*found.cut_lines, *found.rejected)), default=0.0)
+
+    assert likeliest(replace(bare, inner_edges=(wall,))) > likeliest(bare)
 
 
 def test_threshold_moves_cuts_to_the_rejected() -> None:

@@ -11,7 +11,7 @@ from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
-from cityflow.core.splitting import CutLine, Segments, SplitEvidence, Splitting
+from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
 from cityflow.splitting.cut_chords import line_at, off_corners
 from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
@@ -148,11 +148,22 @@ def _terraces(
     if not principal.aspects:
         principal = seen.principal
     kept = filtered(inside, principal, parameters.principal) if principal.aspects else inside
-    points = points_on_segments(kept, evidence.gsd_m)
+    points = points_on_segments(joined_segments([kept, _walls(evidence, kept.frames)], kept.frames), evidence.gsd_m)
     found = []
     for piece in _pieces(part, principal, step):
         found += _of_piece(piece, part, evidence, points, seen.cells, _sigma(piece, principal))
     return found
+
+
+def _walls(evidence: SplitEvidence, frames: tuple[str, ...]) -> Segments:
+    """Walls that rise above lower roofs, as level segments: in a slice along one they count as what lies on the roof."""
+    ends = [shapely.get_coordinates(e.line)[[0, -1]] for e in evidence.inner_edges if e.line.length > 0]
+    xy = np.array(ends, np.float64).reshape(-1, 2, 2)
+    xyz = np.concatenate([xy, np.full((len(xy), 2, 1), evidence.ground_height)], axis=2)
+    n = len(xyz)
+    return Segments(
+        xyz[:, 0], xyz[:, 1], np.zeros(n, np.int64), np.full(n, SURFACE, np.uint8), np.ones(n, np.float32), frames
+    )
 
 
 def _corners(
