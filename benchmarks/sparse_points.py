@@ -42,10 +42,14 @@ def main() -> None:
     high = maximum_filter(np.where(np.isfinite(dsm), dsm, -np.inf), AROUND_CELLS)
     row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(xyz[:, 0], xyz[:, 1]), grid.shape, strict=True))
     level = known & (high - low < LEVEL_M)[row, col]
-    print(f"cells {grid.shape} of {grid.cell:g} m; measured {np.isfinite(dsm).mean():.1%}, coloured {layers['ortho_seen'].mean():.1%}")
+    print(
+        f"cells {grid.shape} of {grid.cell:g} m; measured {np.isfinite(dsm).mean():.1%}, coloured {layers['ortho_seen'].mean():.1%}"
+    )
     print(f"points on measured cells: {int(known.sum())} of {len(xyz)}")
     for name, mask in (("all", known), ("level", level)):
-        print(f"{name:<6} {int(mask.sum()):>7} points: median {np.median(off[mask]):+.3f} m, NMAD {nmad(off[mask]):.3f} m")
+        print(
+            f"{name:<6} {int(mask.sum()):>7} points: median {np.median(off[mask]):+.3f} m, NMAD {nmad(off[mask]):.3f} m"
+        )
     if chosen.picture:
         _draw(chosen.picture, dsm, row[known], col[known], off[known])
 

@@ -17,7 +17,7 @@ from cityflow.splitting.skeleton import axis_pieces
 @pytest.mark.parametrize("true", [5.0, 5.03, 5.08, 4.91])
 def test_edge_is_found_to_a_fraction_of_a_column(true: float) -> None:
     cell = 0.2
-    u = (np.arange(50) + 0.5) * cell
+    u = np.asarray((np.arange(50) + 0.5) * cell, np.float64)
     before = np.clip((true - (u - cell / 2)) / cell, 0, 1)
     share = np.repeat((0.5 - before)[:, None], 20, axis=1)
     share[::7, 3] = np.nan
@@ -25,14 +25,14 @@ def test_edge_is_found_to_a_fraction_of_a_column(true: float) -> None:
 
 
 def test_minority_of_rows_does_not_move_an_edge() -> None:
-    u = (np.arange(50) + 0.5) * 0.2
+    u = np.asarray((np.arange(50) + 0.5) * 0.2, np.float64)
     share = np.where(u[:, None] < 5.0, -0.5, 0.5) * np.ones((1, 20))
     share[:, :6] = np.where(u[:, None] < 5.8, -0.5, 0.5)
     assert edge_position(share, u, 5.2) == pytest.approx(5.0, abs=0.01)
 
 
 def test_nothing_known_has_no_edge() -> None:
-    u = (np.arange(50) + 0.5) * 0.2
+    u = np.asarray((np.arange(50) + 0.5) * 0.2, np.float64)
     assert edge_position(np.full((50, 5), np.nan), u, 5.0) is None
     assert edge_position(np.full((50, 5), 0.5), u, 5.0) is None
 

@@ -27,14 +27,15 @@ def _off(cuts: tuple[CutLine, ...], true: FloatArray) -> FloatArray:
     """Of each true border the distance of the nearest cut's ends, metres."""
     lines = shapely.multilinestrings([c.line for c in cuts]) if cuts else LineString()
     ends = shapely.points(true.reshape(-1, 2))
-    return np.asarray(np.nan_to_num(shapely.distance(ends, lines), nan=99.0)).reshape(-1, 2).max(axis=1)
+    off = np.nan_to_num(shapely.distance(ends, lines), nan=99.0)
+    return np.asarray(off.reshape(-1, 2).max(axis=1), np.float64)
 
 
 def _angles(cuts: tuple[CutLine, ...], true: FloatArray) -> FloatArray:
     wanted = true[0, 1] - true[0, 0]
     d = np.array([np.subtract(*shapely.get_coordinates(c.line)[[-1, 0]]) for c in cuts])
     turn = np.degrees(np.arctan2(d[:, 1], d[:, 0]) - np.arctan2(wanted[1], wanted[0]))
-    return np.abs((turn + 90) % 180 - 90)
+    return np.asarray(np.abs((turn + 90) % 180 - 90), np.float64)
 
 
 TRACES = {

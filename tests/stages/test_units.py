@@ -80,9 +80,8 @@ def units_of_tiles(tmp_path: Path, west_fails: bool = False) -> dict[str, tuple[
         workspace = Workspace(store, task)
         outcome = units.run(workspace, task)
         path = next(p for p in outcome.outputs if p.endswith(units.UNITS))
-        splits = units.read_splits(store.read_bytes(next(p for p in outcome.outputs if p.endswith(units.SPLITS))))
-        assert [name for name, _ in splits] == ([] if splits == [] else [name])
-        assert bool(splits) is (about[name]["split"] is not None)
+        listed = units.read_splits(store.read_bytes(next(p for p in outcome.outputs if p.endswith(units.SPLITS))))
+        assert [outline for outline, _ in listed] == ([] if splits[name] is None else [name])
         assert [e["id"] for e in outcome.result["units"]] == [s.outline.id for s in decode_all(store.read_bytes(path))]
         found[tile] = outcome.status, decode_all(store.read_bytes(path))
     return found

@@ -12,7 +12,8 @@ CELL = 0.5
 
 def hill(seed: int, slope: float = 0.15) -> np.ndarray:
     y, x = np.mgrid[:240, :260] * CELL
-    return 60 + slope * x - 0.05 * y + 2 * np.sin(x / 40) + np.random.default_rng(seed).normal(0, 0.05, x.shape)
+    noise = np.random.default_rng(seed).normal(0, 0.05, x.shape)
+    return np.asarray(60 + slope * x - 0.05 * y + 2 * np.sin(x / 40) + noise)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from scipy import ndimage
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.outlines.combine_faces import Faces
 from cityflow.outlines.combine_lines import Kind, Pieces
@@ -62,7 +62,7 @@ class Surroundings:
     region: BoolArray
     other: BoolArray
     low: BoolArray
-    height: FloatArray
+    height: FloatArray | Float32Array
     loose: BoolArray
     slot: BoolArray
     divided: bool = False
@@ -109,11 +109,11 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
             return window, mask & region[window] & bool(leaves[pieces.wall[number]] >= _LEAVES_SHARE)
         return window, mask & region[window] & (loose[window] | (height[window] > foot + _ABOVE_FOOT_M))
 
-    for number in along:
+    for number in along.tolist():
         window, mask = before(number, reach_m)
         gain[window][mask] = np.minimum(gain[window][mask], _UNDER_ROOF)
     for depth_m, worth in ((reach_m, _FAR_BEFORE), (min(_NARROWEST_M, reach_m), _BEFORE)):
-        for number in seen:
+        for number in seen.tolist():
             window, mask = before(number, depth_m)
             gain[window][mask] = np.minimum(gain[window][mask], worth)
     standing = seen[~(pieces.foot[seen] > _STANDS_M)]

@@ -25,7 +25,9 @@ def line_at(piece: AxisPiece, outline: Polygon, u: float) -> LineString | None:
     low, high = float(piece.low[near].min()), float(piece.high[near].max())
     line = LineString(piece.to_world(np.array([[u, low - BEYOND_M], [u, high + BEYOND_M]])))
     middle = Point(piece.to_world(np.array([u, float(np.median(piece.low[near] + piece.high[near])) / 2])))
-    parts = [p for p in shapely.get_parts(shapely.intersection(line, outline)) if isinstance(p, LineString) and p.length > 0]
+    parts = [
+        p for p in shapely.get_parts(shapely.intersection(line, outline)) if isinstance(p, LineString) and p.length > 0
+    ]
     chord = min(parts, key=middle.distance, default=None)
     return None if chord is None else _ending_at_corners(chord, outline)
 

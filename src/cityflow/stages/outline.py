@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from cityflow.core.building import Status
 from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Grid, Tile
@@ -38,7 +40,7 @@ def run_given(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _found_task(survey: Survey, name: str) -> Task:
-    parameters = survey.parameters_for(STAGE, name, survey.parameters.outline)
+    parameters: Any = survey.parameters_for(STAGE, name, survey.outline_parameters)
     seen = survey.near(name, survey.parameters.outline.found.halo_m)
     walls = {p: d for t in seen for p, d in survey.outputs_of("walls", t).items()} if survey.sees_walls else {}
     blind = {
@@ -70,7 +72,15 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     )
     walls = read_walls(workspace.store, task.arguments["walls"], grid.bounds) if task.arguments["sees_walls"] else None
     region = RegionSurface(
-        grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"]
+        grid,
+        layers["ndsm"],
+        layers["class"],
+        layers["holes"],
+        tile.bounds,
+        layers["count"],
+        walls,
+        layers["dtm"],
+        highest=not task.arguments["sees_walls"],
     )
     found = find_outlines(region, parameters)
     kept, refused = apply_to_outlines(found, Edits.from_lines(task.arguments["edits"]))

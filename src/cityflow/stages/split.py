@@ -17,7 +17,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
-from cityflow.splitting.edits import with_edits
+from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_points, read_text
@@ -31,6 +31,7 @@ SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0
 GROUND_SAMPLING_M = 1.0
+GIVEN = "a unit as it is"
 NO_SURFACE = "no surface along the outline"
 
 
@@ -50,7 +51,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
         parameters=parameters["method"],
         inputs={
             "outline": outline.digest, **{f"{stage} {unit}": survey.digest_of_result(stage, unit) for stage, unit in read}, **pieces,
-            **({"edits": edits} if edits else {}),
+            **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": digest_of(sorted({survey.images.frame_tile(u).frame.name for u in frames})),
         },
         arguments={
@@ -58,7 +59,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
             "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
             "pictures": survey.door == IMAGES, "frames": _frames(survey, frames),
-            "edits": survey.edits.near(place).lines(),
+            "edits": survey.edits.near(place).lines(), "looks": survey.looks_for_borders,
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -87,11 +88,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     path, start, length = task.arguments["outline"]
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     parameters = SplitParameters.model_validate(task.parameters)
-    evidence = gather(workspace.store, task.arguments, outline)
-    found = Splitting((outline.polygon,), reason=NO_SURFACE)
-    if evidence is not None:
-        found = split(evidence, parameters)
     edits = Edits.from_lines(task.arguments["edits"])
+    found = _found(workspace, task, outline, parameters, edits)
     found = with_edits(found, outline.polygon, edits, parameters.minimum_area_m2)
     workspace.write(SPLIT, encode_splitting(found))
     figures: dict[str, Json] = {name: value for name, value in found.notes if np.isfinite(value)}
@@ -99,6 +97,14 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         Status.DONE, found.reason,
         {"units": len(found.units), "cut_lines": len(found.cut_lines), "rejected": len(found.rejected), **figures},
     )  # fmt: skip
+
+
+def _found(workspace: Workspace, task: Task, outline: Outline, parameters: SplitParameters, edits: Edits) -> Splitting:
+    """What the method finds; nothing is looked for where nobody wants to know."""
+    if not task.arguments["looks"] or is_locked(outline.polygon, edits):
+        return Splitting((outline.polygon,), reason=GIVEN)
+    evidence = gather(workspace.store, task.arguments, outline)
+    return Splitting((outline.polygon,), reason=NO_SURFACE) if evidence is None else split(evidence, parameters)
 
 
 def gather(store: Store, arguments: Mapping[str, Any], outline: Outline) -> SplitEvidence | None:

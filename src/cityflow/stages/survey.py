@@ -19,7 +19,7 @@ from cityflow.io.edits_gpkg import read_edits
 from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.stages.image_survey import ImageSurvey, nearest_cell
-from cityflow.stages.parameters import CityParameters
+from cityflow.stages.parameters import CityParameters, OutlineParameters
 from cityflow.surface.overview import overview_factor
 
 UNREAD = "without the points of {}, which could not be read"
@@ -116,6 +116,12 @@ class Survey:
     @property
     def splits(self) -> bool:
         """Whether outlines are split into units: those that a cadastre gives are units already."""
+        drawn = bool(self.edits.cut_lines) and self.parameters.split.when != "never"
+        return self.looks_for_borders or drawn
+
+    @property
+    def looks_for_borders(self) -> bool:
+        """Whether borders of units are looked for, and not only taken from what a person drew."""
         wish = self.parameters.split.when
         return wish == "always" or (wish == "found" and not self.outlines_given)
 
@@ -123,6 +129,15 @@ class Survey:
     def sees_walls(self) -> bool:
         """Whether façades take part in finding outlines."""
         return self.door == IMAGES and not self.outlines_given
+
+    @cached_property
+    def outline_parameters(self) -> OutlineParameters:
+        """Those of the workflow; lines of walls, too, go by the survey's own ground sampling distance unless the workflow states one."""
+        asked = self.parameters.outline
+        if "gsd_m" in asked.found.walls.model_fields_set or self.door != IMAGES:
+            return asked
+        lines = asked.found.walls.model_copy(update={"gsd_m": self.images.cell_m})
+        return asked.model_copy(update={"found": asked.found.model_copy(update={"walls": lines})})
 
     @cached_property
     def edits(self) -> Edits:
