@@ -91,3 +91,19 @@ def test_a_file_of_edits_that_is_not_there_is_said_before_anything_runs(city: Sm
     wanted = prepared(city.workflow, str(city.catalog), str(tmp_path / "run"), [setting], "")
     with pytest.raises(CatalogError, match=r"none\.gpkg"):
         list(CitySource(read_catalog(city.catalog), wanted.workflow.city).initial())
+
+
+def test_a_drawn_cut_splits_a_given_outline_and_no_other(city: SmallCity, tmp_path: Path) -> None:
+    given = geopandas.read_file(city.outlines)
+    house = max(range(len(given)), key=lambda k: given.geometry[k].area)
+    edits = tmp_path / "edits.gpkg"
+    geopandas.GeoDataFrame(geometry=[across(given.geometry[house])], crs=CRS).to_file(edits, layer="cut_lines")
+    city.change_workflow(outline={"source": "given"}, edits={"path": str(edits)})
+    records = run_here(city, Store.open(tmp_path / "run"), seed=2)
+    name = given["name"][house]
+    found = units(tmp_path / "run" / "products" / "outlines.gpkg")
+    assert sorted(i for i in found.index if i.startswith(name)) == sorted(i for i in found.index if "." in i)
+    assert sum(i.startswith(f"{name}.") for i in found.index) == 2
+    assert len(found) == len(given) + 1
+    reasons = {r.reason for (stage, unit), r in records.items() if stage == "split" and unit != name}
+    assert reasons == {"a unit as it is"}
