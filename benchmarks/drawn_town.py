@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
@@ -135,12 +134,6 @@ def _roof_heights(scene: Scene, xy: FloatArray) -> FloatArray:
     start = np.column_stack([xy, np.full(len(xy), high)]) - scene.origin
     _, length = scene.first_hits(start, np.broadcast_to(np.array([0.0, 0.0, -1.0]), start.shape))
     return np.where(np.isfinite(length), high - length, np.nan)
-
-
-def within(polygons: Sequence[Polygon], bounds: Bounds) -> list[Polygon]:
-    """Those that lie wholly inside."""
-    box = shapely.box(*bounds)
-    return [p for p in polygons if box.contains(p)]
 
 
 def table(title: str, names: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
