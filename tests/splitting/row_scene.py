@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from shapely import Polygon, affinity
+from shapely import Polygon, affinity, box
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
@@ -42,6 +42,7 @@ def row_evidence(
     turn_deg: float = 17.0,
     tree_gap: tuple[int, float] | None = None,
     shadow: float | None = None,
+    bend: tuple[int, float] | None = None,
 ) -> tuple[SplitEvidence, FloatArray]:
     """Evidence over a row, and (n, 2, 2) true borders in the world.
 
@@ -49,6 +50,7 @@ def row_evidence(
     ----------
     tree_gap : after which house a gap of how many metres is filled by a tree
     shadow : where along the row the shadow of something high begins, on roofs and ground; metres
+    bend : after which house the row turns, by how many degrees
     """
     starts = np.cumsum([0.0, *(h.width for h in houses)])
     if tree_gap is not None:
@@ -64,14 +66,38 @@ def row_evidence(
     points = np.concatenate(parts)
     if shadow is not None:
         points[points[:, 0] > shadow, 3:] *= 0.5
+    hinge, angle = (float(ends[bend[0]]), bend[1]) if bend is not None else (np.inf, 0.0)
+    points[:, :2] = _bent(points[:, :2], hinge, angle)
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     points[:, :2] = points[:, :2] @ np.array([[c, s], [-s, c]]) + ORIGIN[:2] + 30.0
     frames = tuple(_frame(name, points, rng) for name in LOOKS)
-    outline = _placed(Polygon([(0, 0), (ends[-1], 0), (ends[-1], DEPTH_M), (0, DEPTH_M)]), turn_deg)
+    outline = _placed(_row(float(ends[-1]), hinge, angle), turn_deg)
     inner = [e for e, n in zip(ends[:-1], starts[1:-1], strict=True) if abs(e - n) < 1e-6]
     lines = np.array([[[u, 0.0], [u, DEPTH_M]] for u in inner]).reshape(-1, 2, 2)
+    # a border at the hinge belongs to both parts; that of the first is taken
+    lines[:, :, :] = [_bent(line, hinge + 1e-9, angle) for line in lines]
     true = lines @ np.array([[c, s], [-s, c]]) + ORIGIN[:2] + 30.0
     return SplitEvidence("row", outline, frames, 0.0), true
+
+
+def _bent(uv: FloatArray, hinge: float, angle_deg: float) -> FloatArray:
+    """(n, 2) places along and across the row, those beyond the hinge turned about its middle."""
+    if not np.isfinite(hinge):
+        return uv
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    middle = np.array([hinge, DEPTH_M / 2])
+    return np.where(uv[:, :1] > hinge, (uv - middle) @ np.array([[c, s], [-s, c]]) + middle, uv)
+
+
+def _row(length: float, hinge: float, angle_deg: float) -> Polygon:
+    """Outline of the row; what opens at the hinge is closed."""
+    if not np.isfinite(hinge):
+        return box(0, 0, length, DEPTH_M)
+    second = affinity.rotate(box(hinge, 0, length, DEPTH_M), angle_deg, origin=(hinge, DEPTH_M / 2))
+    both = box(0, 0, hinge, DEPTH_M).union(second)
+    closed = both.buffer(0.4, join_style="mitre").buffer(-0.4, join_style="mitre")
+    assert isinstance(closed, Polygon)
+    return closed
 
 
 def _placed(polygon: Polygon, turn_deg: float) -> Polygon:

@@ -58,6 +58,20 @@ def test_every_trace_is_found_in_its_place(houses: list[House]) -> None:
     assert not found.reason
 
 
+@pytest.mark.parametrize("angle", [-3.0, 2.5])
+def test_each_part_of_a_bent_row_is_cut_in_its_own_direction(angle: float) -> None:
+    """Dahlke 2017 §3: orientations two or three degrees apart in one complex."""
+    houses = [House(), House(roof=SLATE), House(roof=BROWN), House(roof=SLATE), House(), House(roof=BROWN)]
+    evidence, true = row_evidence(houses, bend=(2, angle))
+    found = _splitting(evidence)
+    assert len(found.cut_lines) == len(true)
+    assert _off(found.cut_lines, true).max() < 0.3
+    middles = np.array([shapely.get_coordinates(c.line).mean(axis=0) for c in found.cut_lines])
+    for k in (0, 1, 3, 4):
+        nearest = int(np.argmin(np.linalg.norm(middles - true[k].mean(axis=0), axis=1)))
+        assert _angles((found.cut_lines[nearest],), true[k : k + 1]).max() < 0.5
+
+
 def test_height_steps_are_measured() -> None:
     found = _splitting(row_evidence(TRACES["height"])[0])
     steps = sorted(c.height_step_m for c in found.cut_lines)

@@ -32,6 +32,17 @@ def line_at(piece: AxisPiece, outline: Polygon, u: float) -> LineString | None:
     return None if chord is None else _ending_at_corners(chord, outline)
 
 
+def turned(line: LineString, direction_deg: float, outline: Polygon) -> LineString:
+    """The line turned about its middle into a direction (degrees from east), from border to border again."""
+    middle = shapely.line_interpolate_point(line, 0.5, normalized=True)
+    angle = np.radians(direction_deg)
+    half = (line.length / 2 + BEYOND_M) * np.array([np.cos(angle), np.sin(angle)])
+    at = shapely.get_coordinates(middle)[0]
+    parts = shapely.get_parts(shapely.intersection(LineString([at - half, at + half]), outline))
+    lines = [p for p in parts if isinstance(p, LineString) and p.length > 0]
+    return min(lines, key=middle.distance, default=line)
+
+
 def _ending_at_corners(chord: LineString, outline: Polygon) -> LineString:
     """The chord without ends that only graze a wall: it ends at the corner where that wall begins."""
     corners = _corners(outline)

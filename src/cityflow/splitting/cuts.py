@@ -23,7 +23,6 @@ APART_M = 1.8
 """Maxima nearer to one another than this are one."""
 FREE_END_M = 2.0
 """No border is nearer to a free end of a row."""
-JUNCTION_M = 0.5
 LEAST_SCORE = 1.2
 """Weaker maxima of the scan are no proposals."""
 LEAST_LOG_ODDS = -3.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -12,12 +12,12 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
-from cityflow.splitting.cut_chords import line_at, off_corners
+from cityflow.splitting.cut_chords import line_at, off_corners, turned
 from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
 from cityflow.splitting.partition import partition
 from cityflow.splitting.piece_evidence import gather
-from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, principal_directions
+from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, orientation_at, principal_directions
 from cityflow.splitting.segments import SegmentParameters, find_segments
 from cityflow.splitting.skeleton import AxisPiece, axis_pieces, is_round
 from cityflow.splitting.slices import SegmentPoints, points_on_segments
@@ -26,6 +26,8 @@ from cityflow.splitting.strip_images import Cells, facade_cells, roof_strip
 SAME_LINE_M = 1.2
 """Lines of neighbouring pieces whose middles are nearer are the same border."""
 SHORTEST_CHAIN_M = 4.5
+MOST_TURN_DEG = 8.0
+"""Orientations farther apart have strips of their own."""
 UNCROSSED = 0.25
 """Share of a unit that no chord has crossed from which it is looked at once more by itself."""
 
@@ -152,7 +154,24 @@ def _terraces(
     found = []
     for piece in _pieces(part, principal, step):
         found += _of_piece(piece, part, evidence, points, seen.cells, _sigma(piece, principal))
-    return found
+    return [_as_its_part(c, part, inside, principal) for c in found]
+
+
+def _as_its_part(candidate: Candidate, part: Polygon, segments: Segments, principal: Principal) -> Candidate:
+    """A border in the direction of the houses beside it, where a complex has orientations a few degrees apart (Dahlke 2017 §3)."""
+    line = candidate.cut.line
+    if len(set(principal.orientation)) < 2:
+        return candidate
+    middle = shapely.get_coordinates(shapely.line_interpolate_point(line, 0.5, normalized=True))[0]
+    here = principal.aspects_of(orientation_at(segments, principal, middle, line.length))
+    start, end = shapely.get_coordinates(line)[[0, -1]]
+    now = float(np.degrees(np.arctan2(end[1] - start[1], end[0] - start[0])))
+    turns = [((a.degrees - now + 90) % 180 - 90, a) for a in here]
+    angle, aspect = min(turns, key=lambda t: abs(t[0]), default=(np.inf, None))
+    if aspect is None or abs(angle) > MOST_TURN_DEG:
+        return candidate
+    cut = replace(candidate.cut, line=turned(line, aspect.degrees, part), angle_sigma_deg=aspect.sigma)
+    return replace(candidate, cut=cut)
 
 
 def _walls(evidence: SplitEvidence, frames: tuple[str, ...]) -> Segments:
