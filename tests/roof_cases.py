@@ -12,7 +12,7 @@ from shapely import Polygon, box
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron, Semantic
-from cityflow.reconstruction.planes import PlaneSegments
+from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 ORIGIN = (85000.0, 447000.0, 0.0)
 

@@ -8,8 +8,8 @@ from shapely import Polygon
 
 from cityflow.core.building import Candidate, Evidence, Lod, Polyhedron, RoofPlane, Status
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.assemble import MIN_HEIGHT, assemble
-from cityflow.reconstruction.partition_values import single_cell
+from cityflow.reconstruction.partition.partition_values import single_cell
+from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
 
 
 class ExtrudedParameters(Parameters):

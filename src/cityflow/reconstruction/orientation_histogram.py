@@ -17,15 +17,20 @@ from pydantic import Field
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Candidate, Evidence, Status
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.level_regions import level_regions
-from cityflow.reconstruction.levels import LevelParameters, block_levels
-from cityflow.reconstruction.local_orientation import LocalOrientation, local_orientation
-from cityflow.reconstruction.orientation_regions import Weighting, connected_regions, orientation_buckets, seed_order
-from cityflow.reconstruction.plane_labels import LabelEnergy, relabel
-from cityflow.reconstruction.planes import UNASSIGNED, PlaneSegments
-from cityflow.reconstruction.roof_cloud import RoofCloud, local_origin, roof_cloud
-from cityflow.reconstruction.roof_partition import PartitionParameters
-from cityflow.reconstruction.roof_solid import build_roof
+from cityflow.reconstruction.partition.roof_partition import PartitionParameters
+from cityflow.reconstruction.planes.level_regions import level_regions
+from cityflow.reconstruction.planes.local_orientation import LocalOrientation, local_orientation
+from cityflow.reconstruction.planes.orientation_regions import (
+    Weighting,
+    connected_regions,
+    orientation_buckets,
+    seed_order,
+)
+from cityflow.reconstruction.planes.plane_labels import LabelEnergy, relabel
+from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
+from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
+from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+from cityflow.reconstruction.solids.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
 

@@ -19,7 +19,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.cityjson import read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.extruded import extrude
-from cityflow.reconstruction.party_walls import cut_party_walls, differing_walls, wall_areas
+from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages import reconstruct
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all

@@ -1,0 +1,1 @@
+"""The outline cut into roof polygons, each on its plane."""

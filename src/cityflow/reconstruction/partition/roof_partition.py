@@ -1,0 +1,206 @@
+"""Partition of an outline in roof polygons, one plane each.
+
+The outline is cut by intersection and step lines where these matter; the cells get planes by energy minimisation over
+the points, and cells of one plane are united. Gross et al. 2005, section 3, beyond its description: the result covers
+the outline without gaps or overlaps for any planes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from pydantic import Field
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.partition.borders import find_borders
+from cityflow.reconstruction.partition.cell_evidence import plane_costs, points_in_cells
+from cityflow.reconstruction.partition.cut_lines import (
+    intersection_lines,
+    main_directions,
+    on_outline,
+    outline_extensions,
+    without_doubles,
+)
+from cityflow.reconstruction.partition.labelling import label_cells
+from cityflow.reconstruction.partition.partition_values import RoofPartition, single_cell
+from cityflow.reconstruction.partition.step_lines import step_lines
+from cityflow.reconstruction.partition.subdivision import MIN_EDGE, CutLine, Subdivision
+from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.solids.ring_tracing import ring_edges
+
+MAX_ROUNDS = 3
+"""So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
+
+
+class PartitionParameters(Parameters):
+    """How an outline is cut, and what an edge must be worth."""
+
+    reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
+    gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
+    min_length: float = Field(0.7, gt=0, le=10, description="shortest line (m) along which the outline is cut")
+    min_width: float = Field(0.6, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
+    tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
+    edge_cost: float = Field(0.15, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
+    step_cost: float = Field(
+        0.2, ge=0, le=10, description="the same for a metre of edge per metre of height step along it"
+    )
+    step_limit: float = Field(0.3, gt=0, le=100, description="higher steps (m) cost no more than this one")
+    max_lines: int = Field(80, ge=1, le=1000, description="most lines considered for one outline")
+    max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")
+
+
+def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> RoofPartition:
+    """Cells of the outline, each with one of the planes.
+
+    Parameters
+    ----------
+    outline : local xy (metres), holes allowed
+    segments : planes and points in the same local frame; at least one plane
+    """
+    if len(segments) < 1:
+        raise ValueError("a partition needs at least one plane")
+    if len(segments) == 1:
+        return single_cell(outline)
+    energy = _Energy(segments, parameters, outline.area)
+    lines = candidate_lines(outline, segments, parameters)
+    for _ in range(MAX_ROUNDS):
+        division = Subdivision.of_polygon(outline)
+        cut_cells(division, lines, parameters.max_cells)
+        labels = energy.minimise(division)
+        useful = [
+            line
+            for line, use in zip(lines, line_use(division, labels, lines), strict=True)
+            if use >= least(line, parameters)
+        ]
+        if len(useful) == len(lines):
+            break
+        lines = useful
+    labels = division.merge(labels)
+    labels = _without_slivers(division, labels, energy, parameters.min_width)
+    division.dissolve()
+    return RoofPartition.of_subdivision(division, labels)
+
+
+def least(line: CutLine, parameters: PartitionParameters) -> float:
+    """Metres of roof edge that a line must carry: intersections follow from planes, other lines are guesses."""
+    return parameters.min_length / 2 if line.is_crossing else parameters.min_length
+
+
+def line_use(division: Subdivision, labels: dict[int, int], lines: list[CutLine]) -> list[float]:
+    """Metres of edge between cells of different planes on each line; an edge counts for every line it lies on."""
+    edges = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
+    parting = [(u, v) for u, v in edges if labels[division.left[u, v]] != labels[division.left[v, u]]]
+    if not parting:
+        return [0.0] * len(lines)
+    ends = np.array(division.xy)[np.array(parting)]
+    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    off = [np.abs(ends @ (line.nx, line.ny) - line.offset).max(axis=1) for line in lines]
+    return [float(length[away <= 2 * MIN_EDGE].sum()) for away in off]
+
+
+def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> list[CutLine]:
+    """All lines that may become roof edges, longest support first."""
+    borders = find_borders(segments, parameters.reach, parameters.gap)
+    crossings, explained = intersection_lines(segments, borders, parameters.min_length, parameters.reach)
+    directions = main_directions(outline)
+    steps = step_lines(borders.take(~explained), directions, parameters.min_length, parameters.max_lines)
+    lines = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
+    lines.sort(key=lambda line: -line.support)
+    return without_doubles(lines, 0.1)[: parameters.max_lines]
+
+
+def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
+    """Cut every cell that a line's stretch crosses."""
+    for line in lines:
+        for number in list(division.cells):
+            if len(division.cells) >= most:
+                return
+            division.cut(number, line)
+
+
+class _Energy:
+    """Cost of planes in cells, and of edges between cells of different planes."""
+
+    def __init__(self, segments: PlaneSegments, parameters: PartitionParameters, area: float) -> None:
+        self.points = np.ascontiguousarray(segments.points)
+        self.planes = np.ascontiguousarray(segments.coefficients)
+        self.tolerance = max(parameters.tolerance, 3 * segments.noise)
+        self.area_of_point = area / max(len(segments.points), 1)
+        self.parameters = parameters
+        z = segments.points[:, 2]
+        self.lowest, self.highest = float(z.min()) - 1.0, float(z.max()) + 1.0
+
+    def costs(self, division: Subdivision, numbers: list[int]) -> tuple[FloatArray, IntArray]:
+        """(C, P) cost (m²) of each plane in each cell, and (C,) number of points in the cell."""
+        cell = points_in_cells(division, numbers, self.points[:, 0].copy(), self.points[:, 1].copy())
+        cost = plane_costs(self.points, cell, self.planes, self.tolerance, len(numbers)) * self.area_of_point
+        count = np.bincount(cell[cell >= 0], minlength=len(numbers))
+        for k, number in enumerate(numbers):
+            xy = np.array([division.xy[v] for v in division.cells[number][0]])
+            z = xy @ self.planes[:, :2].T + self.planes[:, 2]
+            wild = np.any((z < self.lowest) | (z > self.highest), axis=0)
+            cost[k] += wild * division.area(number)
+        return cost, count
+
+    def minimise(self, division: Subdivision) -> dict[int, int]:
+        """Plane of each cell."""
+        numbers = list(division.cells)
+        cost, _ = self.costs(division, numbers)
+        pairs, pair_cost = self._pairs(division, {number: k for k, number in enumerate(numbers)})
+        labels = label_cells(cost, pairs, pair_cost)
+        return {number: int(label) for number, label in zip(numbers, labels, strict=True)}
+
+    def _pairs(self, division: Subdivision, position: dict[int, int]) -> tuple[IntArray, FloatArray]:
+        inner = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
+        if not inner:
+            return np.empty((0, 2), np.int64), np.empty((0, len(self.planes), len(self.planes)))
+        pairs = np.array([[position[division.left[u, v]], position[division.left[v, u]]] for u, v in inner], np.int64)
+        xy = np.array(division.xy)
+        ends = xy[np.array(inner)]
+        return pairs, self.edge_costs(ends)
+
+    def edge_costs(self, ends: FloatArray) -> FloatArray:
+        """(E, P, P) cost (m²) of each pair of planes along edges of (E, 2, 2) end points.
+
+        Constant plus truncated height difference: a metric over planes, so that expansion moves are exact cuts.
+        """
+        z = ends @ self.planes[:, :2].T + self.planes[:, 2]
+        step = np.minimum(np.abs(z[:, :, :, None] - z[:, :, None, :]), self.parameters.step_limit).mean(axis=1)
+        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        different = 1 - np.eye(len(self.planes))
+        return (self.parameters.edge_cost * different + self.parameters.step_cost * step) * length[:, None, None]
+
+
+def _without_slivers(division: Subdivision, labels: dict[int, int], energy: _Energy, width: float) -> dict[int, int]:
+    """Labels after narrow cells have joined the neighbour that explains their points best, narrowest first."""
+    for _ in range(len(division.cells)):
+        numbers = list(division.cells)
+        narrow = [n for n in numbers if len(numbers) > 1 and _is_narrow(division, n, width)]
+        if not narrow:
+            break
+        cost, count = energy.costs(division, narrow)
+        moves = []
+        for k, number in enumerate(narrow):
+            others = sorted({labels[n] for n in division.neighbours(number)} - {labels[number]})
+            if not others:
+                continue
+            best = min(others, key=lambda label: cost[k, label])
+            loss = cost[k, best] - cost[k, labels[number]]
+            # Points demand a narrow polygon where most of ten or more would be left unexplained without it.
+            if count[k] >= 10 and loss > 0.6 * count[k] * energy.area_of_point:
+                continue
+            moves.append((division.area(number), number, best))
+        if not moves:
+            break
+        _, number, label = min(moves)
+        labels = division.merge({**labels, number: label})
+    return labels
+
+
+def _is_narrow(division: Subdivision, number: int, width: float) -> bool:
+    perimeter = sum(division.length(edge) for ring in division.cells[number] for edge in ring_edges(ring))
+    if 2 * division.area(number) / perimeter >= width:
+        return False
+    return bool(shapely.is_empty(division.polygon(number).buffer(-width / 2)))

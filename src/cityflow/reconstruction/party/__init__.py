@@ -1,0 +1,1 @@
+"""Walls that neighbours share."""

@@ -1,0 +1,1 @@
+"""Roof planes in a cloud of points."""

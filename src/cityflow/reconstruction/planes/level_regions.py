@@ -1,0 +1,95 @@
+"""Level roofs among points without a usable local plane: peaks of their heights.
+
+A low roof under foliage or beside scattered echoes of a wall, and a roof of few points, has no smooth 3×3 neighbourhood to
+begin a region from. But its points share one height, which neither leaves nor a wall do: their heights spread over metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.reconstruction.planes.roof_cloud import RoofCloud
+
+REACH_M = 1.0
+"""Points so far below and above a level are what it must stand out from."""
+CONTRAST = 3.0
+"""How many times more points a level must have than a layer of equal thickness near it, if they were spread evenly."""
+
+
+def level_regions(
+    cloud: RoofCloud, left: IntArray, half_band: float, min_points: int, most: int
+) -> tuple[IntArray, FloatArray]:
+    """Connected points of one height, those of the fullest height first.
+
+    Parameters
+    ----------
+    cloud : all points of the unit
+    left : (N,) bool, points that are searched
+    half_band : metres below and above a level that its points take
+    min_points : fewest points of a level
+    most : most levels
+
+    Returns
+    -------
+    labels : (N,) int64, level of each point, -1 for none
+    planes : (P, 3) float64, level
+    """
+    labels = np.full(len(left), -1, np.int64)
+    planes: list[list[float]] = []
+    open_ = np.flatnonzero(left)
+    while len(open_) >= min_points and len(planes) < most:
+        chosen = _fullest_height(cloud.points[open_, 2], half_band, min_points)
+        if len(chosen) == 0:
+            break
+        member = _largest_patch(cloud, open_[chosen])
+        if len(member) >= min_points:
+            labels[member] = len(planes)
+            planes.append([0.0, 0.0, float(np.median(cloud.points[member, 2]))])
+        # the whole band is done with, not only its largest patch: the next height must be another one
+        open_ = np.delete(open_, chosen)
+    return labels, np.array(planes).reshape(-1, 3)
+
+
+def _fullest_height(z: FloatArray, half_band: float, min_points: int) -> IntArray:
+    """Points of the band with most points, or none where no band stands out."""
+    order = np.argsort(z, kind="stable")
+    height = z[order]
+    last = np.searchsorted(height, height + 2 * half_band, side="right")
+    count = last - np.arange(len(z))
+    k = int(np.argmax(count))
+    middle = height[k] + half_band
+    around = np.count_nonzero(np.abs(height - middle) <= REACH_M) - count[k]
+    even = around * half_band / max(REACH_M - half_band, half_band)
+    return order[k : last[k]] if count[k] >= max(min_points, CONTRAST * even) else order[:0]
+
+
+def _largest_patch(cloud: RoofCloud, chosen: IntArray) -> IntArray:
+    """The largest set of points connected over 3×3 cells, in ascending order."""
+    patch = _patches(cloud.starts, cloud.cell_of, cloud.shape[1], np.sort(chosen))
+    return np.sort(chosen)[patch == np.argmax(np.bincount(patch))]
+
+
+@njit(cache=True, nogil=True)
+def _patches(starts: IntArray, cell_of: IntArray, cols: int, chosen: IntArray) -> IntArray:
+    patch = np.full(starts[-1], -2, np.int64)
+    for i in chosen:
+        patch[i] = -1
+    queue, count = np.empty(len(chosen), np.int64), 0
+    for seed in chosen:
+        if patch[seed] != -1:
+            continue
+        queue[0], patch[seed], head, size = seed, count, 0, 1
+        while head < size:
+            i = queue[head]
+            head += 1
+            for row in range(-1, 2):
+                first = cell_of[i] + row * cols - 1
+                for j in range(starts[first], starts[first + 3]):
+                    if patch[j] == -1:
+                        patch[j] = count
+                        queue[size] = j
+                        size += 1
+        count += 1
+    return patch[chosen]

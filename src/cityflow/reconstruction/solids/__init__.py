@@ -1,0 +1,1 @@
+"""Closed solids from roof polygons."""

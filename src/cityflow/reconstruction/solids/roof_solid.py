@@ -1,0 +1,68 @@
+"""Planes and outline to a valid solid, with a simpler partition where the finest one gives none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from shapely import Polygon
+
+from cityflow.core.building import Polyhedron
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.partition.partition_values import RoofPartition
+from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.solids.assemble import assemble
+
+ATTEMPTS = 3
+"""A fixed number, so that the result never depends on the clock."""
+
+
+@dataclass(frozen=True, slots=True)
+class RoofSolid:
+    """A roof over its walls.
+
+    Attributes
+    ----------
+    partition : in the segments' local frame, for block models and reports
+    solid : world frame
+    simplified : how often the partition was made coarser to get a valid solid
+    faults : codes of the rules that the last attempt still breaks; empty for a valid solid
+    """
+
+    partition: RoofPartition
+    solid: Polyhedron
+    simplified: int
+    faults: tuple[int, ...]
+
+
+def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, parameters: PartitionParameters) -> RoofSolid:
+    """Partition and assemble; each further attempt asks more of every edge and of every polygon's width.
+
+    Parameters
+    ----------
+    outline : world coordinates; vertices are taken over bit for bit
+    floor : world height of the ground face, metres
+    """
+    local = moved(outline, -segments.origin[0], -segments.origin[1])
+    for attempt in range(ATTEMPTS):
+        partition = partition_roof(local, segments, coarser(parameters, attempt))
+        solid = assemble(partition, segments.coefficients, floor, segments.origin, outline)
+        faults = tuple(sorted({fault.code for fault in check_polyhedron(solid)}))
+        if not faults:
+            break
+    return RoofSolid(partition, solid, attempt, faults)
+
+
+def coarser(parameters: PartitionParameters, times: int) -> PartitionParameters:
+    """Parameters that leave fewer and wider roof polygons.
+
+    >>> coarser(PartitionParameters(min_width=0.4), 1).min_width
+    0.8
+    """
+    changed = {
+        "edge_cost": min(parameters.edge_cost * 3**times, 10.0),
+        "min_width": min(parameters.min_width * 2**times, 5.0),
+        "min_length": min(parameters.min_length * 1.5**times, 10.0),
+    }
+    return parameters.model_copy(update=changed)

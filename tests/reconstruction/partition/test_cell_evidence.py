@@ -1,0 +1,31 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from shapely import Polygon, box
+
+from cityflow.reconstruction.partition.cell_evidence import plane_costs, points_in_cells
+from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+
+YARD = Polygon(box(0, 0, 10, 8).exterior.coords, [box(3, 3, 6, 5).exterior.coords])
+
+
+def test_points_fall_into_the_cells_that_hold_them() -> None:
+    division = Subdivision.of_polygon(YARD)
+    for line in (CutLine(0.6, 0.8, 5.0, -99.0, 99.0, 1.0), CutLine(-0.8, 0.6, -2.0, -99.0, 99.0, 1.0)):
+        for number in list(division.cells):
+            division.cut(number, line)
+    x, y = np.random.default_rng(0).uniform(-1, 11, (2, 2000))
+    numbers = list(division.cells)
+    found = points_in_cells(division, numbers, x, y)
+    for k, number in enumerate(numbers):
+        assert np.array_equal(found == k, shapely.contains_xy(division.polygon(number), x, y))
+    assert np.array_equal(found >= 0, shapely.contains_xy(YARD, x, y))
+
+
+def test_costs_by_hand() -> None:
+    points = np.array([[0.0, 0, 5.0], [1.0, 0, 5.1], [2.0, 0, 9.0], [3.0, 0, 5.0]])
+    planes = np.array([[0.0, 0, 5.0], [1.0, 0, 5.0]])
+    cost = plane_costs(points, np.array([0, 0, 1, -1]), planes, 0.2, 2)
+    assert cost == pytest.approx(np.array([[0.25, 1.0], [1.0, 1.0]]))
