@@ -20,8 +20,9 @@ import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Candidate, Evidence, Lod, Semantic
+from cityflow.core.building import Lod, Semantic
 from cityflow.core.points import BUILDING, GROUND, PointCloud
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.evaluation.roof_points import roof_point_score, unit_distances
 from cityflow.geometry.roof_distances import RoofDistances, summarise
 from cityflow.geometry.validity import check_polyhedron

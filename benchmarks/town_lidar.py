@@ -12,8 +12,9 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.building import Candidate, Evidence, Semantic
+from cityflow.core.building import Semantic
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.evaluation.roof_planes import PlaneMatches, RoofSurface, match_planes
 from cityflow.evaluation.statistics import nmad
 from cityflow.evaluation.terrain import STEEP, mask_scores, terrain_errors

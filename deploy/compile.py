@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.building import Evidence
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.depth_map import ImagePoints, points_of
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.pixels import ArrayPixels
+from cityflow.core.reconstruction import Evidence
 from cityflow.io.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
 from cityflow.reconstruction.choose import ReconstructParameters, choose

@@ -8,8 +8,8 @@ import numpy as np
 from shapely import Polygon, box
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Evidence
 from cityflow.core.points import BUILDING, PointCloud
+from cityflow.core.reconstruction import Evidence
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
 ORIGIN = (84_900.0, 447_500.0, 2.0)

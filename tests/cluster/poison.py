@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 
-from cityflow.core.building import Candidate, Evidence
+from cityflow.core.reconstruction import Candidate, Evidence
 
 
 def segmentation_fault(evidence: Evidence, parameters: object = None) -> Candidate:

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cityflow.core.building import Candidate, Evidence, Status
+from cityflow.core.building import Status
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction import orientation_histogram
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure

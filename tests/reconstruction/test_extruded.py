@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from shapely import Polygon, box
 
-from cityflow.core.building import Evidence, Lod, Status
+from cityflow.core.building import Lod, Status
 from cityflow.core.points import PointCloud
+from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import ExtrudedParameters, extrude, reconstruct

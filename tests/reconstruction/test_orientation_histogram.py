@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Evidence, Status
+from cityflow.core.building import Status
 from cityflow.core.points import PointCloud
+from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters, find_planes, reconstruct

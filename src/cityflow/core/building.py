@@ -10,7 +10,6 @@ import numpy as np
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.points import PointCloud
 
 Scalar = str | int | float | bool | None
 """What an attribute may hold; exactly JSON's scalars."""
@@ -91,6 +90,9 @@ class RoofPlane:
     origin : (x0, y0), world metres
     points : number of points that support the plane
     rmse : metres, of these points' vertical distances
+    sigma_height : metres, standard deviation of the plane's height in the middle of its points, errors of neighbours taken as alike; NaN where unknown
+    sigma_slope_deg : degrees, standard deviation of its slope along the steepest descent; NaN where unknown
+    seen : share of its roof faces' area that points cover; what lies beyond is the plane, extended
     """
 
     slope_x: float
@@ -99,6 +101,9 @@ class RoofPlane:
     origin: tuple[float, float]
     points: int = 0
     rmse: float = float("nan")
+    sigma_height: float = float("nan")
+    sigma_slope_deg: float = float("nan")
+    seen: float = 1.0
 
     def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """World heights of the plane at world x, y."""
@@ -175,51 +180,6 @@ class Outline:
     inner_edges: tuple[OutlineEdge, ...] = ()
     aspects: tuple[Direction, ...] = ()
     slopes: tuple[Direction, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """All that a reconstruction method may look at for one unit.
-
-    Attributes
-    ----------
-    id : unit id
-    outline : Polygon, as in `Outline`
-    points : roof points inside the outline, world frame (building class, or high and not vegetation)
-    ground_height : metres, the floor of the solid: lowest DTM height along the outline
-    aspects, slopes : principal directions found while the outline was split; a prior, and only that
-    """
-
-    id: str
-    outline: Polygon
-    points: PointCloud
-    ground_height: float
-    aspects: tuple[Direction, ...] = ()
-    slopes: tuple[Direction, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """One method's answer for one unit.
-
-    Attributes
-    ----------
-    method : name as in the workflow
-    solid : closed LoD2.2 polyhedron, or None where the method found no answer
-    planes : roof planes that the faces' `plane` refers to
-    blocks : the same unit at lower levels of detail (LoD1.2, 1.3), where the method makes them
-    status : DONE, or DEGRADED for a simpler roof than the points ask for
-    reason : why degraded, or why there is no solid
-    notes : figures worth recording (numbers of regions, iterations, …)
-    """
-
-    method: str
-    solid: Polyhedron | None
-    planes: tuple[RoofPlane, ...] = ()
-    blocks: Mapping[Lod, Polyhedron] = field(default_factory=dict)
-    status: Status = Status.DONE
-    reason: str = ""
-    notes: Mapping[str, Scalar] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,10 @@ class PointCloud:
         classes = np.broadcast_to(np.asarray(classification, np.uint8), (n,)).copy()
         return cls(np.asarray(xyz, np.float64).reshape(n, 3), classes, ones, ones.copy())
 
+    @classmethod
+    def empty(cls) -> PointCloud:
+        return cls.of(np.empty((0, 3)))
+
     def __len__(self) -> int:
         return len(self.xyz)
 
@@ -67,7 +71,7 @@ class PointCloud:
 def concatenate(clouds: Sequence[PointCloud]) -> PointCloud:
     """One cloud of all points, in the order given."""
     if not clouds:
-        return PointCloud.of(np.empty((0, 3)))
+        return PointCloud.empty()
     return PointCloud(
         np.concatenate([c.xyz for c in clouds]),
         np.concatenate([c.classification for c in clouds]),

@@ -15,8 +15,9 @@ import numpy as np
 from pydantic import Field, field_validator
 from shapely.errors import GEOSException
 
-from cityflow.core.building import Candidate, Evidence, Semantic, Status
+from cityflow.core.building import Semantic, Status
 from cityflow.core.parameters import Parameters
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import extruded, orientation_histogram

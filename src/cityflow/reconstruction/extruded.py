@@ -6,8 +6,9 @@ import numpy as np
 from pydantic import Field
 from shapely import Polygon
 
-from cityflow.core.building import Candidate, Evidence, Lod, Polyhedron, RoofPlane, Status
+from cityflow.core.building import Lod, Polyhedron, RoofPlane, Status
 from cityflow.core.parameters import Parameters
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.partition.partition_values import single_cell
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
 

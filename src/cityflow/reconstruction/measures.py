@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Evidence, Lod, Polyhedron, RoofPlane, Scalar, Semantic
+from cityflow.core.building import Lod, Polyhedron, RoofPlane, Scalar, Semantic
+from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.polyhedron import face_areas, volume
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.roof_type import roof_type

@@ -15,8 +15,9 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Candidate, Evidence, Status
+from cityflow.core.building import Status
 from cityflow.core.parameters import Parameters
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.partition.roof_partition import PartitionParameters
 from cityflow.reconstruction.planes.level_regions import level_regions
 from cityflow.reconstruction.planes.local_orientation import LocalOrientation, local_orientation

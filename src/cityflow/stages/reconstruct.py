@@ -11,9 +11,10 @@ import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, Evidence, Lod, Outline, Scalar, Status
+from cityflow.core.building import Building, Lod, Outline, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import BUILDING, HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCloud
+from cityflow.core.reconstruction import Evidence
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Evidence
+from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.planes.plane_segments import Origin
 
 DENSITY_CELL = 1.0

@@ -1,0 +1,133 @@
+"""What a reconstruction method looks at, and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import LineString, Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Direction, Lod, OutlineEdge, Polyhedron, RoofPlane, Scalar, Status
+from cityflow.core.grid import Grid
+from cityflow.core.points import PointCloud
+from cityflow.core.wall_points import WallPoints, joined_walls
+
+
+@dataclass(frozen=True, slots=True)
+class HeightRaster:
+    """Surface and terrain over a unit and a few metres around it.
+
+    Attributes
+    ----------
+    grid : world
+    dsm : (rows, cols) float64, metres; NaN where nothing is known
+    dtm : (rows, cols) float64, metres; NaN where nothing is known
+    """
+
+    grid: Grid
+    dsm: FloatArray
+    dtm: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """An orthophoto over a unit and a few metres around it.
+
+    Attributes
+    ----------
+    grid : world; finer than that of the heights, or the same
+    pixels : (bands, rows, cols) uint8 or uint16; the first three are red, green, blue, one alone is grey
+    true : a true ortho (roofs stand over their walls), not a plain one
+    name : of the epoch or file
+    """
+
+    grid: Grid
+    pixels: NDArray[np.uint8] | NDArray[np.uint16]
+    true: bool = True
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """All that a reconstruction method may look at for one unit. Only the first four are always there.
+
+    Attributes
+    ----------
+    id : unit id
+    outline : Polygon, as in `Outline`: where the walls stand, as far as that is known
+    points : roof points inside the outline, world frame (building class, or high and not vegetation)
+    ground_height : metres, the floor of the solid: lowest DTM height along the outline
+    aspects, slopes : principal directions found while the outline was split; a prior, and only that
+    around : all points of the unit and of 2 m around it that are neither ground, vegetation nor noise: roofs, façades, what is between
+    walls : points known to be on façades, within 2 m of the outline
+    heights : DSM and DTM, or None where there are no rasters
+    pictures : orthos, one for each epoch
+    party : the parts of the outline that another unit's outline touches
+    edges : straight parts of the outline and how each is known; empty where nobody asked
+    roof : outline of the roof where it is known apart from the walls
+    wanted_type : roof type that a person has set, or empty
+    """
+
+    id: str
+    outline: Polygon
+    points: PointCloud
+    ground_height: float
+    aspects: tuple[Direction, ...] = ()
+    slopes: tuple[Direction, ...] = ()
+    around: PointCloud = field(default_factory=PointCloud.empty)
+    walls: WallPoints = field(default_factory=lambda: joined_walls(()))
+    heights: HeightRaster | None = None
+    pictures: tuple[Picture, ...] = ()
+    party: tuple[LineString, ...] = ()
+    edges: tuple[OutlineEdge, ...] = ()
+    roof: Polygon | None = None
+    wanted_type: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeOverhang:
+    """How far the roof stands out beyond one straight part of the outline.
+
+    Attributes
+    ----------
+    line : the part, world, in the outline's direction (the outside is on its right)
+    reach_m : metres, square to the line; 0 where the roof ends with the wall
+    sigma_m : standard deviation; NaN where nothing was measured
+    seen : share of the line where the rim of the roof was found, 0 to 1
+    """
+
+    line: LineString
+    reach_m: float
+    sigma_m: float = float("nan")
+    seen: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One method's answer for one unit.
+
+    Attributes
+    ----------
+    method : name as in the workflow
+    solid : closed LoD2.2 polyhedron, or None where the method found no answer
+    planes : roof planes that the faces' `plane` refers to
+    blocks : the same unit at lower levels of detail (LoD1.2, 1.3), where the method makes them
+    status : DONE, or DEGRADED for a simpler roof than the points ask for
+    reason : why degraded, or why there is no solid
+    notes : figures worth recording (numbers of regions, iterations, …)
+    overhangs : as far as they are known; the solid's roof reaches out by them
+    roof_type : what the method itself found, by the names of `core.roof_types`; empty where it does not know
+    """
+
+    method: str
+    solid: Polyhedron | None
+    planes: tuple[RoofPlane, ...] = ()
+    blocks: Mapping[Lod, Polyhedron] = field(default_factory=dict)
+    status: Status = Status.DONE
+    reason: str = ""
+    notes: Mapping[str, Scalar] = field(default_factory=dict)
+    overhangs: tuple[EdgeOverhang, ...] = ()
+    roof_type: str = ""
