@@ -38,19 +38,24 @@ class GapStrip:
         return self.u_1 - self.u_0
 
 
-def roofless_share(roof: RoofStrip, ground: float) -> tuple[FloatArray, FloatArray]:
+def roofless_share(roof: RoofStrip, ground: float, leaves: bool = True) -> tuple[FloatArray, FloatArray]:
     """(U,) share of each column without a smooth roof, and (U,) number of its cells inside."""
     inside = roof.inside
-    missing = inside & (_rough(roof.height) | ~(roof.height > ground + GROUND_M))
+    missing = inside & ((_rough(roof.height) if leaves else ~np.isfinite(roof.height)) | ~(roof.height > ground + GROUND_M))
     number = inside.sum(axis=1)
     share = np.where(number > 0, missing.sum(axis=1) / np.maximum(number, 1), 1.0)
     return share, number.astype(np.float64)
 
 
-def find_gaps(roof: RoofStrip, ground: float, usual_depth: float) -> list[GapStrip]:
-    """Runs of columns without a roof that have roof on both sides."""
+def find_gaps(roof: RoofStrip, ground: float, usual_depth: float, leaves: bool = True) -> list[GapStrip]:
+    """Runs of columns without a roof that have roof on both sides.
+
+    Parameters
+    ----------
+    leaves : what is rough is a tree; not so where heights are those of points, in which dormers and chimneys are as rough
+    """
     cell = float(roof.u[1] - roof.u[0])
-    share, number = roofless_share(roof, ground)
+    share, number = roofless_share(roof, ground, leaves)
     share = cv2.blur(share.reshape(-1, 1).astype(np.float32), (1, 3)).ravel().astype(np.float64)
     deep = number * (roof.v[1] - roof.v[0]) > 0.3 * usual_depth
     open_ = deep & (share > DEPTH_SHARE)

@@ -15,6 +15,7 @@ from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, S
 from cityflow.splitting.cut_chords import line_at, off_corners, turned
 from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
+from cityflow.splitting.lidar_cuts import from_points, lidar_candidates
 from cityflow.splitting.partition import partition
 from cityflow.splitting.piece_evidence import gather
 from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, orientation_at, principal_directions
@@ -65,6 +66,7 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     if reason:
         return Splitting((evidence.outline,), reason=reason)
     segments = find_segments(evidence, parameters.segments)
+    evidence = replace(evidence, frames=(from_points(evidence), *evidence.frames[1:]))
     principal = principal_directions(segments, parameters.principal)
     seen = _Seen(segments, principal, facade_cells(evidence.frames[1:]))
     step = slice_step(evidence, parameters)
@@ -106,8 +108,8 @@ def _gaps(evidence: SplitEvidence, seen: _Seen, step: float) -> tuple[list[Polyg
     """Every gap as a polygon, with its two border lines."""
     polygons, lines = [], []
     for piece in _pieces(evidence.outline, seen.principal, step):
-        roof = roof_strip(piece, evidence.outline, evidence.frames[0], evidence.points)
-        for gap in find_gaps(roof, evidence.ground_height, piece.depth):
+        roof = roof_strip(piece, evidence.outline, evidence.frames[0])
+        for gap in find_gaps(roof, evidence.ground_height, piece.depth, leaves=evidence.frames[0].ortho is not None):
             pair = _gap_lines(piece, evidence.outline, gap, _sigma(piece, seen.principal))
             if pair is not None:
                 a, b = (shapely.get_coordinates(c.line) for c in pair)
@@ -218,6 +220,8 @@ def _of_piece(
     cells: list[Cells],
     sigma: float,
 ) -> list[Candidate]:
+    if evidence.frames[0].ortho is None:
+        return lidar_candidates(piece, part, evidence, points, sigma)
     return candidates(gather(piece, part, evidence, points, cells), part, sigma)
 
 
