@@ -10,7 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cityflow.core.building import Outline
-from cityflow.stages.outline_lines import Standing, decode, decode_all, encode, entries, lines, owned, touching
+from cityflow.stages.outline_lines import (
+    Standing,
+    decode,
+    decode_all,
+    encode,
+    entries,
+    lines,
+    owned,
+    party_edges,
+    touching,
+)
 
 coordinate = st.floats(-1e7, 1e7, allow_nan=False).map(lambda v: round(v, 4))
 text = st.text(max_size=20)
@@ -62,3 +72,16 @@ def test_neighbours_share_a_vertex_even_where_they_share_no_edge() -> None:
     mine = {s.outline.id: s for s in dealt["0_0"]}
     assert mine["sw"].neighbours == ("ne", "nw", "se")
     assert [s.outline.id for s in dealt["3_3"]] == ["far"]
+
+
+def test_an_outline_knows_the_edges_that_others_have_too() -> None:
+    first = Outline("a", shapely.box(0, 0, 10, 8))
+    beside = Outline("b", shapely.Polygon([(10, 0), (18, 0), (18, 8), (10, 8)]))
+    corner_only = Outline("c", shapely.box(18, 8, 25, 12))
+    found = party_edges([first, beside, corner_only])
+    assert [shapely.get_coordinates(e).tolist() for e in found["a"]] in ([[[10, 0], [10, 8]]], [[[10, 8], [10, 0]]])
+    assert found["c"] == ()
+    standing = owned([first, beside, corner_only], 100.0, {"0_0"})["0_0"][0]
+    again = decode(encode(standing)).outline
+    assert len(again.party) == 1
+    assert again.party[0].length == 8.0

@@ -169,6 +169,7 @@ class Outline:
     edges : of the polygon, and how each is known; empty where nobody asked
     inner_edges : walls that rise above a lower roof within the outline
     aspects, slopes : principal directions of what stands inside, where they were found
+    party : the edges that it shares with other outlines
     """
 
     id: str
@@ -180,6 +181,7 @@ class Outline:
     inner_edges: tuple[OutlineEdge, ...] = ()
     aspects: tuple[Direction, ...] = ()
     slopes: tuple[Direction, ...] = ()
+    party: tuple[LineString, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

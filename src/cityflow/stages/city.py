@@ -178,7 +178,7 @@ class CitySource:
         if stage in ("outlined", "beside", "cut", split.STAGE):
             return self._needs_of_splitting(node)
         if stage == reconstruct.STAGE:
-            return [(surface.STAGE, t) for t in survey.tiles_under(self._known[name])]
+            return self._needs_of_unit(self._known[name])
         if stage == "gather":
             return [(self._unit_stage, t) for t in survey.ring(name)]
         if stage == "adjoin":
@@ -208,6 +208,12 @@ class CitySource:
         pictures = [(ortho.STAGE, t) for t in under] if survey.door == IMAGES else []
         frames = [(frame.STAGE, u) for u in split.frame_units(survey, self._outlines[name])]
         return [*((surface.STAGE, t) for t in under), *pictures, *frames]
+
+    def _needs_of_unit(self, unit: UnitEntry) -> list[Node]:
+        """Surfaces under a unit, and what images show of it."""
+        under = self.survey.tiles_under(unit)
+        pictures = [(s, t) for s in (ortho.STAGE, walls.STAGE) for t in under] if self.survey.door == IMAGES else []
+        return [*((surface.STAGE, t) for t in under), *pictures]
 
     def _touched_by(self, tile: str) -> list[str]:
         """The outlines of a tile and those that touch them."""

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, nan
 from typing import Any
 
@@ -40,11 +40,13 @@ def owned(outlines: Sequence[Outline], tile_m: float, known: Collection[str]) ->
     """
     point = {o.id: Standing(o).point for o in outlines}
     owner = {i: tile_at(x, y, tile_m).name for i, (x, y) in point.items()}
-    shared = touching(outlines)
+    shared, party = touching(outlines), party_edges(outlines)
     by_tile: dict[str, list[Standing]] = defaultdict(list)
     for outline in outlines:
         beside = tuple(n for n in sorted(shared[outline.id]) if owner[n] in known)
-        by_tile[owner[outline.id]].append(Standing(outline, beside, tuple(sorted({owner[n] for n in beside}))))
+        by_tile[owner[outline.id]].append(
+            Standing(replace(outline, party=party[outline.id]), beside, tuple(sorted({owner[n] for n in beside})))
+        )
     return by_tile
 
 
@@ -59,6 +61,18 @@ def touching(outlines: Sequence[Outline]) -> dict[str, set[str]]:
         for one in ids if len(ids) > 1 else ():
             found[one].update(i for i in ids if i != one)
     return found
+
+
+def party_edges(outlines: Sequence[Outline]) -> dict[str, tuple[LineString, ...]]:
+    """For each outline its edges that another one has, too, in its own direction; noded outlines share both vertices bit for bit."""
+    rings = {o.id: [shapely.get_coordinates(r) for r in shapely.get_rings(o.polygon)] for o in outlines}
+    edges = {i: [e for xy in mine for e in zip(map(tuple, xy[:-1].tolist()), map(tuple, xy[1:].tolist()), strict=True)]
+             for i, mine in rings.items()}  # fmt: skip
+    owners: dict[tuple[tuple[float, ...], ...], set[str]] = defaultdict(set)
+    for i, mine in edges.items():
+        for edge in mine:
+            owners[tuple(sorted(edge))].add(i)
+    return {i: tuple(LineString(e) for e in mine if len(owners[tuple(sorted(e))]) > 1) for i, mine in edges.items()}
 
 
 def encode(standing: Standing) -> bytes:
@@ -84,7 +98,7 @@ def decode(line: bytes) -> Standing:
     aspects, slopes = (tuple(Direction(*d) for d in tree.get(name, ())) for name in ("aspects", "slopes"))
     outline = Outline(
         tree["id"], shapely.geometry.shape(tree["geometry"]), tree["properties"], tree["remark"],
-        roof, edges, inner, aspects, slopes,
+        roof, edges, inner, aspects, slopes, tuple(map(LineString, tree.get("party", ()))),
     )  # fmt: skip
     return Standing(outline, tuple(tree["neighbours"]), tuple(tree["neighbour_tiles"]))
 
@@ -100,6 +114,8 @@ def _known_of(outline: Outline) -> dict[str, Json]:
     for name, directions in (("aspects", outline.aspects), ("slopes", outline.slopes)):
         if directions:
             tree[name] = [[d.degrees, d.sigma, d.weight] for d in directions]
+    if outline.party:
+        tree["party"] = [shapely.get_coordinates(line).tolist() for line in outline.party]
     return tree
 
 

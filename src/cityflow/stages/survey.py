@@ -130,6 +130,17 @@ class Survey:
         """Whether façades take part in finding outlines."""
         return self.door == IMAGES and not self.outlines_given
 
+    @property
+    def reads_own_orthos(self) -> bool:
+        """Whether orthos are made from the survey's images; else those that the catalog names are looked at."""
+        return self.door == IMAGES
+
+    def given_orthos(self) -> dict[str, RasterAsset]:
+        """Orthos that the catalog names, one for each epoch, by kind."""
+        if self.reads_own_orthos:
+            return {}
+        return {k: r for k, r in sorted(self.catalog.rasters.items()) if k.startswith("ortho")}
+
     @cached_property
     def outline_parameters(self) -> OutlineParameters:
         """Those of the workflow; lines of walls, too, go by the survey's own ground sampling distance unless the workflow states one."""

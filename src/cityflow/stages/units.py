@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import shapely
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
-from cityflow.core.building import Outline, Status
+from cityflow.core.building import Outline, OutlineEdge, Status
 from cityflow.core.edits import Edits
 from cityflow.core.splitting import Splitting
 from cityflow.flow.store import Store
@@ -19,15 +21,16 @@ from cityflow.flow.workspace import Workspace
 from cityflow.outlines.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
-from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
+from cityflow.stages.outline_lines import Standing, decode, entries, lines, party_edges, touching
 from cityflow.stages.pieces import read_text
 from cityflow.stages.split_lines import decode_splitting
 from cityflow.stages.survey import Survey, UnitEntry
 
 STAGE = "units"
-VERSION = 1
+VERSION = 2
 UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
+SHORTEST_EDGE_M = 0.1
 NOT_SPLIT = "not split: {}"
 
 
@@ -74,10 +77,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )
     refused = [[p.outline.id, REJECTED] for p, no in zip(parts, no_building, strict=True) if no and p.source in own]
     tied = _tied([p for p, no in zip(parts, no_building, strict=True) if not no])
-    shared = touching([p.outline for p in tied])
+    every = [p.outline for p in tied]
+    shared, party = touching(every), party_edges(every)
     tile_of = {p.outline.id: p.tile for p in tied}
     mine = [
-        Standing(p.outline, tuple(sorted(shared[p.outline.id])), tuple(sorted({tile_of[n] for n in shared[p.outline.id]})))
+        Standing(replace(p.outline, party=party[p.outline.id]), tuple(sorted(shared[p.outline.id])), tuple(sorted({tile_of[n] for n in shared[p.outline.id]})))
         for p in tied if p.source in own
     ]  # fmt: skip
     text = lines(mine)
@@ -120,16 +124,40 @@ def _parts(store: Store, name: str, said: Mapping[str, Any]) -> list[_Part]:
 def units_of(outline: Outline, splitting: Splitting) -> list[Outline]:
     """The single units with ids of their own: the outline's where it stays whole, else its id and their place.
 
-    Attributes, remark and directions are handed down; edges and the roof's outline stay with the outline.
+    Attributes, remark and directions are handed down, and the edges that a unit has a part in; the roof's outline stays with the outline.
     """
     directions: dict[str, Any] = {"aspects": splitting.aspects, "slopes": splitting.slopes}
     if len(splitting.units) == 1:
         return [replace(outline, polygon=splitting.units[0], **directions)]
     places = ids_from_geometry(splitting.units)
     return [
-        replace(outline, id=f"{outline.id}.{place}", polygon=polygon, roof=None, edges=(), inner_edges=(), **directions)
+        replace(
+            outline,
+            id=f"{outline.id}.{place}",
+            polygon=polygon,
+            roof=None,
+            edges=_along(polygon, outline.edges),
+            inner_edges=_inside(polygon, outline.inner_edges),
+            **directions,
+        )
         for place, polygon in zip(places, splitting.units, strict=True)
     ]
+
+
+def _along(polygon: Polygon, edges: Sequence[OutlineEdge]) -> tuple[OutlineEdge, ...]:
+    """The parts of the edges on the border of a unit."""
+    return _parts_in(shapely.buffer(polygon.boundary, TIE_M), edges)
+
+
+def _inside(polygon: Polygon, edges: Sequence[OutlineEdge]) -> tuple[OutlineEdge, ...]:
+    return _parts_in(polygon, edges)
+
+
+def _parts_in(place: BaseGeometry, edges: Sequence[OutlineEdge]) -> tuple[OutlineEdge, ...]:
+    """Straight parts of at least `SHORTEST_EDGE_M`."""
+    cut = ((e, shapely.intersection(e.line, place)) for e in edges)
+    parts = [(e, p) for e, shape in cut for p in shapely.get_parts(shape) if isinstance(p, LineString)]
+    return tuple(replace(e, line=p) for e, p in parts if p.length >= SHORTEST_EDGE_M)
 
 
 def _tied(parts: Sequence[_Part]) -> list[_Part]:

@@ -1,0 +1,181 @@
+"""What is known of one unit, gathered for reconstruction: points, façades, rasters, orthos, and what stands beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Outline
+from cityflow.core.grid import Grid, grown
+from cityflow.core.points import (
+    BUILDING,
+    GROUND,
+    HIGH_NOISE,
+    HIGH_VEGETATION,
+    LOW_NOISE,
+    LOW_VEGETATION,
+    MEDIUM_VEGETATION,
+    WATER,
+    PointCloud,
+)
+from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
+from cityflow.errors import CityflowError, RefusedUnit
+from cityflow.flow.store import Store
+from cityflow.flow.task import Json, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.fetch import local_file
+from cityflow.io.raster import read_window
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import read_layers
+from cityflow.stages.pieces import read_points, read_surface
+from cityflow.stages.survey import IMAGES, UNREAD, ZARR, Survey, UnitEntry
+from cityflow.stages.walls import read_walls
+from cityflow.surface.sample import sample
+
+GROUND_SAMPLING_M = 0.5
+LOWEST_ROOF_M = 1.5
+AROUND_M = 2.0
+"""What stands this near to an outline belongs to its unit's surroundings: eaves, balconies, the outline's own error."""
+
+RASTER_MARGIN_M = 4.0
+"""The widest eaves, and a stretch of ground beyond them."""
+
+LOW_M = 0.5
+"""Lower points are the ground's, whatever their class."""
+
+NO_PART_OF_HOUSES = (GROUND, WATER, LOW_VEGETATION, MEDIUM_VEGETATION, HIGH_VEGETATION, LOW_NOISE, HIGH_NOISE)
+
+
+def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
+    """What a unit's evidence depends on, beside its outline: name → digest."""
+    under = survey.tiles_under(unit)
+    around = grown(unit.bounds, AROUND_M)
+    orthos = (
+        {f"ortho {t}": survey.digest_of_result("ortho", t) for t in under} if survey.reads_own_orthos else
+        {kind: r.checksum for kind, r in survey.given_orthos().items()}
+    )  # fmt: skip
+    return {
+        **{f"surface {t}": survey.digest_of_result("surface", t) for t in under}, **survey.pieces(around), **_walls(survey, unit),
+        **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.has_building_class),
+    }  # fmt: skip
+
+
+def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
+    """Where `gather` finds it."""
+    around = grown(unit.bounds, AROUND_M)
+    return {
+        "pieces": list(survey.pieces(around)), "unread": list(survey.unread(around)), "walls": list(_walls(survey, unit)),
+        "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
+        "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+        "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
+        "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
+        "classified": survey.has_building_class,
+    }  # fmt: skip
+
+
+def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
+    """Façades of images, whoever drew the outlines."""
+    if survey.door != IMAGES:
+        return {}
+    return {p: d for t in survey.tiles_under(unit) for p, d in survey.outputs_of("walls", t).items()}
+
+
+def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str = "") -> Evidence:
+    """All that `arguments_of` names, cut out around the unit.
+
+    Raises
+    ------
+    RefusedUnit
+        There is no terrain along the outline.
+    CityflowError
+        There is none because something before this failed.
+    """
+    a, store = task.arguments, workspace.store
+    near = grown(outline.polygon.bounds, AROUND_M)
+    grid, layers = read_surface(store, a["zarr"], Grid.covering(tuple(a["city"]), a["cell_m"]), near)
+    points = read_points(store, a["pieces"], near)
+    inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
+    ground = sample(grid, layers["dtm"], *_along(outline.polygon))
+    if not np.isfinite(ground).any():
+        _complain(task, len(inside))
+    close = points.take(shapely.dwithin(shapely.points(points.xyz[:, :2]), outline.polygon, AROUND_M))
+    return Evidence(
+        outline.id, outline.polygon, _roof_points(inside, grid, layers, a["classified"]), _floor(ground),
+        outline.aspects, outline.slopes,
+        around=_part_of_houses(close, grid, layers["dtm"]), walls=read_walls(store, a["walls"], near),
+        heights=_heights(store, a, outline), pictures=_pictures(store, a, outline),
+        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type,
+    )  # fmt: skip
+
+
+def _heights(store: Store, a: Mapping[str, Any], outline: Outline) -> HeightRaster:
+    """On the finest grid that there is."""
+    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
+    bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
+    grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("dsm", "dtm"))
+    return HeightRaster(grid, layers["dsm"].astype(np.float64), layers["dtm"].astype(np.float64))
+
+
+def _pictures(store: Store, a: Mapping[str, Any], outline: Outline) -> tuple[Picture, ...]:
+    """The run's own true ortho, or the orthos that the catalog names, each on cells of its own size."""
+    bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
+    if a["own_orthos"]:
+        whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
+        grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("ortho", "ortho_seen"))
+        return (Picture(grid, layers["ortho"], True, "ortho"),) if layers["ortho_seen"].any() else ()
+    found = []
+    for kind, href, cell in a["given_orthos"]:
+        grid = Grid.covering(bounds, cell)
+        with local_file(href) as path:
+            bands = np.stack([read_window(path, grid, resolve(a["crs"]), band=b) for b in (1, 2, 3)])
+        if np.isfinite(bands).any():
+            found.append(Picture(grid, np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8), False, kind))
+    return tuple(found)
+
+
+def _complain(task: Task, points: int) -> NoReturn:
+    """No terrain: the survey's fault where something before this failed, else the outline's."""
+    problem = f"no terrain height along the outline ({points} points inside)"
+    unread, failed = task.arguments["unread"], task.arguments["failed_surfaces"]
+    if failed:
+        raise CityflowError(
+            f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed mends both"
+        )
+    if unread:
+        raise CityflowError(
+            f"{problem}: {UNREAD.format(', '.join(unread))}", remedy="mend the file, then rerun --failed"
+        )
+    raise RefusedUnit(problem)
+
+
+def _floor(ground: FloatArray) -> float:
+    """Whole centimetres below the lowest height: floors of neighbours are equal, or differ by more than a sliver."""
+    return float(np.floor(np.nanmin(ground) * 100)) / 100
+
+
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], classified: bool) -> PointCloud:
+    """Points of the building class; where the survey has no such class, high points that are not vegetation."""
+    usable = points.take(np.isfinite(points.xyz[:, 2]))
+    if classified:
+        return usable.of_class(BUILDING)
+    x, y, z = usable.xyz.T
+    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(x, y), grid.shape, strict=True))
+    high = z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M
+    noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
+    return usable.take(high & (layers["class"][row, col] != HIGH_VEGETATION) & ~noise)
+
+
+def _part_of_houses(points: PointCloud, grid: Grid, dtm: np.ndarray) -> PointCloud:
+    """What is above the ground and of no other class."""
+    usable = points.take(np.isfinite(points.xyz[:, 2]) & ~np.isin(points.classification, NO_PART_OF_HOUSES))
+    x, y, z = usable.xyz.T
+    return usable.take(z - sample(grid, dtm, x, y) > LOW_M)
+
+
+def _along(polygon: shapely.Polygon) -> tuple[np.ndarray, np.ndarray]:
+    xy = shapely.get_coordinates(shapely.segmentize(polygon, GROUND_SAMPLING_M))
+    return xy[:, 0], xy[:, 1]
