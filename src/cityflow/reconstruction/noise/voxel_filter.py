@@ -1,0 +1,242 @@
+"""Points that are noise: far from the surface which the cubes around them agree on (Frommholz 2017, section 2).
+
+The bounding box is cut into cubes of edge a. The points of the 3×3×3 cubes around a cube give its surface by principal
+component analysis. Where that surface touches the sphere around the cube (radius a√3/2), the distances of the cube's
+points from it go into a histogram, and points beyond the class with the largest count are removed.
+
+Three things are added. The surface is fitted a second time to the points near the first one, which a stray point tilts.
+The classes are as wide as the noise around the cube asks for, so that the first of them is the largest one for a cloud
+of nothing but noise on a surface, and points of such a cloud stay. And the paper leaves alone what its test does not reach:
+a cube with next to no points around it, or with few points off the surface that its neighbours agree on; these go here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.noise.cubes import SUMS, Cubes, add_point, cut_in_cubes, plane_of
+
+MAX_CLASSES = 64
+LEAST = 4
+"""Fewest points that a plane is fitted to."""
+TRIAL_EDGES = (0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
+"""Edges (m) of the dry runs, smallest first."""
+
+
+class VoxelFilterParameters(Parameters):
+    """How far from the local surface a point may be."""
+
+    edge_m: float = Field(0.0, ge=0, le=20, description="edge of a cube (m); 0: guessed from a sparse dry run")
+    class_sigmas: float = Field(
+        2.5, ge=0.2, le=10, description="width of a class of the histogram, in standard deviations of the noise there"
+    )
+    least_noise_m: float = Field(0.02, ge=0, le=1, description="noise is never taken as smaller than this (m)")
+    sparse_share: float = Field(
+        0.12, ge=0, le=1, description="cubes with a smaller share of the usual number of points around them are noise"
+    )
+    sample: int = Field(300, ge=20, le=100_000, description="cubes that a dry run looks at")
+    points_around: int = Field(12, ge=8, le=10_000, description="fewest points that 3×3×3 cubes of a guessed edge hold")
+
+
+@dataclass(frozen=True, slots=True)
+class VoxelFiltering:
+    """What the filter found.
+
+    Attributes
+    ----------
+    keep : (N,) bool, points that are no noise, in the order of the input
+    edge_m : edge of the cubes used, metres
+    noise_m : typical standard deviation of points across their local surface, metres; NaN where nothing is flat
+    """
+
+    keep: BoolArray
+    edge_m: float
+    noise_m: float
+
+
+def filter_noise(xyz: FloatArray, parameters: VoxelFilterParameters) -> VoxelFiltering:
+    """Tell noise from points on surfaces.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float64, metres, any frame; points that are not finite are noise
+    """
+    keep = np.all(np.isfinite(xyz), axis=1)
+    used = np.ascontiguousarray(xyz[keep], np.float64)
+    edge = parameters.edge_m or guess_edge(used, parameters)
+    if len(used) < LEAST:
+        return VoxelFiltering(keep, edge, float("nan"))
+    cubes = cut_in_cubes(used, edge)
+    table, sums = cubes.neighbours(), cubes.sums()
+    around = _around(sums, table)
+    sparse = parameters.sparse_share * float(np.median(np.repeat(around, np.diff(cubes.starts))))
+    limits = np.array([edge, parameters.class_sigmas, parameters.least_noise_m, max(sparse, LEAST)])
+    good, noise = _judge(cubes.points, cubes.starts, table, sums, cubes.centres, limits)
+    chosen = np.zeros(len(used), bool)
+    chosen[cubes.order] = good
+    keep[keep] = chosen
+    known = noise[np.isfinite(noise)]
+    return VoxelFiltering(keep, edge, float(np.median(known)) if len(known) else float("nan"))
+
+
+def guess_edge(xyz: FloatArray, parameters: VoxelFilterParameters) -> float:
+    """Edge (m) of cubes whose 3×3×3 blocks look most like surfaces, seen around some points at random.
+
+    In small blocks the noise is as thick as the surface is wide, in large ones several surfaces meet. The choice of points
+    is fixed by a seed, so that the same cloud always gets the same edge.
+    """
+    if len(xyz) < LEAST:
+        return TRIAL_EDGES[-1]
+    chosen = np.sort(np.random.default_rng(0).choice(len(xyz), min(parameters.sample, len(xyz)), replace=False))
+    best, flattest = TRIAL_EDGES[-1], np.inf
+    for edge in TRIAL_EDGES:
+        count, flatness = _dry_run(xyz, xyz[chosen], edge)
+        if np.median(count) < parameters.points_around:
+            continue
+        typical = float(np.median(flatness))
+        if typical < 0.95 * flattest:
+            best, flattest = edge, typical
+        elif typical > 1.5 * flattest:
+            break
+    return best
+
+
+def _dry_run(xyz: FloatArray, sample: FloatArray, edge: float) -> tuple[FloatArray, FloatArray]:
+    """Points in 3×3×3 cubes around each sample, and their extent across over that between."""
+    cubes = cut_in_cubes(xyz, edge)
+    index = np.floor((sample - cubes.corner) / edge).astype(np.int64) + 1
+    keys = index[:, 0] * cubes.strides[0] + index[:, 1] * cubes.strides[1] + index[:, 2]
+    return _flatness(cubes.points, cubes.starts, cubes.keys, np.unique(keys), np.array(cubes.strides, np.int64))
+
+
+@njit(cache=True, nogil=True)
+def _flatness(
+    points: FloatArray, starts: IntArray, keys: IntArray, wanted: IntArray, strides: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    count, ratio = np.zeros(len(wanted)), np.ones(len(wanted))
+    plane = np.empty(9)
+    for m in range(len(wanted)):
+        row = np.zeros(SUMS)
+        for dx in range(-1, 2):
+            for dy in range(-1, 2):
+                low = wanted[m] + dx * strides[0] + dy * strides[1] - 1
+                k = np.searchsorted(keys, low)
+                while k < len(keys) and keys[k] <= low + 2:
+                    for i in range(starts[k], starts[k + 1]):
+                        add_point(row, points[i])
+                    k += 1
+        count[m] = row[0]
+        if row[0] >= LEAST:
+            plane_of(row, plane)
+            ratio[m] = plane[6] / max(plane[7], 1e-9)
+    return count, ratio
+
+
+@njit(cache=True, nogil=True)
+def _around(sums: FloatArray, table: IntArray) -> FloatArray:
+    """(M,) points in the 3×3×3 cubes around each cube."""
+    out = np.zeros(len(table))
+    for m in range(len(table)):
+        for k in table[m]:
+            if k >= 0:
+                out[m] += sums[k, 0]
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _judge(
+    points: FloatArray, starts: IntArray, table: IntArray, sums: FloatArray, centres: FloatArray, limits: FloatArray
+) -> tuple[BoolArray, FloatArray]:
+    """Which points stay, and the noise around each cube; limits: edge, class width in sigmas, least noise, least points."""
+    edge, class_sigmas, least_noise, sparse = limits
+    radius = edge / 2 * np.sqrt(3.0)
+    keep, noise = np.ones(len(points), np.bool_), np.full(len(table), np.nan)
+    plane, row = np.empty(9), np.empty(SUMS)
+    for m in range(len(table)):
+        row[:] = 0.0
+        for k in table[m]:
+            if k >= 0:
+                row += sums[k]
+        if row[0] < sparse:
+            keep[starts[m] : starts[m + 1]] = False
+            continue
+        plane_of(row, plane)
+        cubes_there = np.count_nonzero(table[m] >= 0)
+        sigma = _second_fit(points, starts, table[m], plane, least_noise)
+        off = 0.0
+        for k in range(3):
+            off += plane[k] * (centres[m, k] - plane[3 + k])
+        if abs(off) > radius:
+            # Few points beside a surface that their neighbours agree on: strays. Many: another surface.
+            if starts[m + 1] - starts[m] < 0.25 * row[0] / cubes_there:
+                keep[starts[m] : starts[m + 1]] = False
+            continue
+        noise[m] = sigma
+        _beyond_fullest_class(points, starts[m], starts[m + 1], plane, class_sigmas * sigma, keep)
+    return keep, noise
+
+
+@njit(cache=True, nogil=True)
+def _second_fit(
+    points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray, least_noise: float
+) -> float:
+    """Fit the plane again to the points near it; how far these scatter (m)."""
+    sigma = max(_scatter(points, starts, around, plane), least_noise)
+    row = np.zeros(SUMS)
+    for k in around:
+        if k < 0:
+            continue
+        for i in range(starts[k], starts[k + 1]):
+            if _distance(points[i], plane) <= 2.5 * sigma:
+                add_point(row, points[i])
+    if row[0] >= LEAST:
+        plane_of(row, plane)
+        sigma = max(_scatter(points, starts, around, plane), least_noise)
+    return sigma
+
+
+@njit(cache=True, nogil=True)
+def _distance(point: FloatArray, plane: FloatArray) -> float:
+    return abs(
+        plane[0] * (point[0] - plane[3]) + plane[1] * (point[1] - plane[4]) + plane[2] * (point[2] - plane[5])
+    )
+
+
+@njit(cache=True, nogil=True)
+def _scatter(points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray) -> float:
+    """Normalised median of the distances of all points around from the plane, to a sixty-fourth of its range."""
+    reach = max(3.0 * plane[6], 1e-6)
+    count, total = np.zeros(MAX_CLASSES), 0
+    for k in around:
+        if k < 0:
+            continue
+        for i in range(starts[k], starts[k + 1]):
+            place = int(_distance(points[i], plane) / reach * MAX_CLASSES)
+            count[min(place, MAX_CLASSES - 1)] += 1
+            total += 1
+    seen = 0.0
+    for place in range(MAX_CLASSES):
+        if seen + count[place] >= total / 2:
+            part = (total / 2 - seen) / max(count[place], 1.0)
+            return 1.4826 * reach * (place + part) / MAX_CLASSES
+        seen += count[place]
+    return 1.4826 * reach
+
+
+@njit(cache=True, nogil=True)
+def _beyond_fullest_class(
+    points: FloatArray, first: int, last: int, plane: FloatArray, width: float, keep: BoolArray
+) -> None:
+    count = np.zeros(MAX_CLASSES, np.int64)
+    for i in range(first, last):
+        count[min(int(_distance(points[i], plane) / width), MAX_CLASSES - 1)] += 1
+    fullest = np.argmax(count)
+    for i in range(first, last):
+        if _distance(points[i], plane) > (fullest + 1) * width:
+            keep[i] = False
