@@ -7,9 +7,10 @@ ladder of simpler roofs before it gives up. Whatever happens is in the scores.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from types import ModuleType
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -24,7 +25,17 @@ from cityflow.reconstruction import extruded, orientation_histogram
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 
-METHODS = ("orientation_histogram", "extruded")
+MODULES: Mapping[str, ModuleType] = {
+    "orientation_histogram": orientation_histogram,
+    "extruded": extruded,
+}
+"""Every method is a module with ``reconstruct``; one that can do with less has ``simpler``, which gives parameters for it."""
+
+DEFAULT_METHODS = ("orientation_histogram", "extruded")
+LAST_RESORT = "extruded"
+BY_TYPE = "roof_types"
+"""The method that is asked where a person has set a roof type."""
+
 NUMERICAL_TROUBLE = (ArithmeticError, np.linalg.LinAlgError, GEOSException)
 """What the data of a single unit can provoke in a method; it becomes that candidate's reason. Anything else is a bug, and fails the unit."""
 
@@ -43,7 +54,7 @@ class ReconstructParameters(Parameters):
     """Which methods are tried for a unit, their parameters, and how the best is chosen."""
 
     methods: tuple[str, ...] = Field(
-        METHODS,
+        DEFAULT_METHODS,
         min_length=1,
         description="tried in this order, the earlier wins ties; module:function is a method of your own",
     )
@@ -56,9 +67,9 @@ class ReconstructParameters(Parameters):
     @field_validator("methods")
     @classmethod
     def _known(cls, methods: tuple[str, ...]) -> tuple[str, ...]:
-        unknown = [m for m in methods if m not in METHODS and ":" not in m]
+        unknown = [m for m in methods if m not in MODULES and ":" not in m]
         if unknown:
-            raise ValueError(f"no method '{unknown[0]}'; known: {', '.join(METHODS)}, or module:function")
+            raise ValueError(f"no method '{unknown[0]}'; known: {', '.join(MODULES)}, or module:function")
         return methods
 
 
@@ -87,25 +98,42 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The best candidate, how the unit ended, and all scores in the order of trying."""
+    """The best candidate, how the unit ended, and all scores in the order of trying, with the candidates that they are of."""
 
     candidate: Candidate
     status: Status
     reason: str
     scores: tuple[Score, ...]
+    tried: tuple[Candidate, ...] = ()
 
 
 def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
     """Best candidate of the methods named; a block where none gives a valid solid."""
     tried: list[tuple[Candidate, Score]] = []
     enough = len(evidence.points) >= parameters.min_points
-    for method in parameters.methods if enough else ():
+    for method in _methods(evidence, parameters) if enough else ():
         tried.extend(_climb_down(method, evidence, parameters))
-    if not any(score.valid for _, score in tried) and not any(score.method == "extruded" for _, score in tried):
-        tried.extend(_climb_down("extruded", evidence, parameters))
-    candidate, score = min(tried, key=lambda pair: (not pair[1].valid, pair[1].penalty))
+    if not any(score.valid for _, score in tried) and not any(score.method == LAST_RESORT for _, score in tried):
+        tried.extend(_climb_down(LAST_RESORT, evidence, parameters))
+    candidate, score = min(
+        tried, key=lambda pair: (not pair[1].valid, not _as_wanted(*pair, evidence), pair[1].penalty)
+    )
     scores = tuple(s for _, s in tried)
-    return Choice(candidate, *_ending(candidate, score, scores, evidence, parameters), scores)
+    return Choice(
+        candidate, *_ending(candidate, score, scores, evidence, parameters), scores, tuple(c for c, _ in tried)
+    )
+
+
+def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str, ...]:
+    """Those of the workflow; where a person has set the roof's type, the method that can obey, too."""
+    if evidence.wanted_type and BY_TYPE in MODULES and BY_TYPE not in parameters.methods:
+        return (BY_TYPE, *parameters.methods)
+    return parameters.methods
+
+
+def _as_wanted(candidate: Candidate, score: Score, evidence: Evidence) -> bool:
+    """Whether the candidate has the roof type that a person has set; any has, where nobody did."""
+    return score.valid and evidence.wanted_type in ("", candidate.roof_type)
 
 
 def _climb_down(
@@ -125,32 +153,13 @@ def _climb_down(
 
 
 def _ladder(method: str, parameters: ReconstructParameters) -> list[Callable[[Evidence], Candidate]]:
-    """The method as asked for, then with fewer planes and dearer edges; a foreign method has one rung."""
+    """The method as asked for, then with what its module calls simpler; a foreign method has one rung."""
     if ":" in method:
         module, _, name = method.partition(":")
         return [partial(getattr(importlib.import_module(module), name), parameters=parameters)]
-    if method == "extruded":
-        return [partial(extruded.reconstruct, parameters=parameters.extruded)]
-    full = parameters.orientation_histogram
-    return [partial(orientation_histogram.reconstruct, parameters=p) for p in (full, *simpler(full))]
-
-
-def simpler(full: OrientationHistogramParameters) -> Iterator[OrientationHistogramParameters]:
-    """Parameters for simpler roofs: larger surfaces only, fewer planes, edges that must be worth more."""
-    for area, most, edge in ((2.0, 20, 2.0), (4.0, 8, 4.0), (8.0, 3, 8.0)):
-        partition = full.partition.model_copy(
-            update={
-                "edge_cost": full.partition.edge_cost * edge,
-                "min_width": full.partition.min_width * edge,
-                "max_lines": min(full.partition.max_lines, 4 * most),
-            }
-        )
-        update = {
-            "min_area_m2": full.min_area_m2 * area,
-            "max_planes": min(full.max_planes, most),
-            "partition": partition,
-        }
-        yield full.model_copy(update=update)
+    known, full = MODULES[method], getattr(parameters, method)
+    rungs = (full, *known.simpler(full)) if hasattr(known, "simpler") else (full,)
+    return [partial(known.reconstruct, parameters=p) for p in rungs]
 
 
 def _attempt(method: str, attempt: Callable[[Evidence], Candidate], evidence: Evidence) -> Candidate:

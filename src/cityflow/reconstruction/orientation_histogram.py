@@ -10,6 +10,7 @@ ridges and joins what was split, and the points left over are searched again for
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from pydantic import Field
@@ -91,6 +92,24 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
     if roof.simplified:
         status, reason = Status.DEGRADED, f"edges made dearer {roof.simplified} times until the solid was valid"
     return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, status, reason, notes)
+
+
+def simpler(full: OrientationHistogramParameters) -> Iterator[OrientationHistogramParameters]:
+    """Parameters for simpler roofs: larger surfaces only, fewer planes, edges that must be worth more."""
+    for area, most, edge in ((2.0, 20, 2.0), (4.0, 8, 4.0), (8.0, 3, 8.0)):
+        partition = full.partition.model_copy(
+            update={
+                "edge_cost": full.partition.edge_cost * edge,
+                "min_width": full.partition.min_width * edge,
+                "max_lines": min(full.partition.max_lines, 4 * most),
+            }
+        )
+        update = {
+            "min_area_m2": full.min_area_m2 * area,
+            "max_planes": min(full.max_planes, most),
+            "partition": partition,
+        }
+        yield full.model_copy(update=update)
 
 
 def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) -> PlaneSegments:
