@@ -1,0 +1,105 @@
+"""How far a roof stands out beyond each wall, against the truth; and overhang where there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.reconstruction import EdgeOverhang
+
+SHORTEST_M = 1.0
+STEP_M, CORNER_M, FAR_M = 0.25, 0.3, 3.0
+BESIDE_M, TURNED_DEG = 0.6, 15.0
+NONE_M = 0.02
+"""An edge whose roof stands out less has no overhang."""
+INVENTED_M = 0.08
+
+
+@dataclass(frozen=True, slots=True)
+class OverhangErrors:
+    """Edges of the true walls of at least 1 m.
+
+    Attributes
+    ----------
+    true_m, found_m : (n,) overhang of edges that have one, and the model's there
+    bare_m : (k,) the model's overhang at edges that have none
+    """
+
+    true_m: FloatArray
+    found_m: FloatArray
+    bare_m: FloatArray
+
+    @property
+    def errors_m(self) -> FloatArray:
+        return np.asarray(self.found_m - self.true_m)
+
+    @property
+    def invented(self) -> int:
+        """Edges without overhang where the model has more than `INVENTED_M`."""
+        return int(np.count_nonzero(self.bare_m > INVENTED_M))
+
+
+def overhang_errors(walls: Polygon, roof: Polygon, overhangs: Sequence[EdgeOverhang]) -> OverhangErrors:
+    """True and found overhang per edge; where the model says nothing it has none."""
+    true, found = [], []
+    for start, end in wall_edges(walls):
+        true.append(true_overhang(start, end, roof))
+        found.append(_found(start, end, overhangs))
+    t, f = np.array(true, np.float64), np.array(found, np.float64)
+    has = t > NONE_M
+    return OverhangErrors(t[has], f[has], f[~has])
+
+
+def wall_edges(walls: Polygon) -> list[tuple[FloatArray, FloatArray]]:
+    """Ends of the edges of at least `SHORTEST_M`, the outside on the right; vertices that neighbours leave count as ends."""
+    edges = []
+    for ring in (walls.exterior, *walls.interiors):
+        xy = shapely.get_coordinates(ring)
+        edges += [(a, b) for a, b in zip(xy[:-1], xy[1:], strict=True) if np.hypot(*(b - a)) >= SHORTEST_M]
+    return edges
+
+
+def true_overhang(start: FloatArray, end: FloatArray, roof: Polygon) -> float:
+    """Median distance from the edge to where the roof ends, square to the edge, its ends left out; metres."""
+    length = float(np.hypot(*(end - start)))
+    along = (end - start) / length
+    outward = np.array([along[1], -along[0]])
+    trimmed = min(CORNER_M, length / 4)
+    place = np.linspace(trimmed, length - trimmed, max(3, int(length / STEP_M)))
+    foot = start + place[:, None] * along - 1e-4 * outward
+    rays = shapely.linestrings(np.stack([foot, foot + FAR_M * outward], axis=1))
+    beyond = shapely.intersection(rays, roof)
+    reach = [_first_piece(piece, a) for piece, a in zip(beyond, foot, strict=True)]
+    return max(float(np.median(reach)) - 1e-4, 0.0)
+
+
+def _first_piece(beyond: shapely.Geometry, foot: FloatArray) -> float:
+    """Length of the part of a ray that begins at its foot."""
+    for part in shapely.get_parts(beyond):
+        if shapely.distance(part, shapely.points(foot)) < 1e-3:
+            return float(part.length)
+    return 0.0
+
+
+def _found(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang]) -> float:
+    """Mean reach of the model's edges beside this one, by the length that they have in common."""
+    length = float(np.hypot(*(end - start)))
+    along = (end - start) / length
+    total, weight = 0.0, 0.0
+    for overhang in overhangs:
+        xy = shapely.get_coordinates(overhang.line)[[0, -1]]
+        own = xy[1] - xy[0]
+        size = float(np.hypot(*own))
+        if size == 0 or own @ along < size * np.cos(np.radians(TURNED_DEG)):
+            continue
+        offset = xy - start
+        if np.abs(offset[:, 0] * along[1] - offset[:, 1] * along[0]).max() > BESIDE_M:
+            continue
+        first, last = np.clip(offset @ along, 0.0, length)
+        total, weight = total + overhang.reach_m * (last - first), weight + (last - first)
+    return total / weight if weight > 0 else 0.0
