@@ -1,0 +1,39 @@
+"""Parameters of the search for roof rims and of roofs that stand out."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from cityflow.core.parameters import Parameters
+
+
+class OverhangParameters(Parameters):
+    """How far from a wall the rim of its roof is looked for, when it counts, and what the roof there looks like."""
+
+    most_reach_m: float = Field(1.6, gt=0, le=5, description="a roof stands out no farther than this (m)")
+    least_reach_m: float = Field(0.06, ge=0, le=1, description="a roof that stands out less ends with its wall (m)")
+    significance: float = Field(
+        2.0, ge=0, le=10, description="an overhang is more than so many of its standard deviations"
+    )
+    slab_m: float = Field(0.16, gt=0, le=1, description="thickness of a roof beyond its walls, upright (m)")
+    smoothing_cells: float = Field(
+        1.0, ge=0.3, le=5, description="Gaussian that the surface is smoothed with before it is differentiated, cells"
+    )
+    least_drop_m: float = Field(0.7, gt=0, le=10, description="the surface falls at least so far beyond a rim (m)")
+    on_roof_m: float = Field(0.35, gt=0, le=5, description="a surface this near to the roof's plane is the roof (m)")
+    widened_cells: float = Field(
+        0.5, ge=-2, le=4, description="so much too far out the surface shows a rim, in the mean, cells: matching widens what is high"
+    )
+    widened_sigma_cells: float = Field(
+        0.25, ge=0, le=4, description="standard deviation of that from building to building, cells"
+    )
+    patch_cells: float = Field(
+        12.0, gt=0, le=100, description="along an edge so many cells have one error in common"
+    )
+    wall_sigma_m: float = Field(
+        0.03, ge=0, le=2, description="standard deviation of the outline where nothing says how it is known (m)"
+    )
+    eave_spread_m: float = Field(
+        0.25, gt=0, le=5, description="how much eaves of one building differ from each other (standard deviation, m)"
+    )
+    least_seen: float = Field(0.15, ge=0, le=1, description="share of an edge along which its rim has to be seen")

@@ -1,0 +1,152 @@
+"""How far the roof of a unit stands out beyond each of its walls, by the rims in its surface model (Frommholz et al. 2017, section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import OutlineEdge
+from cityflow.core.grid import grown
+from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
+from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
+from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
+from cityflow.reconstruction.overhangs.wall_edges import BESIDE_M, WallEdge, face_planes, faces_beside, wall_edges
+
+INWARD_M = 0.4
+"""A rim may lie so far inside an outline that stands too far out."""
+MOST_PROFILES = 4000
+LEVEL_EAVE = 0.1
+"""The roof rises along an eave by less than this; along a verge by more."""
+
+
+@dataclass(frozen=True, slots=True)
+class RimOfEdge:
+    """Where the rim of one edge was seen.
+
+    Attributes
+    ----------
+    edge : the edge
+    reach_m : metres beyond the wall, the surface's own widening taken off; NaN where it was not seen
+    sigma_m : standard deviation of that, without that of the wall
+    seen : share of the profiles that show a rim
+    eave : the roof is level along it
+    """
+
+    edge: WallEdge
+    reach_m: float
+    sigma_m: float
+    seen: float
+    eave: bool
+
+
+def find_overhangs(
+    evidence: Evidence, candidate: Candidate, parameters: OverhangParameters | None = None
+) -> tuple[EdgeOverhang, ...]:
+    """One overhang per straight edge of the outline; 0 where there is none, or none that can be told from none.
+
+    Parameters
+    ----------
+    candidate : its solid tells where the roof's planes are
+    """
+    p = parameters or OverhangParameters()
+    edges = wall_edges(evidence.outline, evidence.party)
+    nothing = tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
+    if candidate.solid is None or evidence.heights is None:
+        return nothing
+    surface = surface_edges(
+        evidence.heights, grown(evidence.outline.bounds, p.most_reach_m + 1.0), p.smoothing_cells
+    )
+    if surface is None:
+        return nothing
+    profiles, owner = _profiles(edges, candidate, surface)
+    cell = surface.grid.cell
+    limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
+    places = rims_along(profiles, surface, limits)
+    rims = [_rim(edge, profiles, places, owner == k, (cell, p)) for k, edge in enumerate(edges)]
+    return tuple(_decided(rim, rims, evidence.edges, (cell, p)) for rim in rims)
+
+
+def _profiles(edges: Sequence[WallEdge], candidate: Candidate, surface: SurfaceEdges) -> tuple[Profiles, IntArray]:
+    """Profiles a cell apart along all edges that touch no neighbour, and the edge of each."""
+    total = sum(edge.length for edge in edges if not edge.party)
+    step = max(surface.grid.cell, total / MOST_PROFILES)
+    feet, outward, owner = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty(0, np.int64)]
+    for number, edge in enumerate(edges):
+        count = 0 if edge.party else int(edge.length / step)
+        place = (np.arange(count) + 0.5) * (edge.length / max(count, 1))
+        feet.append(edge.start + place[:, None] * edge.along)
+        outward.append(np.broadcast_to(edge.outward, (count, 2)))
+        owner.append(np.full(count, number))
+    foot, out = np.concatenate(feet), np.concatenate(outward)
+    return Profiles(foot, out, _planes_over(foot, out, candidate)), np.concatenate(owner)
+
+
+def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) -> FloatArray:
+    """(N, 2) height of the roof's plane over each foot, and its slope outwards."""
+    solid = candidate.solid
+    if solid is None or not len(foot):
+        return np.full((len(foot), 2), np.nan)
+    origin = np.floor(solid.vertices.min(axis=0))
+    polygons, planes = face_planes(solid, origin)
+    local = foot - origin[:2]
+    face = faces_beside(polygons, local - BESIDE_M * outward)
+    a, b, c = planes[face].T
+    height = a * local[:, 0] + b * local[:, 1] + c + origin[2]
+    return np.where((face >= 0)[:, None], np.column_stack([height, a * outward[:, 0] + b * outward[:, 1]]), np.nan)
+
+
+def _rim(
+    edge: WallEdge, profiles: Profiles, places: FloatArray, own: np.ndarray, how: tuple[float, OverhangParameters]
+) -> RimOfEdge:
+    """The middle of what an edge's profiles say."""
+    cell, p = how
+    count = int(np.count_nonzero(own))
+    found = places[own]
+    found = found[np.isfinite(found)]
+    height = profiles.plane[own, 0]
+    rise = abs(float(height[-1] - height[0])) / edge.length if count > 1 else 0.0
+    eave = bool(np.isfinite(rise) and rise < LEVEL_EAVE)
+    if len(found) < max(1, p.least_seen * count):
+        return RimOfEdge(edge, float("nan"), float("nan"), len(found) / max(count, 1), eave)
+    middle = float(np.median(found))
+    spread = max(1.4826 * float(np.median(np.abs(found - middle))), 0.15 * cell)
+    patches = max(1.0, len(found) * edge.length / max(count, 1) / (p.patch_cells * cell))
+    sigma = float(np.hypot(1.25 * spread / np.sqrt(patches), p.widened_sigma_cells * cell))
+    return RimOfEdge(edge, middle - p.widened_cells * cell, sigma, len(found) / count, eave)
+
+
+def _decided(
+    rim: RimOfEdge, rims: Sequence[RimOfEdge], known: Sequence[OutlineEdge], how: tuple[float, OverhangParameters]
+) -> EdgeOverhang:
+    """An edge's own value, drawn to those of edges like it as far as it is uncertain; 0 where that may be chance."""
+    cell, p = how
+    if rim.edge.party or not np.isfinite(rim.reach_m):
+        return EdgeOverhang(rim.edge.line, 0.0, seen=rim.seen)
+    reach, sigma = _with_prior(rim, rims, p.eave_spread_m)
+    total = float(np.hypot(sigma, _wall_sigma(rim.edge, known, p.wall_sigma_m)))
+    if reach < max(p.significance * total, p.least_reach_m, cell * 0.75):
+        return EdgeOverhang(rim.edge.line, 0.0, total, rim.seen)
+    return EdgeOverhang(rim.edge.line, min(reach, p.most_reach_m), total, rim.seen)
+
+
+def _with_prior(rim: RimOfEdge, rims: Sequence[RimOfEdge], spread_m: float) -> tuple[float, float]:
+    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m)]
+    if len(others) < 2:
+        return rim.reach_m, rim.sigma_m
+    prior = float(np.median([r.reach_m for r in others]))
+    own, alike = 1.0 / rim.sigma_m**2, 1.0 / spread_m**2
+    return (own * rim.reach_m + alike * prior) / (own + alike), float((own + alike) ** -0.5)
+
+
+def _wall_sigma(edge: WallEdge, known: Sequence[OutlineEdge], otherwise_m: float) -> float:
+    """How exactly the wall itself is known: the part of the outline that the edge lies on says so."""
+    middle = shapely.Point((edge.xy[0] + edge.xy[-1]) / 2)
+    near = [(float(shapely.distance(e.line, middle)), k) for k, e in enumerate(known)]
+    if not near or min(near)[0] > 0.05:
+        return otherwise_m
+    sigma = known[min(near)[1]].sigma_m
+    return sigma if np.isfinite(sigma) else otherwise_m
