@@ -158,3 +158,29 @@ def test_within_a_box() -> None:
     edits = Edits(cut_lines=(_line((0, 0), (0, 5)), _line((50, 0), (50, 5))))
     assert len(edits.within((X - 5, Y, X - 0.5, Y + 2))) == 1
     assert len(edits.within((X - 5, Y, X - 1.5, Y + 2))) == 0
+
+
+def test_roof_types_name_the_unit_that_they_stand_on(tmp_path: Path, amersfoort: Reference) -> None:
+    path = _write(
+        tmp_path / "edits.gpkg",
+        "roof_types",
+        [Point(X + 5, Y + 5), _box(20, 0, 10, 6), Point(X + 25, Y + 50)],
+        roof_type=["hip", "gable", "flat"],
+    )
+    edits = read_edits(str(path), amersfoort)
+    again = Edits.from_lines(edits.lines())
+    for one in (edits, again):
+        assert one.roof_type_of(_box(0, 0, 10, 10)) == "hip"
+        assert one.roof_type_of(_box(20, 0, 10, 10)) == "gable"
+        assert one.roof_type_of(_box(20, 0, 40, 10)) == ""
+    assert edits_digest(edits, box(X, Y, X + 10, Y + 10)) != edits_digest(edits, box(X + 20, Y, X + 30, Y + 10))
+
+
+@pytest.mark.parametrize(("name", "advice"), [("gabel", "did you mean 'gable'"), ("thatched", "takes flat, shed")])
+def test_a_roof_type_that_nobody_knows_is_refused(
+    tmp_path: Path, amersfoort: Reference, name: str, advice: str
+) -> None:
+    path = _write(tmp_path / "edits.gpkg", "roof_types", [Point(X, Y)], roof_type=[name])
+    with pytest.raises(CatalogError, match=f"no roof type {name!r}") as error:
+        read_edits(str(path), amersfoort)
+    assert advice in str(error.value)

@@ -35,6 +35,14 @@ class DrawnOutline:
 
 
 @dataclass(frozen=True, slots=True)
+class SetRoofType:
+    """The roof of the unit at a place is of this type, by the names of `core.roof_types`; `place` is a point or a polygon."""
+
+    place: BaseGeometry
+    roof_type: str
+
+
+@dataclass(frozen=True, slots=True)
 class Edits:
     """All edits of a survey, or of a part of it.
 
@@ -44,6 +52,7 @@ class Edits:
     cut_lines : straight lines to cut along
     no_cut_lines : cut lines found along these are not used
     rejected : points or polygons where no building stands
+    roof_types : what a person knows of roofs
     notes : what a user should know about the file that they come from
     """
 
@@ -52,9 +61,15 @@ class Edits:
     no_cut_lines: tuple[LineString, ...] = ()
     rejected: tuple[BaseGeometry, ...] = ()
     notes: tuple[str, ...] = ()
+    roof_types: tuple[SetRoofType, ...] = ()
 
     def __len__(self) -> int:
-        return len(self.outlines) + len(self.cut_lines) + len(self.no_cut_lines) + len(self.rejected)
+        return sum(map(len, (self.outlines, self.cut_lines, self.no_cut_lines, self.rejected, self.roof_types)))
+
+    def roof_type_of(self, polygon: Polygon) -> str:
+        """What was set for a unit: by a point in it, or by a polygon over most of it; empty where nothing was, the last where several were."""
+        found = [r.roof_type for r in self.roof_types if _names(r.place, polygon)]
+        return found[-1] if found else ""
 
     @property
     def locked(self) -> tuple[Polygon, ...]:
@@ -72,6 +87,7 @@ class Edits:
             cut_lines=tuple(g for g in self.cut_lines if shapely.dwithin(g, place, REACH_M)),
             no_cut_lines=tuple(g for g in self.no_cut_lines if shapely.dwithin(g, place, REACH_M)),
             rejected=tuple(g for g in self.rejected if shapely.dwithin(g, place, REACH_M)),
+            roof_types=tuple(r for r in self.roof_types if shapely.dwithin(r.place, place, REACH_M)),
             notes=(),
         )
 
@@ -85,7 +101,14 @@ class Edits:
         split = [json.loads(line) for line in lines]
         shapes = {kind: [shapely.from_wkb(wkb) for k, _, wkb in split if k == kind] for kind in _KINDS}
         drawn = [DrawnOutline(shapely.from_wkb(w), name, k == "locked") for k, name, w in split if k in _KINDS[:2]]
-        return cls(tuple(drawn), tuple(shapes["cut"]), tuple(shapes["no cut"]), tuple(shapes["rejected"]))
+        roofs = [SetRoofType(shapely.from_wkb(wkb), name) for kind, name, wkb in split if kind == _ROOF]
+        return cls(
+            tuple(drawn),
+            tuple(shapes["cut"]),
+            tuple(shapes["no cut"]),
+            tuple(shapes["rejected"]),
+            roof_types=tuple(roofs),
+        )
 
     def _features(self) -> Iterator[tuple[str, str, BaseGeometry]]:
         for drawn in self.outlines:
@@ -93,8 +116,11 @@ class Edits:
         for kind, shapes in zip(_KINDS[2:], (self.cut_lines, self.no_cut_lines, self.rejected), strict=True):
             for shape in shapes:
                 yield kind, "", shape
+        for roof in self.roof_types:
+            yield _ROOF, roof.roof_type, roof.place
 
 
+_ROOF = "roof type"
 _KINDS = ("locked", "outline", "cut", "no cut", "rejected")
 
 
@@ -113,3 +139,10 @@ def as_outline(polygon: Polygon) -> Polygon:
     """A drawn polygon as outlines are: flat, exterior counter-clockwise, vertices multiples of 0.1 mm."""
     flat = shapely.transform(shapely.force_2d(polygon), lambda xy: np.round(xy, 4) + 0.0)
     return shapely.orient_polygons(shapely.remove_repeated_points(flat), exterior_cw=False)
+
+
+def _names(place: BaseGeometry, polygon: Polygon) -> bool:
+    """Whether a point stands in the polygon, or a polygon covers half of it."""
+    if place.geom_type == "Point":
+        return bool(shapely.intersects(polygon, place))
+    return shapely.intersection(place, polygon).area >= 0.5 * polygon.area

@@ -14,20 +14,21 @@ from pyogrio.errors import DataSourceError
 from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
-from cityflow.core.edits import DrawnOutline, Edits, as_outline
+from cityflow.core.edits import DrawnOutline, Edits, SetRoofType, as_outline
 from cityflow.core.reference import Reference
+from cityflow.core.roof_types import RoofType
 from cityflow.errors import CatalogError
 from cityflow.io.fetch import local_file
 from cityflow.io.vector import Layer, format_id, read_layer, to_reference
 
-OUTLINES, CUT_LINES, NO_CUT_LINES, LOCKED, REJECTED = LAYERS = (
-    "outlines", "cut_lines", "no_cut_lines", "locked", "rejected",
+OUTLINES, CUT_LINES, NO_CUT_LINES, LOCKED, REJECTED, ROOF_TYPES = LAYERS = (
+    "outlines", "cut_lines", "no_cut_lines", "locked", "rejected", "roof_types",
 )  # fmt: skip
-ID_COLUMN = "id"
+ID_COLUMN, TYPE_COLUMN = "id", "roof_type"
 
 _KINDS: Mapping[str, tuple[str, ...]] = {
     OUTLINES: ("Polygon",), CUT_LINES: ("LineString",), NO_CUT_LINES: ("LineString",),
-    LOCKED: ("Polygon",), REJECTED: ("Point", "Polygon"),
+    LOCKED: ("Polygon",), REJECTED: ("Point", "Polygon"), ROOF_TYPES: ("Point", "Polygon"),
 }  # fmt: skip
 _BEND_M = 0.1
 """A line that a person means to be straight bends less."""
@@ -57,10 +58,11 @@ def read_edits(href: str, target: Reference) -> Edits:
             continue
         geometry, said = to_reference(layer, target)
         notes += [f"layer {layer.name} of {note}" for note in said]
-        drawn[layer.name] = _features(layer, geometry)
+        drawn[layer.name] = _features(layer, geometry, TYPE_COLUMN if layer.name == ROOF_TYPES else ID_COLUMN)
     shapes = {layer: tuple(g for _, g in features) for layer, features in drawn.items()}
     outlines = [DrawnOutline(g, name, layer == LOCKED) for layer in (LOCKED, OUTLINES) for name, g in drawn[layer]]
-    edits = Edits(tuple(outlines), shapes[CUT_LINES], shapes[NO_CUT_LINES], shapes[REJECTED], tuple(notes))
+    roofs = tuple(SetRoofType(g, _known_type(href, name)) for name, g in drawn[ROOF_TYPES])
+    edits = Edits(tuple(outlines), shapes[CUT_LINES], shapes[NO_CUT_LINES], shapes[REJECTED], tuple(notes), roofs)
     return edits if len(edits) else Edits(notes=(*notes, f"{href} holds no edit"))
 
 
@@ -82,15 +84,26 @@ def _layers(href: str) -> list[str]:
     return sorted(names, key=LAYERS.index)
 
 
-def _features(layer: Layer, geometry: NDArray[np.object_]) -> list[tuple[str, BaseGeometry]]:
-    """Id and geometry of each part that is not empty."""
-    values = layer.columns.get(ID_COLUMN, [None] * len(geometry))
+def _known_type(href: str, name: str) -> str:
+    """The roof type of that name."""
+    known = [t.value for t in RoofType if t is not RoofType.UNKNOWN]
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        advice = f"did you mean {near[0]!r}?" if near else f"column {TYPE_COLUMN} takes {', '.join(known)}"
+        raise CatalogError(f"layer {ROOF_TYPES} knows no roof type {name!r}", where=href, remedy=advice)
+    return name
+
+
+def _features(layer: Layer, geometry: NDArray[np.object_], column: str) -> list[tuple[str, BaseGeometry]]:
+    """What a column says (id, roof type) and the geometry of each part that is not empty."""
+    values = layer.columns.get(column, [None] * len(geometry))
     result = []
     for number, (value, shape) in enumerate(zip(values, geometry, strict=True), 1):
         parts = [p for p in shapely.get_parts(shape) if not p.is_empty] if shape is not None else []
         for k, part in enumerate(parts, 1):
             name = format_id(value, None)
-            result.append((f"{name}-{k}" if name and len(parts) > 1 else name, _checked(layer, number, part)))
+            numbered = name and len(parts) > 1 and column == ID_COLUMN
+            result.append((f"{name}-{k}" if numbered else name, _checked(layer, number, part)))
     _refuse_repeated(layer, [name for name, _ in result if name])
     return result
 

@@ -115,9 +115,7 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
         tried.extend(_climb_down(method, evidence, parameters))
     if not any(score.valid for _, score in tried) and not any(score.method == LAST_RESORT for _, score in tried):
         tried.extend(_climb_down(LAST_RESORT, evidence, parameters))
-    candidate, score = min(
-        tried, key=lambda pair: (not pair[1].valid, not _as_wanted(*pair, evidence), pair[1].penalty)
-    )
+    candidate, score = min(tried, key=lambda pair: _rank(pair[0], pair[1], evidence))
     scores = tuple(s for _, s in tried)
     return Choice(
         candidate, *_ending(candidate, score, scores, evidence, parameters), scores, tuple(c for c, _ in tried)
@@ -131,9 +129,9 @@ def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str
     return parameters.methods
 
 
-def _as_wanted(candidate: Candidate, score: Score, evidence: Evidence) -> bool:
-    """Whether the candidate has the roof type that a person has set; any has, where nobody did."""
-    return score.valid and evidence.wanted_type in ("", candidate.roof_type)
+def _rank(candidate: Candidate, score: Score, evidence: Evidence) -> tuple[bool, bool, float]:
+    """Less is better: valid first, then of the roof type that a person has set, then by penalty."""
+    return not score.valid, evidence.wanted_type not in ("", candidate.roof_type), score.penalty
 
 
 def _climb_down(

@@ -7,7 +7,10 @@ from dataclasses import asdict, replace
 from math import isfinite
 from typing import NoReturn
 
+import shapely
+
 from cityflow.core.building import Building, Lod, Outline, Scalar, Status
+from cityflow.core.edits import Edits
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
@@ -30,12 +33,15 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
     under = survey.tiles_under(unit)
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
+    roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
     return Task(
         STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),
-        inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source)},
+        inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
+                **({"edits": digest_of(roofs)} if roofs else {})},
         arguments={
             "outline": [unit.path, unit.start, unit.length], **arguments_of(survey, unit), "source": source,
+            "edits": roofs,
             "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
         },
         limits=survey.limits(STAGE),
@@ -60,7 +66,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = ReconstructParameters.model_validate(task.parameters)
     path, start, length = task.arguments["outline"]
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
-    evidence = gather(workspace, task, outline)
+    wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
+    evidence = gather(workspace, task, outline, wanted)
     choice = _admitting(choose(evidence, parameters), task.arguments["unread"])
     measures = measure(choice, evidence)
     result = {**measures, "notes": dict(choice.candidate.notes), "scores": scores_of(choice)}
