@@ -82,7 +82,9 @@ def cut_in_cubes(xyz: FloatArray, edge: float) -> Cubes:
     key = key[order]
     first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]]) if len(key) else np.empty(0, np.int64)
     starts = np.r_[first, len(key)].astype(np.int64)
-    return Cubes(np.ascontiguousarray(local[order]), order, starts, index[order][first], key[first], strides, edge, corner)
+    return Cubes(
+        np.ascontiguousarray(local[order]), order, starts, index[order][first], key[first], strides, edge, corner
+    )
 
 
 @njit(cache=True, nogil=True)

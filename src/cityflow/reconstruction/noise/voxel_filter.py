@@ -183,9 +183,7 @@ def _judge(
 
 
 @njit(cache=True, nogil=True)
-def _second_fit(
-    points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray, least_noise: float
-) -> float:
+def _second_fit(points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray, least_noise: float) -> float:
     """Fit the plane again to the points near it; how far these scatter (m)."""
     sigma = max(_scatter(points, starts, around, plane), least_noise)
     row = np.zeros(SUMS)
@@ -203,9 +201,7 @@ def _second_fit(
 
 @njit(cache=True, nogil=True)
 def _distance(point: FloatArray, plane: FloatArray) -> float:
-    return abs(
-        plane[0] * (point[0] - plane[3]) + plane[1] * (point[1] - plane[4]) + plane[2] * (point[2] - plane[5])
-    )
+    return abs(plane[0] * (point[0] - plane[3]) + plane[1] * (point[1] - plane[4]) + plane[2] * (point[2] - plane[5]))
 
 
 @njit(cache=True, nogil=True)

@@ -1,0 +1,1 @@
+"""Pieces of the volumetric method: surfaces from cubes, nodes and edges, columns, hull."""
