@@ -1,0 +1,189 @@
+"""Roofs by their types, from an ortho, a surface model of any resolution and the outline (Hron 2020, section 3).
+
+Straight lines found in the orthos are joined and sorted into ridges, hips, valleys and eaves; the outline is cut into parts; for
+each part a skeleton of every type is constructed, fitted to heights and lines, and the cheapest is kept. Then every height is
+determined anew from the surface model.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pydantic import Field
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import RoofPlane, Status
+from cityflow.core.parameters import Parameters
+from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.core.roof_types import RoofType
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.roof_types_parts import heights as heights_of
+from cityflow.reconstruction.roof_types_parts import roof_lines
+from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
+from cityflow.reconstruction.roof_types_parts.hypotheses import Hypothesis, HypothesisParameters, hypotheses
+from cityflow.reconstruction.roof_types_parts.line_categories import (
+    Category,
+    CategoryParameters,
+    SortedLines,
+    categorise,
+)
+from cityflow.reconstruction.roof_types_parts.outline_sides import fills, sides_of, whole_quad
+from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
+from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel, partition_of, roof_model
+from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of
+from cityflow.reconstruction.solids.assemble import assemble
+from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+
+METHOD = "roof_types"
+Origin = tuple[float, float, float]
+
+
+class RoofTypesParameters(Parameters):
+    """How lines are found and sorted, what roofs may look like, and when a roof is of no known type."""
+
+    lines: LineParameters = LineParameters()
+    categories: CategoryParameters = CategoryParameters()
+    roofs: HypothesisParameters = HypothesisParameters()
+    levels: LevelParameters = LevelParameters()
+    straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
+    margin_m: float = Field(0.3, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
+    least_fill: float = Field(0.9, gt=0, le=1, description="an outline that fills its four sides so far (share) is one part")
+    least_cells: int = Field(4, ge=3, le=1000, description="fewer heights than this tell nothing")
+    most_off: float = Field(0.4, gt=0, le=1, description="a roof that leaves more of its heights (share) beyond three sigma is of unknown type")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What was found before any roof was tried: for pictures and reports, too.
+
+    Attributes
+    ----------
+    origin : world, of the local frame
+    outline : Polygon, local
+    cells, levels, lines : heights and sorted lines, local
+    clues : what hypotheses are compared with
+    """
+
+    origin: Origin
+    outline: Polygon
+    cells: HeightCells
+    levels: RoofLevels
+    lines: SortedLines
+    clues: Clues
+
+
+def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidate:
+    """The method. No solid, and why, where there are too few heights or no type fits."""
+    reading = read(evidence, parameters)
+    if len(reading.cells) < parameters.least_cells:
+        return _none(f"{len(reading.cells)} heights inside the outline, {parameters.least_cells} needed")
+    parts, kind, cost = best_roof(reading, evidence.wanted_type, parameters)
+    if not parts:
+        return _none("no roof type fits the outline")
+    model = roof_model(parts)
+    off = _share_off(reading, model)
+    if off > parameters.most_off:
+        return _none(f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({kind}): type unknown")
+    return _candidate(evidence, reading, model, (kind, parts), cost, parameters)
+
+
+def _none(reason: str) -> Candidate:
+    return Candidate(METHOD, None, status=Status.FAILED, reason=reason, roof_type=RoofType.UNKNOWN.value)
+
+
+def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
+    """Heights and lines of one unit."""
+    x0, y0 = (float(np.floor(v)) for v in evidence.outline.bounds[:2])
+    origin = (x0, y0, float(np.floor(evidence.ground_height)))
+    outline = moved(evidence.outline, -x0, -y0)
+    cells = heights_of.height_cells(evidence, outline, origin, parameters.margin_m)
+    if len(cells) < parameters.least_cells:
+        none = SortedLines(roof_lines.joined([]), np.empty(0, np.int64), np.empty((0, 2)))
+        return Reading(origin, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0))
+    levels = heights_of.roof_levels(evidence, outline, origin, cells)
+    lines = find_lines(evidence, origin, parameters.lines)
+    z = heights_of.height_at(evidence, origin, lines.ends.reshape(-1, 2)).reshape(-1, 2)
+    kinds = categorise(lines, z, outline, levels, parameters.categories)
+    inner = kinds.lines.take(kinds.category != Category.EAVE)
+    trust = 1.0 if len(lines) else 0.0
+    clues = Clues(cells, noise_of(cells), np.ascontiguousarray(inner.ends.reshape(-1, 4)), trust)
+    return Reading(origin, outline, cells, levels, kinds, clues)
+
+
+def find_lines(evidence: Evidence, origin: Origin, parameters: LineParameters) -> RoofLines:
+    """Lines of all epochs in the local frame, joined within their epoch, duplicates of all together left out."""
+    found = [
+        roof_lines.merged(roof_lines.picture_lines(picture, k, evidence.outline, parameters), parameters)
+        for k, picture in enumerate(evidence.pictures)
+    ]
+    if not found and evidence.heights is not None:
+        found = [roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, parameters), parameters)]
+    every = roof_lines.joined(found).shifted(-np.asarray(origin[:2]))
+    return roof_lines.without_duplicates(every, parameters)
+
+
+def best_roof(
+    reading: Reading, wanted: str, parameters: RoofTypesParameters
+) -> tuple[list[PlacedSkeleton], RoofType, float]:
+    """Parts of the cheapest roof, its type and cost."""
+    sides = sides_of(reading.outline, parameters.straighten_m)
+    quad = whole_quad(reading.outline, sides)
+    if fills(reading.outline, quad) < parameters.least_fill:
+        return [], RoofType.UNKNOWN, math.inf
+    tried = hypotheses(reading.clues, quad, parameters.roofs)
+    if wanted:
+        tried = [h for h in tried if h.skeleton.type == wanted]
+    if not tried:
+        return [], RoofType.UNKNOWN, math.inf
+    best = tried[0]
+    return [PlacedSkeleton(best.skeleton, np.empty((0, 3)))], best.skeleton.type, best.cost
+
+
+def _share_off(reading: Reading, model: RoofModel) -> float:
+    z = model.heights(reading.cells.xy)
+    mean = np.bincount(reading.cells.cell, weights=z) / np.bincount(reading.cells.cell)
+    return float(np.mean(np.abs(mean - reading.cells.z) > 3 * max(reading.clues.sigma, 0.25)))
+
+
+def _candidate(
+    evidence: Evidence,
+    reading: Reading,
+    model: RoofModel,
+    found: tuple[RoofType, list[PlacedSkeleton]],
+    cost: float,
+    parameters: RoofTypesParameters,
+) -> Candidate:
+    partition = partition_of(model, reading.outline)
+    solid = assemble(partition, model.planes, evidence.ground_height, reading.origin, evidence.outline)
+    faults = check_polyhedron(solid)
+    if faults:
+        return _none(f"the {found[0]} roof gives no valid solid: {faults[0].code} {faults[0].name}")
+    blocks = block_levels(
+        partition, model.planes, evidence.ground_height, reading.origin, evidence.outline, parameters.levels
+    )
+    notes = {
+        "lines": len(reading.lines.lines),
+        "parts": "+".join(p.skeleton.type.value for p in found[1]),
+        "cost": round(cost, 3),
+        "noise": round(reading.clues.sigma, 3),
+    }
+    planes = _roof_planes(reading, model)
+    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=found[0].value)
+
+
+def _roof_planes(reading: Reading, model: RoofModel) -> tuple[RoofPlane, ...]:
+    cells, (x0, y0, z0) = reading.cells, reading.origin
+    n = np.bincount(cells.cell)
+    centre = np.column_stack([np.bincount(cells.cell, weights=v) / n for v in cells.xy.T])
+    label = model.labels(centre)
+    off = cells.z - np.sum(model.planes[label, :2] * centre, axis=1) - model.planes[label, 2]
+    count = np.bincount(label, minlength=len(model.planes))
+    rmse = np.sqrt(np.bincount(label, weights=off**2, minlength=len(model.planes)) / np.maximum(count, 1))
+    return tuple(
+        RoofPlane(float(a), float(b), float(c) + z0, (x0, y0), int(k), float(r))
+        for (a, b, c), k, r in zip(model.planes, count, rmse, strict=True)
+    )

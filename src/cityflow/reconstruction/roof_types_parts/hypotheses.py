@@ -1,0 +1,287 @@
+"""Every roof type tried on one part of an outline: constructed, fitted to heights and lines, with its cost.
+
+The ridge is sought first, with gabled ends; then each end on its own becomes a hip or a half-hip where that costs less.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.parameters import Parameters
+from cityflow.core.roof_types import RoofType
+from cityflow.reconstruction.roof_types_parts import skeletons
+from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, cell_means, fitted_heights, line_gain, ridge_cost
+from cityflow.reconstruction.roof_types_parts.skeletons import BEND, BEND_T, D0, D1, R2, R3, S2, S3, Quad, Skeleton
+
+STEPS_M = (0.8, 0.4, 0.2, 0.1, 0.05)
+PYRAMID_RIDGE_M = 1.0
+"""Hip roofs with shorter ridges are pyramids."""
+UNLIKELY = 2.0
+"""Cost of what houses rarely have: ends of different kind, ridges across the longer side."""
+
+
+class HypothesisParameters(Parameters):
+    """What roofs may look like."""
+
+    least_rise_m: float = Field(0.5, gt=0, le=5, description="roofs that rise less (m) are flat")
+    least_slope_deg: float = Field(3.5, gt=0, le=20, description="roofs less steep (degrees) are flat")
+    off_middle: float = Field(0.22, gt=0, le=0.5, description="ridges lie within this share of the width of the middle")
+    off_middle_cost: float = Field(3.0, ge=0, le=50, description="cost of a ridge off the middle, besides its number")
+    least_end_m: float = Field(0.8, gt=0, le=10, description="shortest run (m) of a hip or half-hip")
+    rare_cost: float = Field(4.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers")
+    most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A skeleton with its cost, in which the numbers that were free are counted."""
+
+    skeleton: Skeleton
+    cost: float
+
+
+@dataclass
+class PartClues:
+    """Clues of one unit as one part sees them: some of the cells, and distances to its sides."""
+
+    clues: Clues
+    quad: Quad
+    d: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.d = self.quad.distances(self.clues.cells.xy)
+
+    def of_shape(self, shape: FloatArray) -> tuple[float, float, float]:
+        c = self.clues
+        return ridge_cost(
+            shape, self.quad.sides, self.d, c.cells.cell, c.cells.z, c.cells.weight, c.sigma, c.segments, c.trust
+        )  # type: ignore[no-any-return]
+
+    def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
+        c = self.clues
+        return fitted_heights(cell_means(t, c.cells.cell, len(c.cells)), c.cells.z, c.cells.weight, c.sigma)  # type: ignore[no-any-return]
+
+
+def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """All types over one part, cheapest first."""
+    found = flat_and_sheds(clues, quad, parameters)
+    longer = quad if quad.length >= quad.width else quad.turned()
+    for k, turned in enumerate((longer, longer.turned())):
+        part = PartClues(clues, turned)
+        ratio = turned.length / turned.width
+        across = UNLIKELY * min(1.0, max(0.0, 4 * (1 / ratio - 1.1))) if k else 0.0
+        found += [Hypothesis(h.skeleton, h.cost + across) for h in ridge_roofs(part, parameters)]
+        found += sawtooths(part, parameters)
+    found += [pyramid(PartClues(clues, longer), parameters)]
+    return sorted((h for h in found if math.isfinite(h.cost)), key=lambda h: h.cost)
+
+
+def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
+    part = PartClues(clues, quad)
+    cost, eave, _ = part.of_heights(np.zeros(len(part.d)))
+    shape = skeletons.ridge_shape(quad)
+    found = [Hypothesis(Skeleton(RoofType.FLAT, quad, shape, eave, 0.0), cost)]
+    for turned in (quad, quad.turned()):
+        own = PartClues(clues, turned)
+        cost, eave, rise = own.of_heights(own.d[:, 0] / turned.width)
+        skeleton = Skeleton(RoofType.SHED, turned, shape, eave, rise)
+        if abs(rise) >= _least_rise(turned.width, parameters):
+            found.append(Hypothesis(skeleton, cost + 2 * clues.per_parameter()))
+    return found
+
+
+def _least_rise(run: float, parameters: HypothesisParameters) -> float:
+    return max(parameters.least_rise_m, run * math.tan(math.radians(parameters.least_slope_deg)))
+
+
+def ridge_roofs(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """Gable, hip, half-hip, mansard, butterfly with the ridge along the part."""
+    found: list[Hypothesis] = []
+    for base, paid in _ridges(part, parameters):
+        gable = _measured(part, base, paid)
+        rare = parameters.rare_cost if gable.skeleton.rise < 0 else 0.0
+        found.append(Hypothesis(gable.skeleton, gable.cost + rare))
+        if gable.skeleton.rise > 0:
+            found += _with_ends(part, base, paid, parameters)
+    best = min(found, key=lambda h: h.cost)
+    if best.skeleton.rise > 0:
+        found += _mansards(part, best, parameters)
+    return [h for h in found if abs(h.skeleton.rise) >= _least_rise(part.quad.width / 2, parameters)]
+
+
+def _measured(part: PartClues, shape: FloatArray, paid: float) -> Hypothesis:
+    """A shape with its heights; its type follows from its ends."""
+    cost, eave, rise = part.of_shape(shape)
+    return Hypothesis(Skeleton(_type_of(shape, part.quad, rise), part.quad, shape, eave, rise), cost + paid)
+
+
+def _type_of(shape: FloatArray, quad: Quad, rise: float) -> RoofType:
+    starts = shape[[S2, S3]]
+    if rise < 0:
+        return RoofType.BUTTERFLY
+    if shape[BEND] < 1:
+        return RoofType.MANSARD
+    if np.all(starts == 0) and quad.length - shape[R2] - shape[R3] < PYRAMID_RIDGE_M:
+        return RoofType.PYRAMID
+    if np.any(starts == 0):
+        return RoofType.HIP
+    return RoofType.GABLE if np.all(starts == 1) else RoofType.HALF_HIP
+
+
+def _ridges(part: PartClues, parameters: HypothesisParameters) -> list[tuple[FloatArray, float]]:
+    """Gables with the ridge in the middle, and at the best place off it; each with what it has to pay."""
+    each, width = part.clues.per_parameter(), part.quad.width
+    middle = skeletons.ridge_shape(part.quad)
+    reach = parameters.off_middle * width
+
+    def cost(x: FloatArray) -> float:
+        return part.of_shape(skeletons.ridge_shape(part.quad, 0.5 + x[0] / width))[0]
+
+    starts = [np.array([x]) for x in (*_line_places(part, reach), 0.0)]
+    best = min((minimised(cost, x, (np.array([-reach]), np.array([reach]))) for x in starts), key=lambda b: b[1])
+    off = skeletons.ridge_shape(part.quad, 0.5 + best[0][0] / width)
+    return [(middle, each), (off, 2 * each + parameters.off_middle_cost)]
+
+
+def _line_places(part: PartClues, reach: float) -> list[float]:
+    """Where lines run along the part, as offsets from the middle; the longest three."""
+    segments, along = part.clues.segments, part.quad.direction
+    if len(segments) == 0:
+        return []
+    step = segments[:, 2:] - segments[:, :2]
+    length = np.hypot(*step.T)
+    middle = (segments[:, :2] + segments[:, 2:]) / 2
+    d = part.quad.distances(middle)
+    offset = (d[:, 0] - d[:, 1]) / 2
+    inside = (d[:, 2] > 0) & (d[:, 3] > 0) & (np.abs(offset) <= reach)
+    chosen = inside & (np.abs(step @ along) > math.cos(math.radians(9.0)) * length) & (length > 0.15 * part.quad.length)
+    order = np.argsort(-length[chosen], kind="stable")[:3]
+    return [float(x) for x in offset[chosen][order]]
+
+
+def _with_ends(part: PartClues, base: FloatArray, paid: float, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """Hips and half-hips at one end or both; numbers shared by both ends are paid once."""
+    each, found = part.clues.per_parameter(), []
+    for half in (False, True):
+        ends = [_best_end(part, base, (end,), half, parameters) for end in (0, 1)]
+        both = _best_end(part, base, (0, 1), half, parameters)
+        apart = np.where(np.isin(np.arange(8), (R3, S3)), ends[1], ends[0])
+        numbers = 2 if half else 1
+        found += [_measured(part, shape, paid + numbers * each + UNLIKELY) for shape in ends]
+        found += [_measured(part, both, paid + numbers * each)]
+        if part.quad.length - apart[R2] - apart[R3] > 0:
+            found.append(_measured(part, apart, paid + 2 * numbers * each))
+        if not half and base[D0] + base[D1] < part.quad.length:
+            alike = base.copy()
+            alike[[R2, R3]], alike[[S2, S3]] = (base[D0] + base[D1]) / 2, 0.0
+            found.append(_measured(part, alike, paid))
+    return found
+
+
+def _best_end(
+    part: PartClues, base: FloatArray, ends: Sequence[int], half: bool, parameters: HypothesisParameters
+) -> FloatArray:
+    """The shape with the run (and start) of one end, or of both alike, that costs least."""
+    width, length = part.quad.width, part.quad.length
+    longest = length / 2 if len(ends) == 2 else 0.8 * length
+    least = min(parameters.least_end_m, longest / 2)
+
+    def shaped(x: FloatArray) -> FloatArray:
+        shape = base.copy()
+        for end in ends:
+            shape[R2 + end], shape[S2 + end] = x[0], x[1] / width if half else 0.0
+        return shape
+
+    runs = (0.2 * width, 0.4 * width) if half else (0.3 * width, 0.5 * width, 0.8 * width)
+    starts = [np.array([min(max(r, least), longest), 0.5 * width]) for r in runs]
+    limits = np.array([least, 0.25 * width]), np.array([longest, 0.8 * width])
+    free = 2 if half else 1
+    fits = [minimised(lambda x: part.of_shape(shaped(x))[0], x, limits, free) for x in starts]
+    return shaped(min(fits, key=lambda f: f[1])[0])
+
+
+def _mansards(part: PartClues, base: Hypothesis, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """The best roof with a bend in its slopes."""
+
+    def shaped(x: FloatArray) -> FloatArray:
+        shape = base.skeleton.shape.copy()
+        shape[BEND], shape[BEND_T] = x[0] / 10, x[1] / 10
+        return shape
+
+    limits = np.array([1.2, 4.0]), np.array([6.0, 8.5])
+    if np.any(base.skeleton.shape[[S2, S3]] % 1 > 0):
+        return []
+
+    def cost(x: FloatArray) -> float:
+        return part.of_shape(shaped(x))[0] if x[1] > x[0] + 1.5 else math.inf
+
+    starts = [np.array(x) for x in ((2.0, 5.5), (3.5, 6.5))]
+    best = min((minimised(cost, x, limits) for x in starts), key=lambda f: f[1])
+    fit = _measured(part, shaped(best[0]), 0.0)
+    paid = 3 * part.clues.per_parameter() + parameters.rare_cost
+    return [Hypothesis(fit.skeleton, fit.cost + paid)]
+
+
+def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
+    """Four faces that meet over the middle."""
+    shape = skeletons.ridge_shape(part.quad)
+    shape[[R2, R3]], shape[[S2, S3]] = part.quad.length / 2, 0.0
+    fit = _measured(part, shape, part.clues.per_parameter())
+    slender = max(0.0, part.quad.length / part.quad.width - 1.25)
+    low = fit.skeleton.rise < _least_rise(part.quad.width / 2, parameters)
+    return Hypothesis(fit.skeleton, math.inf if low else fit.cost + 20 * slender)
+
+
+def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """Sheds side by side, as many as fit best."""
+    length, found = part.quad.length, []
+    for teeth in range(2, min(parameters.most_teeth, int(length / 3.0)) + 1):
+        t = skeletons.tooth_heights(part.d, length, teeth)
+        cost, eave, rise = part.of_heights(t)
+        cost -= part.clues.trust * tooth_gain(part, teeth)
+        shape = skeletons.ridge_shape(part.quad)
+        if abs(rise) >= _least_rise(length / teeth, parameters):
+            skeleton = Skeleton(RoofType.SAWTOOTH, part.quad, shape, eave, rise, teeth)
+            found.append(Hypothesis(skeleton, cost + 3 * part.clues.per_parameter() + parameters.rare_cost))
+    return found
+
+
+def tooth_gain(part: PartClues, teeth: int) -> float:
+    """What lines say of the steps between teeth."""
+    sides, pitch = part.quad.sides, part.quad.length / teeth
+    edges = []
+    for k in range(1, teeth):
+        step = sides[2] + np.array([0, 0, k * pitch])
+        ends = [np.linalg.solve(np.stack([side[:2], step[:2]]), [side[2], step[2]]) for side in sides[:2]]
+        edges.append(np.concatenate(ends))
+    return float(line_gain(np.array(edges), part.clues.segments))
+
+
+def minimised(
+    cost: Callable[[FloatArray], float],
+    start: FloatArray,
+    limits: tuple[FloatArray, FloatArray],
+    free: int | None = None,
+) -> tuple[FloatArray, float]:
+    """A minimum near a start, by steps along the axes that get shorter; the place and its cost."""
+    x, best = start.copy(), cost(start)
+    for step in STEPS_M:
+        for _ in range(4):
+            before = best
+            for k in range(len(x) if free is None else free):
+                for sign in (step, -step):
+                    other = x.copy()
+                    other[k] = min(max(other[k] + sign, limits[0][k]), limits[1][k])
+                    value = cost(other)
+                    if value < best - 1e-9:
+                        x, best = other, value
+                        break
+            if best >= before:
+                break
+    return x, best

@@ -1,0 +1,160 @@
+"""How well a roof shape agrees with heights and with detected lines: the cost that hypotheses are compared by.
+
+Costs are negative log-likelihoods: heights by their noise, cut off at three sigma; a stretch of a skeleton's edge by whether a
+detected line runs along it. What a hypothesis may choose freely costs as in Schwarz's criterion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.reconstruction.roof_types_parts.heights import HeightCells
+from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, skeleton_edges
+
+CUT = 4.5
+"""Cost of a height beyond three sigma."""
+SEEN, UNSEEN = 2.0, 0.8
+"""Log-likelihood ratio of a line, and of none, along an independent stretch of an edge."""
+STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
+"""Length of such a stretch; places along it; how far beside an edge its line may run (sigma)."""
+TURN_COS = math.cos(math.radians(12.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Clues:
+    """Everything that hypotheses of one unit are compared with.
+
+    Attributes
+    ----------
+    cells : heights
+    sigma : metres, noise of the heights
+    segments : (M, 4) x, y of start and end of lines that may be part of the skeleton; local metres
+    trust : weight of the lines: 1, or 0 where nothing shows any
+    """
+
+    cells: HeightCells
+    sigma: float
+    segments: FloatArray
+    trust: float
+
+    @property
+    def effective(self) -> float:
+        """Independent heights."""
+        return float(self.cells.weight.sum())
+
+    def per_parameter(self) -> float:
+        """Cost of a free number."""
+        return 0.5 * math.log(max(self.effective, 4.0))
+
+
+def noise_of(cells: HeightCells) -> float:
+    """Noise (sigma, m) from second differences of neighbouring cells, ridges and steps left out."""
+    if len(cells) < 9 or cells.size == 0:
+        return 0.3
+    places = len(cells.xy) // len(cells)
+    centre = cells.xy.reshape(len(cells), places, 2).mean(axis=1)
+    col, row = np.round((centre - centre.min(axis=0)) / cells.size).astype(np.int64).T
+    raster = np.full((int(row.max()) + 1, int(col.max()) + 1), np.nan)
+    raster[row, col] = cells.z
+    bends = np.concatenate([np.diff(raster, 2, axis=0).ravel(), np.diff(raster, 2, axis=1).ravel()])
+    squares = np.sort(bends[np.isfinite(bends)] ** 2)
+    if len(squares) < 6:
+        return 0.3
+    return float(np.clip(1.3 * math.sqrt(squares[: max(int(0.8 * len(squares)), 3)].mean() / 6), 0.12, 0.6))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def cell_means(t: FloatArray, cell: IntArray, count: int) -> FloatArray:
+    """(C,) mean over the places of each cell."""
+    total, n = np.zeros(count), np.zeros(count)
+    for i in range(len(t)):
+        total[cell[i]] += t[i]
+        n[cell[i]] += 1
+    return total / np.maximum(n, 1)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def fitted_heights(t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float) -> tuple[float, float, float]:
+    """Cost, eave and rise of z = eave + rise·t, robustly."""
+    w = weight.copy()
+    eave = rise = 0.0
+    for turn in range(5):
+        sw = st = sz = stt = stz = 0.0
+        for i in range(len(z)):
+            sw += w[i]
+            st += w[i] * t[i]
+            sz += w[i] * z[i]
+            stt += w[i] * t[i] * t[i]
+            stz += w[i] * t[i] * z[i]
+        det = sw * stt - st * st
+        rise = (sw * stz - st * sz) / det if det > 1e-9 * sw * sw else 0.0
+        eave = (sz - rise * st) / sw
+        wide = 2.0 * sigma * (4.0 if turn == 0 else 1.0)
+        for i in range(len(z)):
+            r = (z[i] - eave - rise * t[i]) / wide
+            w[i] = weight[i] / (1.0 + r * r) ** 2
+    cost = 0.0
+    for i in range(len(z)):
+        r = (z[i] - eave - rise * t[i]) / sigma
+        cost += weight[i] * min(0.5 * r * r, CUT)
+    return cost, eave, rise
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def line_gain(edges: FloatArray, segments: FloatArray) -> float:
+    """Log-likelihood ratio of the detected lines, given these edges against none."""
+    gain = 0.0
+    for e in range(len(edges)):
+        x0, y0 = edges[e, 0], edges[e, 1]
+        dx, dy = edges[e, 2] - x0, edges[e, 3] - y0
+        length = math.sqrt(dx * dx + dy * dy)
+        if not (length > 0.3 and length < 500.0):
+            continue
+        steps = max(int(length / STEP_M), 1)
+        for k in range(steps):
+            t = (k + 0.5) / steps
+            best = _nearest_line(x0 + t * dx, y0 + t * dy, dx / length, dy / length, segments)
+            gain += length / steps / STRETCH_M * (best * SEEN - (1.0 - best) * UNSEEN)
+    return gain
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _nearest_line(x: float, y: float, ux: float, uy: float, segments: FloatArray) -> float:
+    """How well the best line runs through a place in a direction, 0 to 1."""
+    best = 0.0
+    for m in range(len(segments)):
+        sx, sy = segments[m, 2] - segments[m, 0], segments[m, 3] - segments[m, 1]
+        length = math.sqrt(sx * sx + sy * sy)
+        cos = abs(sx * ux + sy * uy) / length
+        if cos < TURN_COS:
+            continue
+        along = ((x - segments[m, 0]) * sx + (y - segments[m, 1]) * sy) / length
+        beyond = max(0.0, -along, along - length)
+        away = abs((x - segments[m, 0]) * sy - (y - segments[m, 1]) * sx) / length
+        best = max(best, math.exp(-0.5 * (away * away + beyond * beyond) / (ACROSS_M * ACROSS_M)))
+    return best
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def ridge_cost(
+    shape: FloatArray,
+    sides: FloatArray,
+    d: FloatArray,
+    cell: IntArray,
+    z: FloatArray,
+    weight: FloatArray,
+    sigma: float,
+    segments: FloatArray,
+    trust: float,
+) -> tuple[float, float, float]:
+    """Cost, eave and rise of a shape of the ridge family."""
+    t = cell_means(ridge_heights(shape, d), cell, len(z))
+    cost, eave, rise = fitted_heights(t, z, weight, sigma)
+    if trust > 0.0:
+        cost -= trust * line_gain(skeleton_edges(shape, sides), segments)
+    return cost, eave, rise
