@@ -121,12 +121,18 @@ def plan(
 
 @app.command()
 def explain(
-    run_url: RunArgument, unit: Annotated[str, typer.Argument(help="Id of a building, or name of a tile or file")]
+    run_url: RunArgument,
+    unit: Annotated[str, typer.Argument(help="Id of a building, or name of a tile or file")],
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG to be written: the candidates of every method side by side")
+    ] = None,
 ) -> None:
     """All that is known of one unit: inputs, attempts, parameters, timings, reason, outputs."""
-    from cityflow.workflow.explain import print_explanation
+    from cityflow.workflow.explain import print_explanation, write_candidates
 
     print_explanation(run_url, unit, console)
+    if picture is not None:
+        write_candidates(run_url, unit, picture)
 
 
 @app.command()
@@ -284,7 +290,7 @@ def catalog_create(
     dtm: Annotated[
         Path | None, typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
     ] = None,
-    ortho: Annotated[Path | None, typer.Option(help="An orthophoto")] = None,
+    ortho: Annotated[list[Path] | None, typer.Option(help="An orthophoto; repeatable, one for each epoch")] = None,
     title: Annotated[str, typer.Option(help="Name of the survey")] = "",
     date: Annotated[str, typer.Option(help="Day of the survey, YYYY-MM-DD, where the files do not say it")] = "",
     licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
@@ -300,7 +306,7 @@ def catalog_create(
     )
     made = create_catalog(
         out, lidar=lidar or [], images=image_source(images, found, origin, heights, gains), outlines=outlines, dsm=dsm, dtm=dtm,
-        ortho=ortho, crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
+        orthos=ortho or (), crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
         licence=licence, attribution=attribution, date=date, copy=copy,
     )  # fmt: skip
     for note in made.notes:

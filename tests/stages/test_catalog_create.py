@@ -75,11 +75,17 @@ def test_hrefs_are_relative_unless_copied(tmp_path: Path) -> None:
 def test_rasters_and_local_frame(tmp_path: Path) -> None:
     write_las(tmp_path / "a.laz", points())
     dtm, ortho = _raster(tmp_path / "t.tif", None), _raster(tmp_path / "o.tif", None, bands=3)
-    created = create_catalog(tmp_path / "c", lidar=[str(tmp_path / "a.laz")], dtm=dtm, ortho=ortho, crs="local")
+    other = _raster(tmp_path / "later.tif", None, bands=3)
+    created = create_catalog(
+        tmp_path / "c", lidar=[str(tmp_path / "a.laz")], dtm=dtm, orthos=[ortho, other], crs="local"
+    )
     catalog = read_catalog(tmp_path / "c")
     assert catalog == created.catalog
     assert catalog.reference.is_local
     assert (catalog.rasters["dtm"].cell, catalog.rasters["dtm"].shape) == (0.5, (120, 120))
+    assert {k: Path(r.href).name for k, r in catalog.rasters.items()} == {
+        "dtm": "t.tif", "ortho": "o.tif", "ortho-2": "later.tif",
+    }  # fmt: skip
     assert catalog.rasters["ortho"].bounds == (*CORNER, CORNER[0] + 60, CORNER[1] + 60)
     item = json.loads((tmp_path / "c" / "items" / "a.json").read_text())
     assert item["geometry"] is None

@@ -50,7 +50,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[tuple[str
     (folder / "ortho.tif").write_bytes(write_cog(red, GRID, reference, nodata=None))
     geopandas.GeoDataFrame({"id": ["a"]}, geometry=[HOUSE], crs=28992).to_file(folder / "outlines.gpkg")
     create_catalog(
-        folder / "catalog", dsm=folder / "dsm.tif", ortho=folder / "ortho.tif", outlines=folder / "outlines.gpkg",
+        folder / "catalog", dsm=folder / "dsm.tif", orthos=[folder / "ortho.tif"], outlines=folder / "outlines.gpkg",
         crs="EPSG:28992", id_column="id",
     )  # fmt: skip
     catalog = read_catalog(folder / "catalog")

@@ -10,7 +10,7 @@ import hashlib
 import json
 import os
 import posixpath
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -100,7 +100,7 @@ def read_catalog(folder: str | Path) -> Catalog:
         lidar = tuple(_lidar(item) for item in items if _kind(item) == LIDAR)
         outlines = [_outlines(item) for item in items if _kind(item) == OUTLINES]
         sparse = [_sparse(item) for item in items if _kind(item) == SPARSE]
-        rasters = {_kind(item): _raster(item) for item in items if _kind(item) in RASTERS}
+        rasters = _rasters(items)
     except (FileNotFoundError, NotADirectoryError) as error:
         remedy = "make one with `cityflow catalog create`, or check the path"
         raise CatalogError(f"no catalog here ({error})", where=str(folder), remedy=remedy) from error
@@ -126,6 +126,17 @@ def read_catalog(folder: str | Path) -> Catalog:
         images=tuple(sorted(images, key=lambda image: image.name)),
         sparse=sparse[0] if sparse else None,
     )
+
+
+def _rasters(items: Sequence[pystac.Item]) -> dict[str, RasterAsset]:
+    """By kind; further ones of a kind (orthos of other epochs) as ``ortho-2``, ``ortho-3``, in the order of their ids."""
+    found: dict[str, RasterAsset] = {}
+    for item in items:
+        kind = _kind(item)
+        if kind in RASTERS:
+            number = 1 + sum(r.kind == kind for r in found.values())
+            found[kind if number == 1 else f"{kind}-{number}"] = _raster(item)
+    return found
 
 
 def _collection_href(folder: str) -> str:

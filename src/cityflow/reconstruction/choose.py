@@ -98,13 +98,20 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The best candidate, how the unit ended, and all scores in the order of trying, with the candidates that they are of."""
+    """The best candidate, how the unit ended, and all scores in the order of trying.
+
+    Attributes
+    ----------
+    tried : the candidates that the scores are of
+    kept : which of them is the best
+    """
 
     candidate: Candidate
     status: Status
     reason: str
     scores: tuple[Score, ...]
     tried: tuple[Candidate, ...] = ()
+    kept: int = 0
 
 
 def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
@@ -115,10 +122,11 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
         tried.extend(_climb_down(method, evidence, parameters))
     if not any(score.valid for _, score in tried) and not any(score.method == LAST_RESORT for _, score in tried):
         tried.extend(_climb_down(LAST_RESORT, evidence, parameters))
-    candidate, score = min(tried, key=lambda pair: _rank(pair[0], pair[1], evidence))
+    kept = min(range(len(tried)), key=lambda k: _rank(*tried[k], evidence))
+    candidate, score = tried[kept]
     scores = tuple(s for _, s in tried)
     return Choice(
-        candidate, *_ending(candidate, score, scores, evidence, parameters), scores, tuple(c for c, _ in tried)
+        candidate, *_ending(candidate, score, scores, evidence, parameters), scores, tuple(c for c, _ in tried), kept
     )
 
 

@@ -52,7 +52,7 @@ def create_catalog(
     outlines: str | Path | None = None,
     dsm: str | Path | None = None,
     dtm: str | Path | None = None,
-    ortho: str | Path | None = None,
+    orthos: Sequence[str | Path] = (),
     crs: str | None = None,
     id_column: str | None = None,
     id_format: str | None = None,
@@ -71,7 +71,8 @@ def create_catalog(
     lidar : paths, folders, globs or URLs of LAS and LAZ files
     images : where oriented images and their orientation are
     outlines : polygons in any format that GDAL reads, in any CRS
-    dsm, dtm, ortho : rasters
+    dsm, dtm : rasters
+    orthos : orthophotos, one for each epoch
     crs : ``EPSG:n`` or ``local``; None takes what the LiDAR files say
     id_column, id_format, layer : see `io.vector.read_outlines`
     date : ISO day of the survey; empty takes the dates of the LiDAR headers
@@ -85,7 +86,8 @@ def create_catalog(
     target = Path(out)
     refuse_foreign_folder(target)
     headers = [read_header(path) for path in lidar_files(lidar)]
-    given = {kind: path for kind, path in zip(RASTERS, (dsm, dtm, ortho), strict=True) if path is not None}
+    heights = {kind: path for kind, path in (("dsm", dsm), ("dtm", dtm)) if path is not None}
+    given = {**heights, **{"ortho" if k == 1 else f"ortho-{k}": path for k, path in enumerate(orthos, 1)}}
     if not headers and not given and images is None:
         raise CatalogError(
             "no LiDAR file, no image and no raster is given",
@@ -222,7 +224,7 @@ def _raster_assets(
     given: Mapping[str, str | Path], reference: Reference, date: str, notes: list[str]
 ) -> dict[str, RasterAsset]:
     assets = {}
-    for kind, path in given.items():
+    for name, path in given.items():
         header = read_raster_header(path)
         if header.crs is None:
             notes.append(f"{Path(path).name} carries no CRS; {reference.name} is assumed")
@@ -234,7 +236,7 @@ def _raster_assets(
             notes.append(
                 f"{Path(path).name} is in {header.crs.name if header.crs else ''}; it is reprojected when it is read"
             )
-        assets[kind] = raster_asset(header, kind, kind, sha256_of(path), date)
+        assets[name] = raster_asset(header, name, name.partition("-")[0], sha256_of(path), date)
     return assets
 
 

@@ -21,12 +21,12 @@ from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_text
-from cityflow.stages.survey import UNREAD, WALL_MARGIN_M, Survey, UnitEntry
+from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
 VERSION = 4
-HULL = "hull.city.jsonl"
+CANDIDATES = "candidates.city.jsonl"
 
 
 def task(survey: Survey, unit: UnitEntry) -> Task:
@@ -70,7 +70,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     evidence = gather(workspace, task, outline, wanted)
     choice = _admitting(choose(evidence, parameters), task.arguments["unread"])
     measures = measure(choice, evidence)
-    result = {**measures, "notes": dict(choice.candidate.notes), "scores": scores_of(choice)}
+    result = {**measures, "notes": dict(choice.candidate.notes), "scores": scores_of(choice), "kept": choice.kept}
+    workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
     if choice.candidate.solid is None or choice.status is Status.FAILED:
         return workspace.outcome(choice.status, choice.reason, result)
     workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))
@@ -85,6 +86,16 @@ def _admitting(choice: Choice, unread: list[str]) -> Choice:
     return replace(
         choice, status=status, reason="; ".join(filter(None, [choice.reason, UNREAD.format(", ".join(unread))]))
     )
+
+
+def _candidate_lines(outline: Outline, evidence: Evidence, choice: Choice) -> bytes:
+    """Every candidate with a solid, as a building whose id is the name in the scores."""
+    buildings = [
+        Building(s.method, outline.polygon, evidence.ground_height, {Lod.LOD22: c.solid}, c.planes)
+        for s, c in zip(choice.scores, choice.tried, strict=True)
+        if c.solid is not None
+    ]
+    return b"".join(feature_line(b) for b in buildings)
 
 
 def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]) -> Building:

@@ -16,6 +16,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window
 from cityflow.io.reference import resolve
+from cityflow.io.stac_assets import RASTERS as RASTER_KINDS
 from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.stages.surface_images import STAGE, parameters_of, write_pieces, write_rasters
 from cityflow.stages.survey import ZARR, Survey
@@ -32,7 +33,7 @@ OUTSIDE = "the given DSM has no heights here"
 
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile from the catalog's rasters."""
-    rasters = dict(sorted(survey.catalog.rasters.items()))
+    rasters = {kind: r for kind, r in sorted(survey.catalog.rasters.items()) if kind in RASTER_KINDS}
     return Task(
         STAGE, name, "cityflow.stages.surface_rasters:run", VERSION,
         parameters=parameters_of(survey, name),

@@ -30,6 +30,9 @@ LIDAR, IMAGES, RASTERS = "lidar", "images", "rasters"
 """The doors into a run."""
 
 STAGE_MATCH = "match"
+HULL = "hull.city.jsonl"
+"""What reconstruction leaves of a unit."""
+
 WALL_MARGIN_M = 1.0
 """A unit waits for the surfaces this far beyond its outline."""
 
@@ -188,7 +191,8 @@ class Survey:
     def _fine_cell_m(self) -> float:
         if self.door == IMAGES:
             return self.images.cell_m
-        return self.parameters.images.cell_m or nearest_cell(self.catalog.rasters["dsm"].cell)
+        given = [r.cell for k, r in self.catalog.rasters.items() if k in ("dsm", "ortho")]
+        return self.parameters.images.cell_m or nearest_cell(min(given))
 
     @property
     def overview_factor(self) -> int:
@@ -349,7 +353,7 @@ class Survey:
         record = self.records.get(("reconstruct", unit))
         if record is None:
             return {"path": None, "status": "failed", "reason": "was not reconstructed"}
-        path = next(iter(record.outputs), None)
+        path = next((p for p in record.outputs if p.endswith(HULL)), None)
         return {"path": path, "status": str(record.status), "reason": record.reason}
 
     def digest_of_hull(self, unit: str) -> str:
@@ -357,7 +361,8 @@ class Survey:
         record = self.records.get(("reconstruct", unit))
         if record is None:
             return "missing"
-        return next(iter(record.outputs.values()), f"{record.status}: {record.reason}")
+        hulls = (digest for path, digest in record.outputs.items() if path.endswith(HULL))
+        return next(hulls, f"{record.status}: {record.reason}")
 
     def products_of(self, stage: str, unit: str) -> dict[str, str]:
         """Path → digest of the products of a task."""

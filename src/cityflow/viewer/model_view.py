@@ -70,8 +70,13 @@ def surfaces_of(solids: Iterable[Polyhedron]) -> Surfaces:
         faces.append(mesh.faces + count)
         count += len(solid.faces)
     if not corners:
-        return Surfaces(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0, np.int64))
+        return no_terrain()
     return Surfaces(np.concatenate(corners), np.concatenate(colours), np.concatenate(faces))
+
+
+def no_terrain() -> Surfaces:
+    """Nothing at all."""
+    return Surfaces(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0, np.int64))
 
 
 def terrain_surfaces(heights: Float32Array, grid: Grid) -> Surfaces:
@@ -88,13 +93,18 @@ def terrain_surfaces(heights: Float32Array, grid: Grid) -> Surfaces:
 
 
 def draw_models(
-    models: Surfaces, terrain: Surfaces, most: int, ground: tuple[ByteArray, Grid] | None = None
+    models: Surfaces,
+    terrain: Surfaces,
+    most: int,
+    ground: tuple[ByteArray, Grid] | None = None,
+    looking_deg: float = LOOKING_DEG,
 ) -> ByteArray:
     """(rows, cols, 3) picture with a longest side of `most` pixels.
 
     Parameters
     ----------
     ground : (rows, cols, 3) colours of the terrain with their grid, or None for one colour
+    looking_deg : where the viewer looks, clockwise from north
 
     Raises
     ------
@@ -108,7 +118,7 @@ def draw_models(
     corners = corners - origin
     colours = np.concatenate([terrain.colours, models.colours])
     faces = np.concatenate([terrain.faces, models.faces])
-    view = _Projection.of(corners, LOOKING_DEG, DOWN_DEG, OVERSAMPLING * most)
+    view = _Projection.of(corners, looking_deg, DOWN_DEG, OVERSAMPLING * most)
     sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, OVERSAMPLING * most)
     scene = _Scene(colours, _light(corners), faces, view, sun, *view.rasterised(corners), sun.rasterised(corners)[0])
     seen = ground and (ground[0], _moved(ground[1], origin))

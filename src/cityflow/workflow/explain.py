@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
+from cityflow.core.building import Lod
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
+from cityflow.io.cityjson import read_feature
+from cityflow.stages import reconstruct
+from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.differences import changed
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.run_folder import open_run
@@ -34,6 +41,39 @@ def print_explanation(url: str, unit: str, console: Console) -> None:
     overrides = read_overrides(wanted.store)
     for stage, attempts in tasks:
         _print_task(stage, attempts, overrides.get((stage, unit), {}), wanted.store.url(""), console)
+
+
+def write_candidates(url: str, unit: str, picture: Path) -> None:
+    """Draw all candidates of a unit side by side, each with its scores, as a PNG.
+
+    Raises
+    ------
+    RunError
+        The unit was not reconstructed, or by a version that kept no candidates.
+    """
+    store = open_run(url).store
+    with Ledger.open(store) as ledger:
+        record = ledger.latest(reconstruct.STAGE, unit)
+    paths = [p for p in record.outputs if p.endswith(reconstruct.CANDIDATES)] if record is not None else []
+    if record is None or not paths:
+        raise RunError(f"no candidates of '{unit}' are kept", where=url, remedy=f"cityflow rerun {url} --unit {unit}")
+    solids = {b.id: b.solids[Lod.LOD22] for b in map(read_feature, store.read_bytes(paths[0]).splitlines()) if b.solids}
+    kept, scores = record.result["kept"], record.result["scores"]
+    drawn = [DrawnCandidate(solids.get(s["method"]), _figures(s), k == kept) for k, s in enumerate(scores)]
+    picture.write_bytes(draw_candidates(drawn))
+
+
+def _figures(score: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is written over a candidate."""
+    fault = () if score["valid"] else ((score["fault"] or "no solid")[:52],)
+    if score["penalty"] is None:
+        return score["method"], *fault
+    nmad = "unknown" if score["nmad"] is None else f"{100 * score['nmad']:.1f} cm"
+    return (
+        score["method"], f"penalty {score['penalty']:.3f}, {score['faces']} roof faces",
+        f"{100 * score['within_20cm']:.1f} % of points within 20 cm",
+        f"NMAD {nmad}, {100 * score['covered']:.1f} % covered", *fault,
+    )  # fmt: skip
 
 
 def _print_task(stage: str, attempts: list[Record], overrides: dict[str, object], root: str, console: Console) -> None:

@@ -14,6 +14,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
 from cityflow.stages import reconstruct
+from cityflow.stages.survey import HULL
 from cityflow.viewer.model_view import (
     SEMANTIC_COLOURS,
     TERRAIN_COLOUR,
@@ -75,7 +76,7 @@ def model_pictures(
 
 
 def _hull(record: Record) -> list[str]:
-    return [p for p in record.outputs if p.endswith(reconstruct.HULL)]
+    return [p for p in record.outputs if p.endswith(HULL)]
 
 
 def densest_spot(points: FloatArray) -> FloatArray:
