@@ -7,16 +7,19 @@ BIN = $(VENV)/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
 export MKL_NUM_THREADS = 1
+# Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test check lint types layers spelling bench clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow run workflows/lidar_city.yaml --catalog catalogs/delft --out $(RUN) --workers $(WORKERS)
 
+# A file's tests stay in one of the two processes: what they share is compiled and made once
 test: $(VENV)/.dev
-	$(BIN)/pytest -q -n 2 --dist loadgroup -m "not cluster"
+	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not cluster"
 	$(BIN)/pytest -q --doctest-modules src/cityflow
-	$(BIN)/pytest -q -m cluster
+	$(BIN)/pytest -q -n 2 --dist loadfile -m cluster
 
 check: lint types layers spelling
 

@@ -20,7 +20,7 @@ from cluster.small_city import (
     status_layer,
 )
 
-pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small city")]
+pytestmark = pytest.mark.cluster
 
 
 def plan(cityflow: Commands, city: SmallCity, run: Path, *more: str) -> str:
@@ -29,42 +29,30 @@ def plan(cityflow: Commands, city: SmallCity, run: Path, *more: str) -> str:
     return done.out
 
 
-def fresh(cityflow: Commands, city: SmallCity, run: Path, *more: str) -> dict[str, str]:
-    """What a run leaves that was never anything else."""
-    cityflow.run(city, run, *more)
-    return contents(run)
+def wish(cityflow: Commands, city: SmallCity, run: Path, *sets: str) -> tuple[str, set[str]]:
+    """Run with these settings: what was said of it beforehand, and the stages that it ran."""
+    told = plan(cityflow, city, run, *sets)
+    return told, {stage for stage, _ in redone(run, lambda: cityflow.run(city, run, *sets))}
 
 
-def test_another_cell_does_all_but_the_index_again(
+def test_a_wish_does_again_what_hangs_on_it_and_leaves_nothing_stale(
     cityflow: Commands, small_city: SmallCity, copied_run: Path, tmp_path: Path
 ) -> None:
-    cell = ("--set", "surface.cell_m=1")
-    planned = plan(cityflow, small_city, copied_run, *cell)
-    assert "4 × parameters changed: cell_m 0.5 → 1" in planned
-    again = redone(copied_run, lambda: cityflow.run(small_city, copied_run, *cell))
-    assert {stage for stage, _ in again} == {"surface", "reconstruct", "export"}
-    assert contents(copied_run) == fresh(cityflow, small_city, tmp_path / "fresh", *cell)
-
-
-def test_another_method_does_buildings_and_exports_again(
-    cityflow: Commands, small_city: SmallCity, copied_run: Path, tmp_path: Path
-) -> None:
-    method = ("--set", "reconstruct.methods=[extruded]")
-    assert "15 × parameters changed: methods" in plan(cityflow, small_city, copied_run, *method)
-    again = redone(copied_run, lambda: cityflow.run(small_city, copied_run, *method))
-    assert {stage for stage, _ in again} == {"reconstruct", "export"}
-    assert contents(copied_run) == fresh(cityflow, small_city, tmp_path / "fresh", *method)
-
-
-def test_fewer_formats_leave_no_file_of_the_others(
-    cityflow: Commands, small_city: SmallCity, copied_run: Path, tmp_path: Path
-) -> None:
-    formats = ("--set", "export.formats=[obj]")
-    planned = plan(cityflow, small_city, copied_run, *formats)
-    assert "parameters changed: formats" in planned
-    again = redone(copied_run, lambda: cityflow.run(small_city, copied_run, *formats))
-    assert {stage for stage, _ in again} == {"export"}
-    assert contents(copied_run) == fresh(cityflow, small_city, tmp_path / "fresh", *formats)
+    """One wish upon the other; at the end the run is as one that was never anything else."""
+    sets = ["--set", "surface.cell_m=1"]
+    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    assert "4 × parameters changed: cell_m 0.5 → 1" in told
+    assert stages == {"surface", "reconstruct", "export"}
+    sets += ["--set", "reconstruct.methods=[extruded]"]
+    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    assert "15 × parameters changed: methods" in told
+    assert stages == {"reconstruct", "export"}
+    sets += ["--set", "export.formats=[obj]"]
+    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    assert "parameters changed: formats" in told
+    assert stages == {"export"}
+    cityflow.run(small_city, tmp_path / "fresh", *sets)
+    assert contents(copied_run) == contents(tmp_path / "fresh")
     assert sorted(p.name for p in (copied_run / "products").iterdir()) == [
         "catalog.json", "dsm", "dsm.vrt", "dtm", "dtm.vrt", "items", "obj", "outlines.gpkg"
     ]  # fmt: skip
@@ -104,9 +92,20 @@ def test_an_area_keeps_the_other_tiles_that_are_still_right(
     }
 
 
-def test_removed_outlines_leave_map_report_and_status(cityflow: Commands, tmp_path: Path) -> None:
+def test_outlines_that_vanish_are_named_and_those_removed_leave_map_report_and_status(
+    cityflow: Commands, tmp_path: Path
+) -> None:
     city, run = make_city(tmp_path / "town"), tmp_path / "run"
     cityflow.run(city, run)
+    before, whole = contents(run), city.outlines.read_bytes()
+    city.outlines.unlink()
+    done = cityflow("rerun", run, "--unit", "outlines")
+    assert done.code == 1
+    assert "outlines.gpkg" in done.err
+    assert contents(run) == before, "what was made of them stays"
+    city.outlines.write_bytes(whole)
+    assert cityflow("rerun", run, "--failed").code == 0
+    assert contents(run) == before
     kept = [(name, polygon) for name, polygon in scene().outlines.items() if name != "b0012"]
     city.write_outlines(kept)
     city.describe()

@@ -24,7 +24,7 @@ from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, truth
 from flow.conftest import free_port
 from flow.processes import Cluster
 
-pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small flight")]
+pytestmark = pytest.mark.cluster
 
 EAST = "1701_8940"
 FEW = ("--set", "images.frames=false", "--set", "export.formats=[obj]")

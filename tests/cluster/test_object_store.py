@@ -15,7 +15,7 @@ import pytest
 from cluster.small_city import S3, S3_PORT, Commands, SmallCity, contents, newest, redone, report
 from flow.processes import Cluster
 
-pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("small city")]
+pytestmark = pytest.mark.cluster
 
 
 @pytest.fixture(scope="module")
