@@ -1,0 +1,138 @@
+"""A solid whose roof stands out beyond its walls: roof polygons extended in their own planes, with an underside parallel to them.
+
+The walls stay where they are and end below the slab; the ground face stays the outline. The upright rim of the slab is a
+wall surface like every other upright face, so that whoever adds up roof areas or reads slopes from roof faces finds none that is upright.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Polyhedron, Scalar
+from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.overhangs.layered_solid import LayeredSolid
+from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
+from cityflow.reconstruction.overhangs.rim_zones import RimEdge, rim_edges, rim_zones
+from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, UnfitRoof
+
+BESIDE_M = 0.05
+"""An edge of the solid this near to an overhang's line is a part of it."""
+WALL_LEFT_M = 0.5
+"""So much wall stays below the slab, at least."""
+MOST_ATTEMPTS = 12
+"""A fixed number, so that the result never depends on the clock."""
+
+
+def with_overhangs(
+    candidate: Candidate,
+    overhangs: Sequence[EdgeOverhang],
+    evidence: Evidence,
+    parameters: OverhangParameters | None = None,
+) -> Candidate:
+    """The candidate with its roof extended; with fewer overhangs, or none, where the solid would not be valid.
+
+    The notes tell how many edges stand out (`overhang_edges`), how many had to be left (`overhangs_left`), and why (`overhang_reason`).
+    """
+    p = parameters or OverhangParameters()
+    wanted = [k for k, o in enumerate(overhangs) if o.reach_m > 0]
+    if candidate.solid is None or not wanted:
+        return replace(candidate, overhangs=tuple(overhangs))
+    solid, kept, reason = _extended(candidate.solid, overhangs, wanted, evidence, p)
+    notes: dict[str, Scalar] = {**candidate.notes, "overhang_edges": len(kept), "overhangs_left": len(wanted) - len(kept)}
+    if reason:
+        notes["overhang_reason"] = reason
+    done = tuple(o if k in kept or o.reach_m == 0 else replace(o, reach_m=0.0) for k, o in enumerate(overhangs))
+    return replace(candidate, solid=solid, overhangs=done, notes=notes)
+
+
+def _extended(
+    solid: Polyhedron, overhangs: Sequence[EdgeOverhang], wanted: Sequence[int], evidence: Evidence, p: OverhangParameters
+) -> tuple[Polyhedron, tuple[int, ...], str]:
+    """The solid with all overhangs, else with those that can be added one after the other, the longest first."""
+    done, reason = _attempt(solid, overhangs, wanted, evidence, p)
+    if done is not None:
+        return done, tuple(wanted), ""
+    order = sorted(wanted, key=lambda k: (-overhangs[k].line.length, k))[:MOST_ATTEMPTS]
+    best, kept = solid, []
+    for k in order:
+        trial, _ = _attempt(solid, overhangs, [*kept, k], evidence, p)
+        if trial is not None:
+            best = trial
+            kept.append(k)
+    return best, tuple(sorted(kept)), reason
+
+
+def _attempt(
+    solid: Polyhedron, overhangs: Sequence[EdgeOverhang], chosen: Sequence[int], evidence: Evidence, p: OverhangParameters
+) -> tuple[Polyhedron | None, str]:
+    """A valid solid with some of the overhangs, or why there is none."""
+    try:
+        plan = RoofPlan(solid)
+        rims = _rims(plan, overhangs, chosen, evidence, p)
+        cells = plan.add_outside(rim_zones(plan, rims, p.most_reach_m))
+        _give_faces(plan, cells)
+        extended = LayeredSolid(plan, p.slab_m).polyhedron()
+    except UnfitRoof as problem:
+        return None, str(problem)
+    faults = sorted({fault.name for fault in check_polyhedron(extended)})
+    return (None, ", ".join(faults).lower()) if faults else (extended, "")
+
+
+def _rims(
+    plan: RoofPlan, overhangs: Sequence[EdgeOverhang], chosen: Sequence[int], evidence: Evidence, p: OverhangParameters
+) -> list[RimEdge]:
+    edges = list(plan.border())
+    world = np.asarray(plan.xy)
+    ends = world[[u for u, _ in edges]], world[[v for _, v in edges]]
+    party = np.zeros(len(edges), bool)
+    if evidence.party:
+        shared = shapely.union_all(list(evidence.party))
+        near = [shapely.dwithin(shapely.points(e), shared, BESIDE_M) for e in (*ends, (ends[0] + ends[1]) / 2)]
+        party = near[0] & near[1] & near[2]
+    reach = np.zeros(len(edges))
+    for k in chosen:
+        near = [shapely.dwithin(shapely.points(e), overhangs[k].line, BESIDE_M) for e in ends]
+        reach[near[0] & near[1]] = overhangs[k].reach_m
+    reach[party] = 0.0
+    rims = rim_edges(plan, [float(r) for r in reach], [bool(b) for b in party], edges)
+    low = plan.floor + p.slab_m + WALL_LEFT_M
+    return [replace(r, reach=0.0) if min(r.tops) < low else r for r in rims]
+
+
+def _give_faces(plan: RoofPlan, cells: Sequence[PlanCell]) -> None:
+    """Every new cell continues the roof face that it touches along the greatest length, in that face's plane."""
+    local, border = plan.local(), plan.border()
+    waiting = list(cells)
+    for _ in range(len(cells) + 1):
+        owned = {e: c.face for c in cells if c.face >= 0 for e in c.edges()}
+        left = []
+        for cell in waiting:
+            beside: dict[int, float] = {}
+            for u, v in cell.edges():
+                number = border.get((v, u))
+                face = plan.cells[number].face if number is not None else owned.get((v, u), -1)
+                weight = 1.0 if number is not None else 1e-3
+                if face >= 0:
+                    beside[face] = beside.get(face, 0.0) + weight * float(np.hypot(*(local[u] - local[v])))
+            if not beside:
+                left.append(cell)
+                continue
+            cell.face = max(sorted(beside), key=lambda face: beside[face])
+            _give_heights(plan, cell)
+        if not left or len(left) == len(waiting):
+            break
+        waiting = left
+    if any(c.face < 0 for c in cells):
+        raise UnfitRoof("a strip beyond the walls touches no roof")
+
+
+def _give_heights(plan: RoofPlan, cell: PlanCell) -> None:
+    own = [c for c in plan.cells if c.inside and c.face == cell.face]
+    for vertex in dict.fromkeys(v for ring in cell.rings for v in ring):
+        known = next((c.tops[vertex] for c in own if vertex in c.tops), None)
+        cell.tops[vertex] = plan.height(cell.face, vertex) if known is None else known
