@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.evaluation.models import Model, ModelErrors, TrueModel, compare_model
+from cityflow.evaluation.models import ModelErrors, compare_model
 from cityflow.evaluation.models_table import ASKED, summary
 from drawn_town import SEEDS, table
 from reconstruct_methods import method_of
@@ -41,7 +41,7 @@ def judged(
         start = time.process_time()
         candidate = method(evidence)
         seconds = time.process_time() - start
-        results.append((compare_model(truth, model_of(candidate, evidence)), seconds))
+        results.append((compare_model(truth, model_of(candidate)), seconds))
         if asked.verbose:
             print(_line(seed, kind, results[-1], candidate), flush=True)
     return results
@@ -112,7 +112,7 @@ def _draw(asked: argparse.Namespace, method: Callable[[Evidence], Candidate]) ->
             for name in _wanted(seed, kind, asked):
                 evidence, truth = unit_of(seed, kind, name, asked.size, asked.cache, asked.towns)
                 candidate = method(evidence)
-                print(_line(seed, kind, (compare_model(truth, model_of(candidate, evidence)), 0.0), candidate))
+                print(_line(seed, kind, (compare_model(truth, model_of(candidate)), 0.0), candidate))
                 path = asked.picture
                 if not asked.unit:
                     path = path.with_name(f"{path.stem}_{seed}_{kind}_{name}{path.suffix}")

@@ -6,6 +6,7 @@ python benchmarks/town_models.py --seeds 7 11 13 --towns FOLDER --cache FOLDER  
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import pickle
 import tempfile
@@ -16,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from shapely import LineString, Polygon
+from shapely import LineString
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod
@@ -26,7 +27,6 @@ from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Pict
 from cityflow.core.roof_types import RoofType
 from cityflow.core.wall_points import WallPoints
 from cityflow.evaluation.models import Model, TrueModel
-from cityflow.evaluation.roof_planes import SMALLEST_M2
 from cityflow.geometry.roof_type import roof_type
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.outlines.wall_points import WallPointParameters
@@ -75,7 +75,7 @@ def true_model(unit: Unit) -> TrueModel:
     return TrueModel(unit.id, unit.shape, unit.wall_outline, unit.roof_outline, surfaces, true_types(unit), chimneys)
 
 
-def model_of(candidate: Candidate, evidence: Evidence) -> Model:
+def model_of(candidate: Candidate) -> Model:
     """A candidate as it is judged: without a type of its own, that of its planes; its claim, or the residuals of its planes."""
     kind, solid = candidate.roof_type, candidate.solid
     if not kind and solid is not None:
@@ -181,7 +181,7 @@ class Neighbourhood:
         spots, normals = [], []
         others = self.beside(unit, 0.5)
         ring = shapely.get_coordinates(unit.wall_outline.exterior)
-        for a, b in zip(ring[:-1], ring[1:], strict=True):
+        for a, b in itertools.pairwise(ring):
             along = (b - a) / np.hypot(*(b - a))
             outward = np.array([along[1], -along[0]])
             count = int(np.hypot(*(b - a)) * (unit.ridge_m - unit.floor_m) * WALL_PER_M2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -60,7 +61,7 @@ def wall_edges(walls: Polygon) -> list[tuple[FloatArray, FloatArray]]:
     edges = []
     for ring in (walls.exterior, *walls.interiors):
         xy = shapely.get_coordinates(ring)
-        edges += [(a, b) for a, b in zip(xy[:-1], xy[1:], strict=True) if np.hypot(*(b - a)) >= SHORTEST_M]
+        edges += [(a, b) for a, b in itertools.pairwise(xy) if np.hypot(*(b - a)) >= SHORTEST_M]
     return edges
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.evaluation.models import ModelErrors
 
 ASKED = {
@@ -49,7 +49,7 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
 def _points(errors: Sequence[ModelErrors]) -> dict[str, str]:
     ridge, corners = (_joined([getattr(e, n).distances for e in errors]) for n in ("ridge_ends", "corners"))
     return {
-        "ridge ends RMSE m": _number(np.sqrt(np.mean(ridge**2))) if len(ridge) else "",
+        "ridge ends RMSE m": _number(float(np.sqrt(np.mean(ridge**2)))) if len(ridge) else "",
         "ridge ends median m": _number(np.median(ridge)) if len(ridge) else "",
         "ridge ends matched, missed, invented": f"{len(ridge)}, {sum(e.ridge_ends.missed for e in errors)}, {sum(e.ridge_ends.invented for e in errors)}",
         "corners median m": _number(np.median(corners)) if len(corners) else "",
@@ -62,7 +62,7 @@ def _joined(parts: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate(parts) if parts else np.empty(0)
 
 
-def _percent(right: Sequence[bool] | FloatArray) -> str:
+def _percent(right: Sequence[bool] | BoolArray) -> str:
     return _share(float(np.sum(right)), len(right))
 
 
