@@ -152,9 +152,11 @@ def test_a_tile_without_points_is_no_data() -> None:
 
 def test_points_in_one_corner_only() -> None:
     x, y = points().xyz[:, 0], points().xyz[:, 1]
-    found = image_surface(points().take((x < 2) & (y < 2)), BOUNDS, CELL, FACTOR)
+    found = image_surface(points().take((x < 14) & (y < 14)), BOUNDS, CELL, FACTOR)
     assert np.isfinite(found.fine.dtm[-9:, :9]).all()
     assert np.isnan(found.fine.dtm[:20, -20:]).all(), "where nothing was seen nothing is known"
+    few = image_surface(points().take((x < 2) & (y < 2)), BOUNDS, CELL, FACTOR)
+    assert np.isnan(few.fine.dtm).all(), "a speck is no survey"
 
 
 @pytest.mark.parametrize("bands", [1, 3, 4])

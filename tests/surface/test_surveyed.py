@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from cityflow.core.grid import Grid
 from cityflow.surface.surveyed import SurveyedParameters, closed, surveyed
@@ -51,3 +52,24 @@ def test_closing_keeps_what_is_set_and_does_not_grow_outwards() -> None:
     expected[10:20, 10:20] = True
     np.testing.assert_array_equal(found, expected)
     assert not closed(np.zeros((5, 5), bool), 2.0).any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_specks_far_from_the_rest_are_no_survey_and_corners_and_sparse_parts_are(seed: int) -> None:
+    dense = SurveyedParameters(least_share=0.1)
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(GRID.x_centres() - GRID.x_min, GRID.y_max - GRID.y_centres())
+    # every fourth point seen in the west, one in twelve among crowns, specks of blunders in the east
+    count = (x < 120) & (rng.random(GRID.shape) < np.where(y < 150, 0.25, 1 / 12))
+    for _ in range(60):
+        r, c = rng.integers(5, GRID.rows - 5), rng.integers(560, GRID.cols - 5)
+        count[r : r + 4, c : c + 3] = True
+    before, after = surveyed(count, GRID, P), surveyed(count, GRID, dense)
+    assert before[:, 500:].mean() > 0.1
+    assert not after[:, 500:].any()
+    np.testing.assert_array_equal(after[:, :400], before[:, :400])
+    halo = round(dense.halo_m / GRID.cell)
+    part = Grid(GRID.x_min + 51.5, GRID.y_max - 37.5, 0.5, 420, 480)
+    rows, cols = GRID.slices(part)
+    core = np.s_[halo:-halo, halo:-halo]
+    np.testing.assert_array_equal(surveyed(count[rows, cols], part, dense)[core], after[rows, cols][core])

@@ -16,6 +16,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
 from cityflow.core.wall_points import WallPoints
+from cityflow.outlines.standing import StandingParameters, standing
 
 
 class RegionParameters(Parameters):
@@ -31,6 +32,16 @@ class RegionParameters(Parameters):
         0.35, gt=0, le=5, description="median height difference to the cells around above which a cell is foliage, m"
     )
     rough_share: float = Field(0.5, gt=0, le=1, description="a region with a larger share of rough cells is foliage")
+    low_height_m: float = Field(
+        1.2,
+        ge=0.2,
+        le=20,
+        description="a low roof goes on down to this where the terrain below it is found too high, m",
+    )
+    low_share: float = Field(
+        0.5, gt=0, le=1, description="of a low region's cells, this share reaches the height of a roof"
+    )
+    standing: StandingParameters = Field(default_factory=StandingParameters, description="what stands like a building")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,10 +117,39 @@ def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolA
     known = np.isfinite(surface.ndsm) & ~_opened(surface.holes, disc(parameters.hole_m / 2, cell))
     excluded = np.isin(surface.klass, (HIGH_VEGETATION, WATER, BRIDGE))
     high = known & ~excluded & (np.nan_to_num(surface.ndsm) >= parameters.minimum_height_m)
+    if not surface.highest:
+        high |= _low_roofs(high, known & ~excluded, surface.ndsm, cell, parameters)
     closed = _closed(high, disc(parameters.closing_m / 2, cell)) & ~excluded
     opened = _opened(closed, disc(parameters.opening_m / 2, cell))
     smooth = _without_foliage(opened, surface.ndsm, parameters)
-    return _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
+    filled = _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
+    # Pulses that hit nothing leave cells of LiDAR empty everywhere; holes of images are what nobody saw.
+    measured = np.isfinite(surface.ndsm) if surface.highest else ~surface.holes
+    return standing(filled, surface.ndsm, measured, cell, parameters.standing)
+
+
+def _low_roofs(
+    high: BoolArray, usable: BoolArray, ndsm: Float32Array, cell: float, parameters: RegionParameters
+) -> BoolArray:
+    """Low regions as a whole, whose heights vary about the least one: mostly high enough, the rest not far below.
+
+    Terrain under a wide shed comes from its sides and is easily found too high; one threshold cuts such a roof to pieces.
+    A high house is not asked: what is low beside it is a terrace, a hedge or a car.
+    """
+    lower = usable & (np.nan_to_num(ndsm) >= parameters.low_height_m)
+    lower = _opened(lower, disc(parameters.opening_m / 2, cell))
+    labels, count = ndimage.label(lower)
+    if not count:
+        return np.zeros_like(high)
+    index = np.arange(count + 1)
+    share = ndimage.mean(high, labels, index)
+    founded = np.bincount(labels[_opened(high, disc(parameters.opening_m / 2, cell))], minlength=count + 1) * cell**2
+    height = np.nan_to_num(ndimage.median(np.nan_to_num(ndsm), labels, index))
+    # Smaller ones may be vehicles, whose blurred sides would grow.
+    whole = (share >= parameters.low_share) & (founded >= parameters.standing.vehicle_area_m2)
+    whole &= height < 2 * parameters.minimum_height_m
+    whole[0] = False
+    return np.asarray(whole[labels])
 
 
 def disc(radius_m: float, cell: float) -> BoolArray:

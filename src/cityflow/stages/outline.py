@@ -17,7 +17,7 @@ from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 2
+VERSION = 3
 
 
 def task(survey: Survey, name: str) -> Task:

@@ -69,20 +69,20 @@ def greenness(
 ) -> FloatArray:
     """(rows, cols) 1 at twice the threshold of the index, 0 at the threshold, -1 or below for what is clearly not green.
 
-    Both indices are ratios, so exposure does not change them. Where the colour is unknown, or grey throughout, -0.5.
+    Both indices are ratios, so exposure does not change them; over a window they are ratios of sums, for the colours of
+    single dark cells are noise. Where the colour is unknown, or grey throughout, -0.5.
     """
     if colour is None:
         return np.full(shape, -0.5)
     c = colour.astype(np.float64)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if c.shape[-1] >= NEAR_INFRARED_BANDS:
-            index, limit = (c[..., 3] - c[..., 0]) / (c[..., 3] + c[..., 0]), p.ndvi
-        else:
-            index, limit = (2 * c[..., 1] - c[..., 0] - c[..., 2]) / c[..., :3].sum(axis=-1), p.excess_green
-    known = np.isfinite(index)
+    if c.shape[-1] >= NEAR_INFRARED_BANDS:
+        upper, lower, limit = c[..., 3] - c[..., 0], c[..., 3] + c[..., 0], p.ndvi
+    else:
+        upper, lower, limit = 2 * c[..., 1] - c[..., 0] - c[..., 2], c[..., :3].sum(axis=-1), p.excess_green
+    known = np.isfinite(upper) & (lower > 0)
+    above, below = (uniform_filter(np.where(known, v, 0.0), size, mode="nearest") for v in (upper, lower))
     weight = uniform_filter(known.astype(float), size, mode="nearest")
-    mean = uniform_filter(np.where(known, index, 0.0), size, mode="nearest") / np.maximum(weight, 1e-9)
-    return np.where(weight > 1e-6, (mean - limit) / max(abs(limit), 0.02), -0.5)
+    return np.where(weight > 1e-6, (above / np.maximum(below, 1e-9) - limit) / max(abs(limit), 0.02), -0.5)
 
 
 def _wide(rough: BoolArray, grid: Grid, p: ColourVegetationParameters) -> BoolArray:

@@ -43,7 +43,7 @@ class ImageSurfaceParameters(Parameters):
     pits: PitParameters = PitParameters()
     vegetation: ColourVegetationParameters = ColourVegetationParameters()
     cover: CoverParameters = CoverParameters(level_share=1.0, water_share=0.1, water_area_m2=600.0)
-    surveyed: SurveyedParameters = SurveyedParameters()
+    surveyed: SurveyedParameters = SurveyedParameters(least_share=0.1)
     thinned_m: float = Field(
         0.24, ge=0.05, le=5, description="one point per square of this edge for the buildings, metres"
     )

@@ -1,15 +1,16 @@
 """Where the survey has been: within reach of points on all sides.
 
 The morphological closing of the cells with points: holes narrower than twice the reach (canals, shadows, dark roofs)
-belong to the survey, what lies outside its outline does not. A cell's answer depends on points within twice the reach,
-so it is the same in every tiling.
+belong to the survey, what lies outside its outline does not. Where points are so few that they may be blunders of matching
+(specks in the rim of pictures, far from all the rest) nothing was surveyed. A cell's answer depends on points within
+three times the reach, so it is the same in every tiling.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, uniform_filter
 
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.grid import Grid
@@ -21,11 +22,14 @@ class SurveyedParameters(Parameters):
 
     reach_m: float = Field(20.0, ge=1, le=200, description="holes narrower than twice this are surveyed, metres")
     work_cell_m: float = Field(1.0, ge=0.25, le=10, description="cells in which distances are measured, metres")
+    least_share: float = Field(
+        0.0, ge=0, le=1, description="points count where this share of the cells within the reach have any"
+    )
 
     @property
     def halo_m(self) -> float:
-        """A closing looks as far as its dilation and its erosion together."""
-        return 2 * self.reach_m + 2 * self.work_cell_m
+        """A closing looks as far as its dilation and its erosion together; and the share of cells, as far as the reach."""
+        return (3 if self.least_share else 2) * self.reach_m + 2 * self.work_cell_m
 
 
 def surveyed(count: IntArray, grid: Grid, parameters: SurveyedParameters) -> BoolArray:
@@ -39,7 +43,15 @@ def surveyed(count: IntArray, grid: Grid, parameters: SurveyedParameters) -> Boo
     counted = np.zeros(work.shape, bool)
     filled_row, filled_col = np.nonzero(count)
     counted[row[filled_row], col[filled_col]] = True
+    if p.least_share:
+        counted &= _dense(counted, round(p.reach_m / work.cell), p.least_share)
     return np.asarray(closed(counted, p.reach_m / work.cell)[np.ix_(row, col)])
+
+
+def _dense(counted: BoolArray, reach: int, least_share: float) -> BoolArray:
+    """(rows, cols) True where the square within the reach has enough cells with points."""
+    around = uniform_filter(counted.astype(float), 2 * reach + 1, mode="constant")
+    return np.asarray(around >= least_share - 1e-9)
 
 
 def closed(mask: BoolArray, radius: float) -> BoolArray:
