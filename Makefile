@@ -15,11 +15,11 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow run workflows/lidar_city.yaml --catalog catalogs/delft --out $(RUN) --workers $(WORKERS)
 
-# A file's tests stay in one of the two processes: what they share is compiled and made once
+# A file's tests stay in one of two processes: what they share is compiled and made once. Those with a cluster have processes of their own
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not cluster"
 	$(BIN)/pytest -q --doctest-modules src/cityflow
-	$(BIN)/pytest -q -n 2 --dist loadfile -m cluster
+	$(BIN)/pytest -q -m cluster
 
 check: lint types layers spelling
 

@@ -28,7 +28,7 @@ CATALOG = ROOT / "catalogs" / "delft"
 BUILDINGS = 160
 POISON = "poison:segmentation_fault"
 
-pytestmark = [pytest.mark.cluster, pytest.mark.xdist_group("delft")]
+pytestmark = pytest.mark.cluster
 
 
 def environment() -> dict[str, str]:
