@@ -55,23 +55,23 @@ def summarise(distances: FloatArray) -> RoofDistances:
 
 def distances_to_roof(solid: Polyhedron, xyz: FloatArray) -> FloatArray:
     """(N,) heights of points above the topmost roof polygon at their x, y, metres; NaN where there is none."""
-    triangles = roof_triangles(solid)
-    top = np.full(len(xyz), -np.inf)
+    return roof_hits(solid, xyz)[1]
+
+
+def roof_hits(solid: Polyhedron, xyz: FloatArray) -> tuple[IntArray, FloatArray]:
+    """(N,) number of the topmost roof face at each point's x, y (−1 where there is none), and the point's height above it (NaN)."""
+    mesh = triangulate(solid)
+    is_roof = np.array([f.semantic is Semantic.ROOF for f in solid.faces])[mesh.faces]
+    top, hit = np.full(len(xyz), -np.inf), np.full(len(xyz), -1)
     order = np.argsort(xyz[:, 0], kind="stable")
     x = xyz[order, 0]
-    for corner in triangles:
+    for corner, face in zip(solid.vertices[mesh.triangles[is_roof]], mesh.faces[is_roof], strict=True):
         first, last = np.searchsorted(x, [corner[:, 0].min(), np.nextafter(corner[:, 0].max(), np.inf)])
         chosen = order[first:last]
         chosen, height = _heights_on(corner, xyz[chosen], chosen)
-        top[chosen] = np.maximum(top[chosen], height)
-    return np.where(np.isfinite(top), xyz[:, 2] - top, np.nan)
-
-
-def roof_triangles(solid: Polyhedron) -> FloatArray:
-    """(T, 3, 3) triangles of the roof faces, world frame."""
-    mesh = triangulate(solid)
-    is_roof = np.array([f.semantic is Semantic.ROOF for f in solid.faces])
-    return np.asarray(solid.vertices[mesh.triangles[is_roof[mesh.faces]]])
+        higher = height > top[chosen]
+        top[chosen[higher]], hit[chosen[higher]] = height[higher], face
+    return hit, np.where(np.isfinite(top), xyz[:, 2] - top, np.nan)
 
 
 def _heights_on(corner: FloatArray, xyz: FloatArray, index: IntArray) -> tuple[IntArray, FloatArray]:

@@ -165,9 +165,9 @@ def plane_attributes(plane: RoofPlane) -> dict[str, Scalar]:
     known: dict[str, Scalar] = {"slope_deg": round(plane.slope_deg, 4), "points": int(plane.points)}
     if math.isfinite(plane.aspect_deg):
         known["aspect_deg"] = round(plane.aspect_deg, 4)
-    if math.isfinite(plane.rmse):
-        known["rmse"] = round(float(plane.rmse), 4)
-    return known
+    figures = (("rmse", plane.rmse), ("sigma_height_m", plane.sigma_height), ("sigma_slope_deg", plane.sigma_slope_deg))
+    known |= {name: round(float(value), 4) for name, value in figures if math.isfinite(value)}
+    return known if plane.seen == 1.0 else known | {"seen_share": round(float(plane.seen), 3)}
 
 
 def _footprint(building: Building, vertices: _Vertices) -> Json:
@@ -209,14 +209,24 @@ def _plane_json(plane: RoofPlane) -> dict[str, Json]:
         "height": float(plane.height),
         "origin": [float(plane.origin[0]), float(plane.origin[1])],
         "points": int(plane.points),
-        "rmse": float(plane.rmse) if math.isfinite(plane.rmse) else None,
+        "rmse": _or_none(plane.rmse),
+        "sigma_height": _or_none(plane.sigma_height),
+        "sigma_slope_deg": _or_none(plane.sigma_slope_deg),
+        "seen": float(plane.seen),
     }
 
 
 def _plane(plane: Json) -> RoofPlane:
-    rmse = float("nan") if plane["rmse"] is None else plane["rmse"]
+    rmse, height, slope = (
+        math.nan if plane[k] is None else plane[k] for k in ("rmse", "sigma_height", "sigma_slope_deg")
+    )
     x, y = plane["origin"]
-    return RoofPlane(plane["slope_x"], plane["slope_y"], plane["height"], (x, y), plane["points"], rmse)
+    first = plane["slope_x"], plane["slope_y"], plane["height"], (x, y), plane["points"]
+    return RoofPlane(*first, rmse, height, slope, plane["seen"])
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def object_line(name: str, city_object: Json, vertices: list[list[int]]) -> bytes:

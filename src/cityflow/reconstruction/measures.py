@@ -37,6 +37,7 @@ def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
         "roof_faces": len(solid.of_semantic(Semantic.ROOF)),
         "roof_type": roof_type(solid, candidate.planes),
         **_fit(solid, evidence),
+        "claimed_rmse_m": candidate.notes.get("claimed_rmse_m"),
         **_heights(solid, evidence.points.xyz[:, 2]),
         **_sizes(solid),
     }

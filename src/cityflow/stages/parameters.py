@@ -13,7 +13,7 @@ from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
 from cityflow.outlines.wall_points import WallPointParameters
-from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.reconstruction.model import ModelParameters
 from cityflow.splitting.split import SplitParameters
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.surface.image_surface import ImageSurfaceParameters
@@ -148,7 +148,7 @@ class CityParameters(Parameters):
     outline: OutlineParameters = OutlineParameters()
     split: SplittingParameters = SplittingParameters()
     edits: EditParameters = EditParameters()
-    reconstruct: ReconstructParameters = ReconstructParameters()
+    reconstruct: ModelParameters = ModelParameters()
     export: ExportParameters = ExportParameters()
     execution: ExecutionParameters = ExecutionParameters()
 

@@ -17,8 +17,9 @@ from cityflow.errors import RefusedUnit
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import feature_line
-from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
+from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
+from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_text
 from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
@@ -63,12 +64,12 @@ def refuse(_: Workspace, task: Task) -> NoReturn:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """The best candidate of the methods that the workflow names, with its measures."""
-    parameters = ReconstructParameters.model_validate(task.parameters)
+    parameters = ModelParameters.model_validate(task.parameters)
     path, start, length = task.arguments["outline"]
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
     evidence = gather(workspace, task, outline, wanted)
-    choice = _admitting(choose(evidence, parameters), task.arguments["unread"])
+    choice = _admitting(model(evidence, parameters), task.arguments["unread"])
     measures = measure(choice, evidence)
     result = {**measures, "notes": dict(choice.candidate.notes), "scores": scores_of(choice), "kept": choice.kept}
     workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
