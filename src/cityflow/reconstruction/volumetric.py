@@ -1,26 +1,55 @@
 """The volumetric method (Frommholz 2017, section 3): buildings with set-backs, steps and parts that stand over a void.
 
-Surfaces from cubes, nodes where three of them meet, edges between nodes on the same two surfaces, and a closed hull.
+Surfaces of any slope are found in cubes; nodes are where three of them meet near their own cubes, edges join nodes on the
+same two surfaces. The hull is not put together from nodes and edges, where a node that lacks a surface spoils it, but from the
+columns that the edges part: it is closed whatever surfaces were found.
 """
 
 from __future__ import annotations
 
-from cityflow.core.building import Status
+from dataclasses import dataclass, replace
+
+import shapely
+from shapely import Polygon
+
+from cityflow.core.building import Polyhedron, Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.partition.partition_values import RoofPartition
+from cityflow.reconstruction.partition.subdivision import CutLine
+from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
-from cityflow.reconstruction.solids.roof_solid import build_roof
-from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces
+from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters, cut_in_columns
+from cityflow.reconstruction.volumetric_parts.facades import (
+    Facade,
+    FacadeCloud,
+    FacadeParameters,
+    facade_cloud,
+    find_facades,
+)
+from cityflow.reconstruction.volumetric_parts.hull import build_hull, standing_columns
+from cityflow.reconstruction.volumetric_parts.hull_lines import LineParameters, cutting_lines, outline_walls
+from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters, find_nodes, through_nodes
+from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces, with_planes
+from cityflow.reconstruction.volumetric_parts.undersides import UndersideParameters, find_voids
 
 METHOD = "volumetric"
+ATTEMPTS = 3
+"""A fixed number, so that the result never depends on the clock."""
 
 
 class VolumetricParameters(Parameters):
-    """Surfaces, the complex of columns between them, and what an edge must be worth."""
+    """Surfaces, nodes between them, columns between edges, undersides."""
 
     surfaces: SurfaceParameters = SurfaceParameters()
-    partition: PartitionParameters = PartitionParameters()
+    facades: FacadeParameters = FacadeParameters()
+    nodes: NodeParameters = NodeParameters()
+    lines: LineParameters = LineParameters()
+    columns: ColumnParameters = ColumnParameters()
+    undersides: UndersideParameters = UndersideParameters()
     levels: LevelParameters = LevelParameters()
 
 
@@ -29,8 +58,94 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
     segments, noisy = roof_surfaces(evidence, parameters.surfaces)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof surface in {len(evidence.points)} points")
-    roof = build_roof(evidence.outline, segments, evidence.ground_height, parameters.partition)
+    outline = moved(evidence.outline, -segments.origin[0], -segments.origin[1])
+    cloud = facade_cloud(evidence, segments.origin)
+    facades = find_facades(cloud, outline, parameters.facades)
+    walls = [*outline_walls(outline), *(f.line for f in facades)]
+    nodes = find_nodes(segments, walls, shapely.get_coordinates(outline), parameters.nodes)
+    planes, tied = through_nodes(segments, nodes, parameters.nodes.tie)
+    segments = with_planes(segments, planes)
+    scene = _Scene(evidence, segments, outline, cloud, facades)
+    lines = cutting_lines(outline, segments, facades, nodes, parameters.lines)
+    hull = scene.hull(lines, parameters)
+    notes: dict[str, Scalar] = {
+        "surfaces": len(segments),
+        "facades": len(facades),
+        "triplets": nodes.triplets,
+        "vertices": nodes.vertices,
+        "nodes": len(nodes),
+        "nodes_tied": tied,
+        "lines": len(lines),
+        "columns": len(hull.partition.cells),
+        "voids": hull.voids,
+        "times_simplified": hull.simplified,
+        "noise": round(segments.noise, 4),
+        "share_noise": round(noisy, 4),
+    }
     frame = evidence.ground_height, segments.origin, evidence.outline
-    blocks = block_levels(roof.partition, segments.coefficients, *frame, parameters.levels)
-    notes = {"surfaces": len(segments), "noise": round(segments.noise, 4), "share_noise": round(noisy, 4)}
-    return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, notes=notes)
+    blocks = block_levels(hull.partition, segments.coefficients, *frame, parameters.levels)
+    status, reason = (Status.DEGRADED, hull.reason) if hull.reason else (Status.DONE, "")
+    return Candidate(METHOD, hull.solid, segments.roof_planes(), blocks, status, reason, notes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Hull:
+    """A hull, its partition in plan, its number of columns over voids, how often it was simplified and why."""
+
+    solid: Polyhedron
+    partition: RoofPartition
+    voids: int = 0
+    simplified: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """One unit's surfaces, outline and façades in the local frame."""
+
+    evidence: Evidence
+    segments: PlaneSegments
+    outline: Polygon
+    cloud: FacadeCloud
+    facades: list[Facade]
+
+    def hull(self, lines: list[CutLine], parameters: VolumetricParameters) -> _Hull:
+        """Columns and the hull around them; each further attempt asks more of every edge and of every polygon's width."""
+        frame = self.evidence.ground_height, self.segments.origin, self.evidence.outline
+        for attempt in range(ATTEMPTS):
+            columns = cut_in_columns(self.outline, self.segments, lines, coarser(parameters.columns, attempt))
+            partition = RoofPartition.of_subdivision(columns.division, columns.labels)
+            solid = assemble(partition, self.segments.coefficients, *frame)
+            if not check_polyhedron(solid):
+                break
+        reason = f"edges made dearer {attempt} times until the solid was valid" if attempt else ""
+        return self._with_voids(_Hull(solid, partition, 0, attempt, reason), parameters)
+
+    def _with_voids(self, hull: _Hull, parameters: VolumetricParameters) -> _Hull:
+        """The hull with what is open under it, where walls behind a void are seen."""
+        division, surface = hull.partition.subdivision()
+        floor = self.evidence.ground_height - self.segments.origin[2]
+        seen = self.cloud, self.facades, self.outline, floor
+        voids = find_voids(division, surface, self.segments.coefficients, seen, parameters.undersides)
+        if not voids.ceiling:
+            return hull
+        columns = standing_columns(division, voids.surface, voids.ceiling, self.segments.coefficients, floor)
+        frame = self.evidence.ground_height, self.segments.origin, self.evidence.outline
+        solid = build_hull(division, columns, *frame)
+        if check_polyhedron(solid):
+            return replace(hull, reason="the hull over a void was not valid: closed down to the ground")
+        return replace(hull, solid=solid, voids=sum(c.bottom is not None for c in columns.values()))
+
+
+def coarser(parameters: ColumnParameters, times: int) -> ColumnParameters:
+    """Parameters that leave fewer and wider columns.
+
+    >>> coarser(ColumnParameters(min_width=0.4), 1).min_width
+    0.8
+    """
+    changed = {
+        "edge_cost": min(parameters.edge_cost * 3**times, 10.0),
+        "min_width": min(parameters.min_width * 2**times, 5.0),
+        "min_length": min(parameters.min_length * 1.5**times, 10.0),
+    }
+    return parameters.model_copy(update=changed)
