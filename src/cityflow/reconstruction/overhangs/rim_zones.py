@@ -28,6 +28,7 @@ PARTY_TURN_DEG = (40.0, 140.0)
 """Where a wall shared with a neighbour leaves the façade under such an angle, the roof ends on its extension."""
 SLIVER_M2 = 1e-4
 LEAST_WIDTH_M = 2e-3
+BEYOND_M = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,11 +213,18 @@ def _cut(part: Polygon, creases: Sequence[LineString]) -> list[Polygon]:
         if shapely.distance(start, part.boundary) > 1e-6:
             continue
         inside = shapely.get_parts(shapely.intersection(crease, part))
-        lines += [p for p in inside if p.geom_type == "LineString" and shapely.distance(start, p) < 1e-6]
+        lines += [_longer(p) for p in inside if p.geom_type == "LineString" and shapely.distance(start, p) < 1e-6]
     if len(lines) == 1:
         return [part]
     pieces = shapely.get_parts(shapely.polygonize([shapely.union_all(lines)]))
     inner = [p for p in pieces if shapely.contains_xy(part, *shapely.get_coordinates(shapely.point_on_surface(p))[0])]
     return [p for p in inner if p.area > SLIVER_M2 and p.area / p.length > LEAST_WIDTH_M / 2]
+
+
+def _longer(line: LineString) -> LineString:
+    """A line that surely crosses what it ends on, whatever the rounding; what sticks out bounds no polygon."""
+    a, *_, b = shapely.get_coordinates(line)
+    more = BEYOND_M * (b - a) / max(float(np.hypot(*(b - a))), BEYOND_M)
+    return LineString([a - more, b + more])
 
 

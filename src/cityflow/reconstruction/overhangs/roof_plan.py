@@ -114,10 +114,9 @@ class RoofPlan:
 
     def add_outside(self, polygons: Iterable[Polygon]) -> list[PlanCell]:
         """New cells beyond the walls, from polygons local to `origin`; they have no face and no heights yet."""
-        fixed = self.local()
         added = []
         for polygon in map(orient, polygons):
-            rings = [self._snapped(shapely.get_coordinates(r)[:-1], fixed) for r in (polygon.exterior, *polygon.interiors)]
+            rings = [self._snapped(shapely.get_coordinates(r)[:-1]) for r in (polygon.exterior, *polygon.interiors)]
             kept = [r for r in rings if len(r) > 2]
             if kept and len(rings[0]) > 2:
                 added.append(PlanCell(kept, -1, inside=False))
@@ -125,10 +124,11 @@ class RoofPlan:
         self.tie()
         return added
 
-    def _snapped(self, xy: FloatArray, fixed: FloatArray) -> Ring:
+    def _snapped(self, xy: FloatArray) -> Ring:
         """Numbers of the nearest vertices, new ones where none is near, none twice in a row."""
         ring: Ring = []
         for x, y in xy:
+            fixed = self.local()
             apart = np.hypot(fixed[:, 0] - x, fixed[:, 1] - y)
             nearest = int(np.argmin(apart))
             if apart[nearest] <= ONE_M:
