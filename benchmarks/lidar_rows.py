@@ -98,7 +98,9 @@ def _row(kind: str, drafts: list[Draft], made: list[TruthBuilding], gaps: list[P
         else:
             nearest = shapely.shortest_line(before.outline, after.outline)
             for b, other in ((before, after), (after, before)):
-                side = _ends(shapely.intersection(b.outline.boundary, shapely.buffer(other.outline, nearest.length + 0.01)))
+                side = _ends(
+                    shapely.intersection(b.outline.boundary, shapely.buffer(other.outline, nearest.length + 0.01))
+                )
                 traces.append((side, frozenset({"gap"})))
     return Row(kind, orient(shapely.simplify(outline, 0.005)), tuple(b.outline for b in made), tuple(traces))
 
@@ -117,7 +119,9 @@ def _traces(line: LineString, pair: tuple[TruthBuilding, TruthBuilding], wall: b
     if shapely.contains_xy(pair[0].outline, *((p + q) / 2 + 0.2 * away)):
         away = -away
     at = p + np.linspace(0.05, 0.95, 40)[:, None] * (q - p)
-    near, far = (np.array([b.z(*(at + s * d * away).T) for s, b in zip((-1, 1), pair, strict=True)]) for d in (0.5, 1.5))
+    near, far = (
+        np.array([b.z(*(at + s * d * away).T) for s, b in zip((-1, 1), pair, strict=True)]) for d in (0.5, 1.5)
+    )
     step = near[1] - near[0]
     rise = (far - near) / 1.0
     known = np.isfinite(step) & np.isfinite(rise).all(axis=0)
@@ -166,7 +170,13 @@ def _drafts(rng: np.random.Generator, kind: str) -> tuple[list[Draft], list[tupl
     return drafts, gaps
 
 
-def _house(rng: np.random.Generator, kind: str, box: tuple[float, float, float, float], roof: tuple[float, float], parapets: bool) -> Draft:
+def _house(
+    rng: np.random.Generator,
+    kind: str,
+    box: tuple[float, float, float, float],
+    roof: tuple[float, float],
+    parapets: bool,
+) -> Draft:
     (u_0, u_1, v_0, v_1), (eave, slope) = box, roof
     draft = Draft(roofs.rectangle(u_0, v_0, u_1, v_1))
     if kind == "gables":
@@ -190,17 +200,23 @@ def _house(rng: np.random.Generator, kind: str, box: tuple[float, float, float, 
     return draft
 
 
-def _dormer(rng: np.random.Generator, u: float, v: tuple[float, float], roof: tuple[float, float], most: float) -> LocalFace:
+def _dormer(
+    rng: np.random.Generator, u: float, v: tuple[float, float], roof: tuple[float, float], most: float
+) -> LocalFace:
     (eave, slope), width = roof, min(float(rng.uniform(1.6, 3.4)), most)
     top = min(eave + slope * 0.6 + float(rng.uniform(1.3, 2.0)), eave + slope * (v[1] - v[0]) / 2 - 0.3)
     ends = (v[0] + 0.6, (v[0] + v[1]) / 2) if rng.random() < 0.5 else ((v[0] + v[1]) / 2, v[1] - 0.6)
     return LocalFace(roofs.rectangle(u, ends[0], u + width, ends[1]), 0, 0, top, roofs.DORMER)
 
 
-def _dormer_sideways(rng: np.random.Generator, box: tuple[float, float, float, float], roof: tuple[float, float]) -> LocalFace:
+def _dormer_sideways(
+    rng: np.random.Generator, box: tuple[float, float, float, float], roof: tuple[float, float]
+) -> LocalFace:
     u_0, u_1, v_0, v_1 = box
     v, half = float(rng.uniform(v_0 + 1.0, v_1 - 3.5)), (u_1 - u_0) / 2
-    return LocalFace(roofs.rectangle(u_0 + 0.6, v, u_0 + half, v + 2.2), 0, 0, roof[0] + 0.8 * roof[1] * half, roofs.DORMER)
+    return LocalFace(
+        roofs.rectangle(u_0 + 0.6, v, u_0 + half, v + 2.2), 0, 0, roof[0] + 0.8 * roof[1] * half, roofs.DORMER
+    )
 
 
 def _parapet(box: tuple[float, float, float, float], top: float) -> list[LocalFace]:
@@ -228,10 +244,14 @@ def _single(rng: np.random.Generator, kind: str) -> Draft:
     draft.faces = roofs.gable(0, length, (0, depth), eave, slope)
     pitch = float(rng.uniform(4.0, 8.0))
     if kind == "slab":
-        draft.faces += [_dormer(rng, u, (0, depth), (eave, slope), 3.0) for u in np.arange(1.5, length - 4.0, pitch).tolist()]
+        draft.faces += [
+            _dormer(rng, u, (0, depth), (eave, slope), 3.0) for u in np.arange(1.5, length - 4.0, pitch).tolist()
+        ]
     elif kind == "cross gables":
         for u in np.arange(2.0, length - 7.0, pitch + 5.0).tolist():
-            draft.faces += roofs.gable_across((u, u + 5.0), 0.0, depth / 2, eave + 0.3, min(slope, 0.9 * slope * depth / 5.0))
+            draft.faces += roofs.gable_across(
+                (u, u + 5.0), 0.0, depth / 2, eave + 0.3, min(slope, 0.9 * slope * depth / 5.0)
+            )
     else:
         reach = depth + float(rng.uniform(4, 8))
         draft.ring = ((0, 0), (length, 0), (length, depth), (depth, depth), (depth, reach), (0, reach))

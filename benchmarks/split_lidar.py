@@ -17,7 +17,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
-from shapely import Polygon
 
 from cityflow.core.grid import grown
 from cityflow.core.splitting import SplitEvidence, Splitting
@@ -138,7 +137,13 @@ def report(title: str, c: Counts) -> None:
         f"pos {np.median(c.position or [np.nan]):.3f} m  angle {np.median(c.angle or [np.nan]):.2f}°  "
         f"s {np.median(c.seconds):.2f} longest {max(c.seconds):.2f}"
     )
-    print("   ", "  ".join(f"{t} {share(t)}" for t in TRACES), " false:", {k: v for k, v in c.false.items() if v}, flush=True)
+    print(
+        "   ",
+        "  ".join(f"{t} {share(t)}" for t in TRACES),
+        " false:",
+        {k: v for k, v in c.false.items() if v},
+        flush=True,
+    )
 
 
 def main() -> None:
@@ -148,7 +153,10 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path)
     asked = parser.parse_args()
     cv2.setNumThreads(1)
-    sets = [("developed", [s for s in asked.seeds if s in DEVELOPED]), ("held out", [s for s in asked.seeds if s not in DEVELOPED])]
+    sets = [
+        ("developed", [s for s in asked.seeds if s in DEVELOPED]),
+        ("held out", [s for s in asked.seeds if s not in DEVELOPED]),
+    ]
     for case in asked.cases:
         for name, seeds in sets:
             if seeds:

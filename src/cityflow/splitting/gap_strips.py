@@ -21,6 +21,8 @@ DEPTH_SHARE = 0.6
 """So much of a column is without a roof in a gap."""
 GROUND_M = 1.8
 """What is lower above the ground is no roof."""
+LOW_SHARE = 0.5
+"""In points that fall into a narrow gap only here and there, what is lower than this share of the usual height is none either."""
 LEAST_M, MOST_M = 0.4, 6.0
 ROOF_BESIDE_M = 1.5
 
@@ -41,10 +43,17 @@ class GapStrip:
 def roofless_share(roof: RoofStrip, ground: float, leaves: bool = True) -> tuple[FloatArray, FloatArray]:
     """(U,) share of each column without a smooth roof, and (U,) number of its cells inside."""
     inside = roof.inside
-    missing = inside & ((_rough(roof.height) if leaves else ~np.isfinite(roof.height)) | ~(roof.height > ground + GROUND_M))
+    low = GROUND_M if leaves else max(GROUND_M, LOW_SHARE * _usual_height(roof, ground))
+    missing = inside & ((_rough(roof.height) if leaves else ~np.isfinite(roof.height)) | ~(roof.height > ground + low))
     number = inside.sum(axis=1)
     share = np.where(number > 0, missing.sum(axis=1) / np.maximum(number, 1), 1.0)
     return share, number.astype(np.float64)
+
+
+def _usual_height(roof: RoofStrip, ground: float) -> float:
+    known = roof.height[roof.inside & np.isfinite(roof.height)]
+    known = known[known > ground + GROUND_M]
+    return float(np.median(known)) - ground if len(known) else 0.0
 
 
 def find_gaps(roof: RoofStrip, ground: float, usual_depth: float, leaves: bool = True) -> list[GapStrip]:

@@ -24,7 +24,7 @@ from cityflow.splitting.weigh import Weighed
 CELL_M, REACH_M, AROUND_M = 0.2, 1.6, 2.0
 NO_ROOF = (3, 4, HIGH_VEGETATION, LOW_NOISE, HIGH_NOISE)
 """Classes that no roof has: vegetation and noise."""
-STEP_HALF, VALLEY_HALF, WALL_HALF = 0.3, 0.45, 0.5
+STEP_HALF, VALLEY_HALF, WALL_HALF, TRENCH_HALF = 0.3, 0.45, 0.5, 0.35
 """Shares of the depth at which a mark alone is as likely a border as not."""
 MOST_LOG_ODDS, CLEAR = 6.0, 5.0
 """How fast the logarithm of the odds grows with the marks, and where it ends."""
@@ -44,7 +44,9 @@ def from_points(evidence: SplitEvidence) -> FrameRasters:
     if points is None or evidence.frames[0].ortho is not None:
         return evidence.frames[0]
     xyz = _roofs(points).xyz
-    return lidar_raster(xyz, grown(evidence.outline.bounds, AROUND_M), CELL_M, REACH_M) if len(xyz) else evidence.frames[0]
+    return (
+        lidar_raster(xyz, grown(evidence.outline.bounds, AROUND_M), CELL_M, REACH_M) if len(xyz) else evidence.frames[0]
+    )
 
 
 def _roofs(points: PointCloud) -> PointCloud:
@@ -81,10 +83,9 @@ def lidar_candidates(
 
 
 def mark_odds(marks: RoofMarks) -> FloatArray:
-    """(S,) logarithm of the odds of a border: what adds up of the three marks, each against the share at which it is even."""
-    size = np.sqrt(
-        (marks.step / STEP_HALF) ** 2 + (marks.valley / VALLEY_HALF) ** 2 + (marks.wall / WALL_HALF) ** 2
-    )
+    """(S,) logarithm of the odds of a border: what adds up of the marks, each against the share at which it is even."""
+    narrow = np.maximum(marks.wall / WALL_HALF, marks.trench / TRENCH_HALF)
+    size = np.sqrt((marks.step / STEP_HALF) ** 2 + (marks.valley / VALLEY_HALF) ** 2 + narrow**2)
     return np.asarray(np.minimum(CLEAR * (size - 1.0), MOST_LOG_ODDS))
 
 
@@ -135,17 +136,18 @@ def _between_neighbours(u: FloatArray, odds: FloatArray, order: Sequence[int]) -
 
 
 def place(marks: RoofMarks, rows: FloatArray, roof: RoofStrip, k: int) -> float:
-    """Where the border at place k runs: the bottom of the valley, where the rows step, or the middle of the wall."""
+    """Where the border at place k runs: the bottom of the valley, where the rows step, or the middle of the wall or trench."""
     near = np.abs(marks.u - marks.u[k]) < NEAR_M
-    step, valley, wall = marks.step[k] / STEP_HALF, marks.valley[k] / VALLEY_HALF, marks.wall[k] / WALL_HALF
-    if valley >= max(step, wall):
+    narrow = np.maximum(marks.wall / WALL_HALF, marks.trench / TRENCH_HALF)
+    step, valley = marks.step[k] / STEP_HALF, marks.valley[k] / VALLEY_HALF
+    if valley >= max(step, narrow[k]):
         good = near & np.isfinite(marks.bottom) & (marks.valley > 0.7 * marks.valley[k])
         return float(np.median(marks.bottom[good]))
-    if step >= wall:
+    if step >= narrow[k]:
         at = _where_rows_step(rows, roof.u, float(marks.u[k]))
         if at is not None:
             return at
-    weight = np.where(near, (marks.step / STEP_HALF + marks.wall / WALL_HALF) ** 2, 0.0)
+    weight = np.where(near, (marks.step / STEP_HALF + narrow) ** 2, 0.0)
     return float(np.average(marks.u, weights=weight))
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import cv2
 import numpy as np
 from numba import njit
 from scipy.spatial import Delaunay, QhullError
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters
@@ -30,15 +32,13 @@ def lidar_raster(xyz: FloatArray, bounds: Bounds, cell: float, reach_m: float) -
     # in cells from the centre of the first one
     at = np.column_stack([(top[:, 0] - grid.x_min) / grid.cell, (grid.y_max - top[:, 1]) / grid.cell]) - 0.5
     if len(top) >= 4:
-        try:
+        with suppress(QhullError):  # all points on one line: no surface
             fill_triangles(np.asarray(Delaunay(at).simplices, np.int64), at, np.ascontiguousarray(top[:, 2]), dsm)
-        except QhullError:  # all points on one line: no surface
-            pass
         dsm[_far(grid, top, reach_m)] = np.nan
     return FrameRasters(LocalFrame("lidar", np.eye(3), np.zeros(3)), grid, dsm)
 
 
-def _far(grid: Grid, top: FloatArray, reach_m: float) -> np.ndarray:
+def _far(grid: Grid, top: FloatArray, reach_m: float) -> BoolArray:
     """Cells far from all that have a point."""
     empty = np.ones(grid.shape, np.uint8)
     empty[grid.indices(top[:, 0], top[:, 1])] = 0

@@ -1,8 +1,9 @@
-"""What heights alone show of a border across a row: valleys, steps, firewalls.
+"""What heights alone show of a border across a row: valleys, steps, firewalls, trenches.
 
 The roof is cut into rows along the axis. At every place a line is fitted to each row before it and another after it, short enough to end before the
-ridge of a narrow house. Prolonged to the place, both lines tell three things. They step: eaves or ridges differ, or the whole profile does. They open
-upwards and meet: the gutter between two gables that stand side by side. They are both lower than what lies at the place itself: a firewall or parapet.
+ridge of a narrow house. Prolonged to the place, both lines tell four things. They step: eaves or ridges differ, or the whole profile does. They open
+upwards and meet: the gutter between two gables that stand side by side. They are both lower than what lies at the place itself: a firewall or parapet;
+or both much higher: a gap too narrow for more than a few points.
 A dormer, a chimney, a penthouse does the same over a part of the depth only, so what counts is the share of rows that agree.
 """
 
@@ -32,7 +33,7 @@ STRAIGHT_M, STRAIGHT_SIGMAS = 0.06, 2.5
 """Where one side is no line there is no telling of a step: another edge, or a ridge, lies within reach."""
 LEAST_RISE = 0.12
 """Tangent: both sides of a valley rise away from it by at least this."""
-RIDGE_BEND = -0.5
+TRENCH_M = 1.0
 MEET_M = 0.7
 """Both lines of a valley meet within this of the place."""
 LEAST_ROWS = 3
@@ -46,21 +47,18 @@ class RoofMarks:
     Attributes
     ----------
     u : (S,) places, metres
-    step, back, valley, wall, ridge : (S,) share of the main roof's rows that step the one way or both ways taken together (`step`), the
-        less frequent way (`back`), open upwards, have a wall, bend down
-    step_m, bend : (S,) median size of the step over the rows that step; of the bend over those that open
+    step, valley, wall, trench : (S,) share of the main roof's rows that step, open upwards, have a wall, have a trench
+    step_m : (S,) median size of the step over the rows that step; NaN where none does
     bottom : (S,) where the valley's bottom lies; NaN where there is none
     noise_m : usual distance of the roof from a line, metres
     """
 
     u: FloatArray
     step: FloatArray
-    back: FloatArray
     valley: FloatArray
     wall: FloatArray
-    ridge: FloatArray
+    trench: FloatArray
     step_m: FloatArray
-    bend: FloatArray
     bottom: FloatArray
     noise_m: float
 
@@ -109,10 +107,9 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     after = _fitted(windows[places + 2 * guard + width], x)
     noise = _noise(before, after)
     main = _main(before.height, after.height)
-    middle = _highest_between(rows, guard)
-    found = _marks(before, after, middle, main, (noise, (2 * guard + NEAR) * cell))
+    found = _marks(before, after, _between(rows, guard), main, (noise, (2 * guard + NEAR) * cell))
     at = u[0] + (places - 0.5) * cell
-    return RoofMarks(at, *found[:7], at + found[7], noise)
+    return RoofMarks(at, *found[:5], at + found[5], noise)
 
 
 def _fitted(windows: FloatArray, x: FloatArray) -> _Lines:
@@ -130,7 +127,7 @@ def _fitted(windows: FloatArray, x: FloatArray) -> _Lines:
     enough = n >= KNOWN * len(x)
     height, slope, spread = (np.where(enough, a, np.nan) for a in (height, slope, spread))
     order = np.argsort(np.abs(x), kind="stable")
-    first, second = order[: NEAR], order[NEAR : 2 * NEAR]
+    first, second = order[:NEAR], order[NEAR : 2 * NEAR]
     near, next_ = windows[..., first].mean(axis=2), windows[..., second].mean(axis=2)
     return _Lines(height, slope, spread, near, (near - next_) / (x[first].mean() - x[second].mean()))
 
@@ -147,19 +144,29 @@ def _main(before: FloatArray, after: FloatArray) -> BoolArray:
     top = np.where(known, np.fmax(before, after), -np.inf)
     ordered = np.sort(top, axis=1)
     number = known.sum(axis=1)
-    half = np.take_along_axis(ordered, (top.shape[1] - (number + 1) // 2 - 1).clip(0, top.shape[1] - 1)[:, None], axis=1)
+    half = np.take_along_axis(
+        ordered, (top.shape[1] - (number + 1) // 2 - 1).clip(0, top.shape[1] - 1)[:, None], axis=1
+    )
     with np.errstate(invalid="ignore"):
         return np.asarray(known & (top > half - MAIN_M))
 
 
-def _highest_between(rows: FloatArray, guard: int) -> FloatArray:
-    """(S, R) second highest of the cells around each place: a single one may be a bird or a wire."""
-    padded = np.pad(np.where(np.isfinite(rows), rows, -np.inf), ((guard, guard), (0, 0)), constant_values=-np.inf)
-    return np.asarray(np.sort(sliding_window_view(padded, 2 * guard, axis=0), axis=2)[..., -2 if guard > 1 else -1])
+def _between(rows: FloatArray, guard: int) -> tuple[FloatArray, FloatArray]:
+    """(S, R) second lowest and second highest of the cells around each place: a single one may be a bird or a wire."""
+    second = 1 if guard > 1 else 0
+    padded = np.pad(rows, ((guard, guard), (0, 0)), constant_values=np.nan)
+    around = sliding_window_view(padded, 2 * guard, axis=0)
+    low = np.sort(np.where(np.isfinite(around), around, np.inf), axis=2)[..., second]
+    high = np.sort(np.where(np.isfinite(around), around, -np.inf), axis=2)[..., -1 - second]
+    return low, high
 
 
 def _marks(
-    before: _Lines, after: _Lines, middle: FloatArray, main: BoolArray, noise_and_apart: tuple[float, float]
+    before: _Lines,
+    after: _Lines,
+    middle: tuple[FloatArray, FloatArray],
+    main: BoolArray,
+    noise_and_apart: tuple[float, float],
 ) -> tuple[FloatArray, ...]:
     noise, apart_m = noise_and_apart
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -170,12 +177,11 @@ def _marks(
         size = np.minimum(size, _sharp(before, after, apart_m) * np.sign(difference))
         straight = np.fmax(before.off, after.off) < max(STRAIGHT_M, STRAIGHT_SIGMAS * noise)
         steps = main & straight & (size > least)
-        up, down = steps & (difference > 0), steps & (difference < 0)
         meet = -difference / bend
         rising = np.minimum(-before.slope, after.slope) > LEAST_RISE
         valley = main & (bend > LEAST_BEND) & rising & (np.abs(meet) < MEET_M)
-        wall = main & (middle - np.fmax(before.height, after.height) > max(LEAST_WALL_M, SIGMAS * noise))
-        ridge = main & (bend < RIDGE_BEND) & (before.slope > 0) & (after.slope < 0)
+        wall = main & (middle[1] - np.fmax(before.height, after.height) > max(LEAST_WALL_M, SIGMAS * noise))
+        trench = main & (np.fmin(before.height, after.height) - middle[0] > TRENCH_M)
     number = np.maximum(main.sum(axis=1), 1)
     enough = main.sum(axis=1) >= LEAST_ROWS
 
@@ -183,8 +189,7 @@ def _marks(
         return np.where(enough, which.sum(axis=1) / number, 0.0)
 
     return (
-        share(up | down), np.minimum(share(up), share(down)), share(valley), share(wall), share(ridge),
-        _median(size, up | down), _median(bend, valley), _median(meet, valley),
+        share(steps), share(valley), share(wall), share(trench), _median(size, steps), _median(meet, valley),
     )  # fmt: skip
 
 

@@ -26,6 +26,8 @@ from cityflow.splitting.strip_images import Cells, facade_cells, roof_strip
 
 SAME_LINE_M = 1.2
 """Lines of neighbouring pieces whose middles are nearer are the same border."""
+ONE_CUT_M = 0.5
+"""What is narrower is no gap."""
 SHORTEST_CHAIN_M = 4.5
 MOST_TURN_DEG = 8.0
 """Orientations farther apart have strips of their own."""
@@ -110,6 +112,8 @@ def _gaps(evidence: SplitEvidence, seen: _Seen, step: float) -> tuple[list[Polyg
     for piece in _pieces(evidence.outline, seen.principal, step):
         roof = roof_strip(piece, evidence.outline, evidence.frames[0])
         for gap in find_gaps(roof, evidence.ground_height, piece.depth, leaves=evidence.frames[0].ortho is not None):
+            if gap.width < ONE_CUT_M:  # both of its borders are one cut, which the terraces show
+                continue
             pair = _gap_lines(piece, evidence.outline, gap, _sigma(piece, seen.principal))
             if pair is not None:
                 a, b = (shapely.get_coordinates(c.line) for c in pair)

@@ -26,7 +26,7 @@ from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey, UnitEntr
 from cityflow.surface.sample import sample
 
 STAGE = "split"
-VERSION = 1
+VERSION = 2
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0
