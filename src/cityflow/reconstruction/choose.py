@@ -21,12 +21,14 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction import extruded, orientation_histogram
+from cityflow.reconstruction import extruded, orientation_histogram, volumetric
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from cityflow.reconstruction.volumetric import VolumetricParameters
 
 MODULES: Mapping[str, ModuleType] = {
     "orientation_histogram": orientation_histogram,
+    "volumetric": volumetric,
     "extruded": extruded,
 }
 """Every method is a module with ``reconstruct``; one that can do with less has ``simpler``, which gives parameters for it."""
@@ -59,6 +61,7 @@ class ReconstructParameters(Parameters):
         description="tried in this order, the earlier wins ties; module:function is a method of your own",
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
+    volumetric: VolumetricParameters = VolumetricParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
     min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")

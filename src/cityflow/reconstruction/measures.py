@@ -8,7 +8,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Lod, Polyhedron, RoofPlane, Scalar, Semantic
-from cityflow.core.reconstruction import Evidence
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.polyhedron import face_areas, volume
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.roof_type import roof_type
@@ -21,6 +21,8 @@ DECIMALS = 3
 def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
     """Attributes of one unit, snake_case with units (metres where none is named); None where unknown."""
     solid, candidate = choice.candidate.solid, choice.candidate
+    # without overhangs, whose rims hang lower than the eaves stand on the walls
+    walled = choice.tried[choice.kept].solid if choice.tried else solid
     chosen: dict[str, Scalar] = {
         "method": candidate.method,
         "roof_points": len(evidence.points),
@@ -38,7 +40,8 @@ def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
         "roof_type": roof_type(solid, candidate.planes),
         **_fit(solid, evidence),
         "claimed_rmse_m": candidate.notes.get("claimed_rmse_m"),
-        **_heights(solid, evidence.points.xyz[:, 2]),
+        **_heights(walled or solid, evidence.points.xyz[:, 2]),
+        **_overhangs(candidate),
         **_sizes(solid),
     }
 
@@ -60,6 +63,16 @@ def _fit(solid: Polyhedron, evidence: Evidence) -> dict[str, Scalar]:
         "share_covered": d.covered,
     }
     return {name: _rounded(value, 4) for name, value in figures.items()}
+
+
+def _overhangs(candidate: Candidate) -> dict[str, Scalar]:
+    """Mean over the edges that stand out, by length, and the largest; nothing where nobody looked."""
+    if not candidate.overhangs:
+        return {}
+    out = [o for o in candidate.overhangs if o.reach_m > 0]
+    length = sum(o.line.length for o in out)
+    mean = sum(o.reach_m * o.line.length for o in out) / length if length else 0.0
+    return {"overhang_mean_m": _rounded(mean), "overhang_max_m": _rounded(max((o.reach_m for o in out), default=0.0))}
 
 
 def _heights(solid: Polyhedron, z: FloatArray) -> dict[str, Scalar]:

@@ -4,18 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pydantic import Field
+
 from cityflow.core.reconstruction import Evidence
-from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
+from cityflow.reconstruction.choose import LAST_RESORT, Choice, ReconstructParameters, choose
+from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
+from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
+from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.precision import PrecisionParameters, with_precision
 
 
 class ModelParameters(ReconstructParameters):
     """Methods and their choice, overhangs, precision."""
 
+    with_overhangs: bool = Field(True, description="roofs reach out as far as the surface model shows")
+    overhangs: OverhangParameters = OverhangParameters()
     precision: PrecisionParameters = PrecisionParameters()
 
 
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""
     choice = choose(evidence, parameters)
-    return replace(choice, candidate=with_precision(choice.candidate, evidence, parameters.precision))
+    best = with_precision(choice.candidate, evidence, parameters.precision)
+    if parameters.with_overhangs and best.method != LAST_RESORT:
+        found = find_overhangs(evidence, best, parameters.overhangs)
+        best = with_overhangs(best, found, evidence, parameters.overhangs)
+    return replace(choice, candidate=best)
