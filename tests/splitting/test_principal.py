@@ -9,7 +9,6 @@ from cityflow.splitting.principal import (
     PrincipalParameters,
     filtered,
     follows_principal,
-    local_aspect,
     orientation_at,
     principal_directions,
 )
@@ -98,7 +97,7 @@ def test_one_orientation_is_not_taken_for_two(seed: int) -> None:
     assert set(near) == {0}
 
 
-def test_a_curved_row_says_so_and_has_local_directions() -> None:
+def test_a_curved_row_says_so() -> None:
     rng = np.random.default_rng(0)
     parts = []
     for k in range(10):
@@ -108,11 +107,6 @@ def test_a_curved_row_says_so_and_has_local_directions() -> None:
     p = principal_directions(s, P)
     assert not p.good
     assert "curved" in p.reason
-    for k in (0, 4, 9):
-        xy = np.array([200 * np.sin(np.radians(5 * k)), -200 * np.cos(np.radians(5 * k))])
-        found = local_aspect(s, xy, 7.0)
-        assert len(found) == 2
-        assert min(off(found[0].degrees, 5.0 * k), off(found[0].degrees, 5.0 * k + 90)) < 0.5
 
 
 def test_round_buildings_and_trees_are_no_good() -> None:

@@ -29,7 +29,10 @@ LEAST_LOG_ODDS = -3.0
 """Weaker borders are not even named among the rejected."""
 CROSSWISE_ODDS, SHORT_WING_ODDS, SHORT_WING_M = 2.0, 1.5, 8.0
 AT_END_M = 1.2
-CONTROLS = (0.35, 0.5, 0.65)
+CONTROL_STEP_M, CONTROL_CLEAR_M = 1.5, 1.4
+"""What is usual where there is no border is measured so densely, so far from borders and ends."""
+QUANTILE, QUANTILE_SIGMAS = 0.75, 1.15
+"""Steps of heights: errors that are alike over metres make few large ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +55,13 @@ def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: floa
     """
     places = proposals(evidence, outline)
     handicap = _handicap(evidence.piece)
-    chosen = _chosen(evidence, places, Noise(), handicap)
+    whole = _reach(evidence, outline)
+    chosen = _chosen(evidence, places, Noise(), (handicap, whole))
     noise = _background(evidence, chosen)
-    chosen = _chosen(evidence, places, noise, handicap)
+    chosen = _chosen(evidence, places, noise, (handicap, whole))
     found = []
     for u in places:
-        weighed = weigh(evidence, u, _sides(evidence, [c for c in chosen if c != u], u), noise)
+        weighed = weigh(evidence, u, _sides(whole, [c for c in chosen if c != u], u), noise)
         log_odds = weighed.log_odds - handicap
         line = line_at(evidence.piece, outline, u)
         if line is not None and log_odds >= LEAST_LOG_ODDS:
@@ -84,23 +88,29 @@ def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:
     return sorted(dict.fromkeys(places + ends))
 
 
-def _chosen(evidence: PieceEvidence, places: Sequence[float], noise: Noise, handicap: float) -> list[float]:
+def _chosen(
+    evidence: PieceEvidence, places: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+) -> list[float]:
     """Borders that are likelier than not: each weighed alone, taken strongest first as long as it holds between those already there."""
-    alone = [weigh(evidence, u, _sides(evidence, [], u), noise).log_odds - handicap for u in places]
+    handicap, whole = handicap_and_whole
+    alone = [weigh(evidence, u, whole, noise).log_odds - handicap for u in places]
     chosen: list[float] = []
     for k in sorted(range(len(places)), key=lambda k: (-alone[k], places[k])):
         if alone[k] <= 0:
             break
-        if weigh(evidence, places[k], _sides(evidence, chosen, places[k]), noise).log_odds > handicap:
+        if weigh(evidence, places[k], _sides(whole, chosen, places[k]), noise).log_odds > handicap:
             chosen.append(places[k])
-    return _settled(evidence, chosen, noise, handicap)
+    return _settled(evidence, chosen, noise, handicap_and_whole)
 
 
-def _settled(evidence: PieceEvidence, chosen: Sequence[float], noise: Noise, handicap: float) -> list[float]:
+def _settled(
+    evidence: PieceEvidence, chosen: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+) -> list[float]:
     """Without those that do not hold between their final neighbours; the weakest goes first."""
+    handicap, whole = handicap_and_whole
     left = list(chosen)
     while left:
-        odds = [weigh(evidence, u, _sides(evidence, [c for c in left if c != u], u), noise).log_odds for u in left]
+        odds = [weigh(evidence, u, _sides(whole, [c for c in left if c != u], u), noise).log_odds for u in left]
         weakest = int(np.argmin(odds))
         if odds[weakest] > handicap:
             break
@@ -108,29 +118,42 @@ def _settled(evidence: PieceEvidence, chosen: Sequence[float], noise: Noise, han
     return sorted(left)
 
 
-def _sides(evidence: PieceEvidence, chosen: Sequence[float], u: float) -> Sides:
-    first, last = float(evidence.stations[0]) - CONTEXT_M, float(evidence.stations[-1]) + CONTEXT_M
-    return Sides(max([c for c in chosen if c < u], default=first), min([c for c in chosen if c > u], default=last))
+def _reach(evidence: PieceEvidence, outline: Polygon) -> Sides:
+    """How far one may look at all: beyond an end only where another wing begins."""
+    piece = evidence.piece
+    first, last = (0.0 if _is_free(piece, outline, end) else CONTEXT_M for end in (0, -1))
+    return Sides(float(piece.stations[0]) - first, float(piece.stations[-1]) + last)
+
+
+def _sides(whole: Sides, chosen: Sequence[float], u: float) -> Sides:
+    return Sides(
+        max([c for c in chosen if c < u], default=whole.left), min([c for c in chosen if c > u], default=whole.right)
+    )
 
 
 def _background(evidence: PieceEvidence, chosen: Sequence[float]) -> Noise:
-    """What changes where there is no border: in the middle between those that were found, and beside it."""
+    """What changes where there is no border: between those that were found, and beside them."""
     ends = [float(evidence.stations[0]), *chosen, float(evidence.stations[-1])]
-    controls = [
-        weigh(evidence, a + share * (b - a), Sides(a, b), Noise())
-        for a, b in pairwise(ends)
-        if b - a > 4.0
-        for share in CONTROLS
-    ]
+    controls = [weigh(evidence, u, Sides(a, b), Noise()) for a, b in pairwise(ends) for u in _between(a, b)]
     if len(controls) < 3:
         return Noise()
     plain = Noise()
     facades = [f for c in controls for f in c.facade_change]
+    steps = float(np.quantile([c.step_m for c in controls], QUANTILE)) / QUANTILE_SIGMAS
     return Noise(
-        max(plain.height_m, _middle([c.step_m for c in controls])),
+        max(plain.height_m, steps),
         max(plain.roof, _middle([c.roof_change for c in controls])),
         max(plain.facade, _middle(facades)),
     )
+
+
+def _between(a: float, b: float) -> FloatArray:
+    """Places between two borders, three at least; none where they are near one another."""
+    if b - a <= 4.0:
+        return np.empty(0)
+    number = max(int((b - a - 2 * CONTROL_CLEAR_M) / CONTROL_STEP_M) + 1, 3)
+    clear = min(CONTROL_CLEAR_M, 0.35 * (b - a))
+    return np.linspace(a + clear, b - clear, number)
 
 
 def _middle(values: Sequence[float]) -> float:
@@ -158,13 +181,17 @@ def _cut(
 def _allowed(piece: AxisPiece, outline: Polygon, total: FloatArray) -> FloatArray:
     """Without stations at free ends of a row."""
     allowed = total.copy()
-    for end, inward in ((0, 1), (-1, -1)):
-        u = piece.stations[end]
-        middle = (piece.low[end] + piece.high[end]) / 2
-        beyond = Point(piece.to_world(np.array([u - inward * 1.0, middle])))
-        if not outline.contains(beyond):
-            allowed[np.abs(piece.stations - u) < FREE_END_M] = -np.inf
+    for end in (0, -1):
+        if _is_free(piece, outline, end):
+            allowed[np.abs(piece.stations - piece.stations[end]) < FREE_END_M] = -np.inf
     return allowed
+
+
+def _is_free(piece: AxisPiece, outline: Polygon, end: int) -> bool:
+    """Whether nothing of the outline goes on beyond an end (0 or -1) of a piece."""
+    inward = 1 if end == 0 else -1
+    middle = (piece.low[end] + piece.high[end]) / 2
+    return not outline.contains(Point(piece.to_world(np.array([piece.stations[end] - inward * 1.0, middle]))))
 
 
 def maxima(values: FloatArray, stations: FloatArray, apart: float) -> list[int]:

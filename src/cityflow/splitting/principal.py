@@ -112,21 +112,6 @@ def orientation_at(segments: Segments, principal: Principal, xy: FloatArray, rad
     return int(np.argmax(heard)) if heard.max(initial=0.0) > 1e-3 else -1
 
 
-def local_aspect(
-    segments: Segments, xy: FloatArray, radius: float, parameters: PrincipalParameters | None = None
-) -> tuple[Direction, ...]:
-    """The strongest aspect around a place and its perpendicular where it has one; none where nothing stands out.
-
-    Parameters
-    ----------
-    xy : (2,) world metres
-    radius : metres; segments whose middle is nearer count
-    """
-    middle = 0.5 * (segments.start + segments.end)[:, :2]
-    near = segments.take(np.linalg.norm(middle - np.asarray(xy), axis=1) <= radius)
-    return principal_directions(near, parameters or PrincipalParameters()).aspects_of(0)
-
-
 def filtered(segments: Segments, principal: Principal, parameters: PrincipalParameters) -> Segments:
     """Without what is off the principal directions. Upright segments stay: their aspect has no meaning."""
     return segments.take(follows_principal(segments, principal, parameters))
