@@ -101,7 +101,7 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     # window k begins at column k; the place k lies before column k
     ends = np.pad(rows, ((guard + width, guard + width), (0, 0)), constant_values=np.nan)
     windows = sliding_window_view(ends, width, axis=0)
-    x = (np.arange(width) + 0.5 + guard) * cell
+    x: FloatArray = np.asarray((np.arange(width) + 0.5 + guard) * cell, np.float64)
     places = np.arange(len(u) + 1)
     before = _fitted(windows[places], -x[::-1])
     after = _fitted(windows[places + 2 * guard + width], x)
@@ -109,7 +109,8 @@ def roof_marks(rows: FloatArray, u: FloatArray) -> RoofMarks:
     main = _main(before.height, after.height)
     found = _marks(before, after, _between(rows, guard), main, (noise, (2 * guard + NEAR) * cell))
     at = u[0] + (places - 0.5) * cell
-    return RoofMarks(at, *found[:5], at + found[5], noise)
+    step, valley, wall, trench, step_m, meet = found
+    return RoofMarks(at, step, valley, wall, trench, step_m, at + meet, noise)
 
 
 def _fitted(windows: FloatArray, x: FloatArray) -> _Lines:
