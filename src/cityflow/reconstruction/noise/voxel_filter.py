@@ -20,7 +20,7 @@ from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.noise.cubes import SUMS, Cubes, add_point, cut_in_cubes, plane_of
+from cityflow.reconstruction.noise.cubes import SUMS, add_point, cut_in_cubes, plane_of
 
 MAX_CLASSES = 64
 LEAST = 4
@@ -39,6 +39,12 @@ class VoxelFilterParameters(Parameters):
     least_noise_m: float = Field(0.02, ge=0, le=1, description="noise is never taken as smaller than this (m)")
     sparse_share: float = Field(
         0.12, ge=0, le=1, description="cubes with a smaller share of the usual number of points around them are noise"
+    )
+    stray_share: float = Field(
+        0.1,
+        ge=0,
+        le=1,
+        description="where fewer of the points around a cube lie off the surface, those in it are noise",
     )
     sample: int = Field(300, ge=20, le=100_000, description="cubes that a dry run looks at")
     points_around: int = Field(12, ge=8, le=10_000, description="fewest points that 3×3×3 cubes of a guessed edge hold")
@@ -76,7 +82,9 @@ def filter_noise(xyz: FloatArray, parameters: VoxelFilterParameters) -> VoxelFil
     table, sums = cubes.neighbours(), cubes.sums()
     around = _around(sums, table)
     sparse = parameters.sparse_share * float(np.median(np.repeat(around, np.diff(cubes.starts))))
-    limits = np.array([edge, parameters.class_sigmas, parameters.least_noise_m, max(sparse, LEAST)])
+    limits = np.array(
+        [edge, parameters.class_sigmas, parameters.least_noise_m, max(sparse, LEAST), parameters.stray_share]
+    )
     good, noise = _judge(cubes.points, cubes.starts, table, sums, cubes.centres, limits)
     chosen = np.zeros(len(used), bool)
     chosen[cubes.order] = good
@@ -153,8 +161,9 @@ def _around(sums: FloatArray, table: IntArray) -> FloatArray:
 def _judge(
     points: FloatArray, starts: IntArray, table: IntArray, sums: FloatArray, centres: FloatArray, limits: FloatArray
 ) -> tuple[BoolArray, FloatArray]:
-    """Which points stay, and the noise around each cube; limits: edge, class width in sigmas, least noise, least points."""
-    edge, class_sigmas, least_noise, sparse = limits
+    """Which points stay, and the noise around each cube; limits: edge, class width in sigmas, least noise,
+    least points around, share of strays."""
+    edge, class_sigmas, least_noise, sparse, stray_share = limits
     radius = edge / 2 * np.sqrt(3.0)
     keep, noise = np.ones(len(points), np.bool_), np.full(len(table), np.nan)
     plane, row = np.empty(9), np.empty(SUMS)
@@ -167,19 +176,30 @@ def _judge(
             keep[starts[m] : starts[m + 1]] = False
             continue
         plane_of(row, plane)
-        cubes_there = np.count_nonzero(table[m] >= 0)
         sigma = _second_fit(points, starts, table[m], plane, least_noise)
         off = 0.0
         for k in range(3):
             off += plane[k] * (centres[m, k] - plane[3 + k])
         if abs(off) > radius:
-            # Few points beside a surface that their neighbours agree on: strays. Many: another surface.
-            if starts[m + 1] - starts[m] < 0.25 * row[0] / cubes_there:
+            # Few points beside a surface that the others agree on: strays. Many: another surface.
+            if _off_surface(points, starts, table[m], plane, 3.0 * sigma) < max(LEAST, stray_share * row[0]):
                 keep[starts[m] : starts[m + 1]] = False
             continue
         noise[m] = sigma
         _beyond_fullest_class(points, starts[m], starts[m + 1], plane, class_sigmas * sigma, keep)
     return keep, noise
+
+
+@njit(cache=True, nogil=True)
+def _off_surface(points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray, reach: float) -> int:
+    count = 0
+    for k in around:
+        if k < 0:
+            continue
+        for i in range(starts[k], starts[k + 1]):
+            if _distance(points[i], plane) > reach:
+                count += 1
+    return count
 
 
 @njit(cache=True, nogil=True)
