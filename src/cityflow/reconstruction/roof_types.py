@@ -7,14 +7,12 @@ determined anew from the surface model.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray
 from cityflow.core.building import RoofPlane, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
@@ -23,8 +21,10 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.roof_types_parts import heights as heights_of
 from cityflow.reconstruction.roof_types_parts import roof_lines
+from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, simple_roofs
+from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
-from cityflow.reconstruction.roof_types_parts.hypotheses import Hypothesis, HypothesisParameters, hypotheses
+from cityflow.reconstruction.roof_types_parts.hypotheses import HypothesisParameters, hypotheses
 from cityflow.reconstruction.roof_types_parts.line_categories import (
     Category,
     CategoryParameters,
@@ -33,8 +33,8 @@ from cityflow.reconstruction.roof_types_parts.line_categories import (
 )
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, sides_of, whole_quad
 from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
-from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel, partition_of, roof_model
-from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of
+from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel, partition_of, roof_model
+from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of, with_noise_of
 from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
@@ -47,11 +47,13 @@ class RoofTypesParameters(Parameters):
 
     lines: LineParameters = LineParameters()
     categories: CategoryParameters = CategoryParameters()
+    parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
     levels: LevelParameters = LevelParameters()
     straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
-    margin_m: float = Field(0.3, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
+    margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
     least_fill: float = Field(0.9, gt=0, le=1, description="an outline that fills its four sides so far (share) is one part")
+    most_rest: float = Field(0.15, ge=0, lt=1, description="share of an outline that its parts may leave uncovered")
     least_cells: int = Field(4, ge=3, le=1000, description="fewer heights than this tell nothing")
     most_off: float = Field(0.4, gt=0, le=1, description="a roof that leaves more of its heights (share) beyond three sigma is of unknown type")
 
@@ -81,14 +83,14 @@ def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidat
     reading = read(evidence, parameters)
     if len(reading.cells) < parameters.least_cells:
         return _none(f"{len(reading.cells)} heights inside the outline, {parameters.least_cells} needed")
-    parts, kind, cost = best_roof(reading, evidence.wanted_type, parameters)
-    if not parts:
+    roof = best_roof(reading, evidence.wanted_type, parameters)
+    if roof is None:
         return _none("no roof type fits the outline")
-    model = roof_model(parts)
+    model = roof_model(roof.parts)
     off = _share_off(reading, model)
     if off > parameters.most_off:
-        return _none(f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({kind}): type unknown")
-    return _candidate(evidence, reading, model, (kind, parts), cost, parameters)
+        return _none(f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roof.type}): type unknown")
+    return _candidate(evidence, reading, model, roof, parameters)
 
 
 def _none(reason: str) -> Candidate:
@@ -126,21 +128,30 @@ def find_lines(evidence: Evidence, origin: Origin, parameters: LineParameters) -
     return roof_lines.without_duplicates(every, parameters)
 
 
-def best_roof(
-    reading: Reading, wanted: str, parameters: RoofTypesParameters
-) -> tuple[list[PlacedSkeleton], RoofType, float]:
-    """Parts of the cheapest roof, its type and cost."""
+def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) -> Composition | None:
+    """The cheapest roof of all types, layouts and directions; of the wanted type where one is wanted."""
+    found = _roofs(reading, reading.clues, wanted, parameters)
+    if not found:
+        return None
+    best = min(found, key=lambda c: c.cost)
+    clues = with_noise_of(reading.clues, roof_model(best.parts))
+    if clues.sigma > 1.1 * reading.clues.sigma:
+        best = min(_roofs(reading, clues, wanted, parameters), key=lambda c: c.cost)
+    return best
+
+
+def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
     sides = sides_of(reading.outline, parameters.straighten_m)
     quad = whole_quad(reading.outline, sides)
-    if fills(reading.outline, quad) < parameters.least_fill:
-        return [], RoofType.UNKNOWN, math.inf
-    tried = hypotheses(reading.clues, quad, parameters.roofs)
-    if wanted:
-        tried = [h for h in tried if h.skeleton.type == wanted]
-    if not tried:
-        return [], RoofType.UNKNOWN, math.inf
-    best = tried[0]
-    return [PlacedSkeleton(best.skeleton, np.empty((0, 3)))], best.skeleton.type, best.cost
+    if fills(reading.outline, quad) >= parameters.least_fill:
+        tried = hypotheses(clues, quad, parameters.roofs)
+        return simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
+    return [
+        roof
+        for layout in layouts(reading.outline, sides, parameters.parts)
+        if layout.rest <= parameters.most_rest
+        for roof in composed_roofs(clues, layout, wanted, parameters.roofs)
+    ]
 
 
 def _share_off(reading: Reading, model: RoofModel) -> float:
@@ -153,26 +164,25 @@ def _candidate(
     evidence: Evidence,
     reading: Reading,
     model: RoofModel,
-    found: tuple[RoofType, list[PlacedSkeleton]],
-    cost: float,
+    roof: Composition,
     parameters: RoofTypesParameters,
 ) -> Candidate:
     partition = partition_of(model, reading.outline)
     solid = assemble(partition, model.planes, evidence.ground_height, reading.origin, evidence.outline)
     faults = check_polyhedron(solid)
     if faults:
-        return _none(f"the {found[0]} roof gives no valid solid: {faults[0].code} {faults[0].name}")
+        return _none(f"the {roof.type} roof gives no valid solid: {faults[0].code} {faults[0].name}")
     blocks = block_levels(
         partition, model.planes, evidence.ground_height, reading.origin, evidence.outline, parameters.levels
     )
     notes = {
         "lines": len(reading.lines.lines),
-        "parts": "+".join(p.skeleton.type.value for p in found[1]),
-        "cost": round(cost, 3),
+        "parts": "+".join(p.skeleton.type.value for p in roof.parts),
+        "cost": round(roof.cost, 3),
         "noise": round(reading.clues.sigma, 3),
     }
     planes = _roof_planes(reading, model)
-    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=found[0].value)
+    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=roof.type.value)
 
 
 def _roof_planes(reading: Reading, model: RoofModel) -> tuple[RoofPlane, ...]:

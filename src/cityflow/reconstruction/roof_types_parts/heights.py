@@ -8,13 +8,15 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.reconstruction import Evidence, HeightRaster
 
 FINEST_M = 0.25
 """Places at which a cell is looked at stand no further apart than twice this."""
 MOST_CELLS = 1500
+CORRELATED_M2 = 1.5
+"""Heights of a patch so large err alike: image matching smooths over about a metre."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,12 @@ class HeightCells:
 
     def __len__(self) -> int:
         return len(self.z)
+
+    def take(self, chosen: BoolArray) -> HeightCells:
+        """Some of the cells."""
+        places = chosen[self.cell]
+        number = np.cumsum(chosen) - 1
+        return HeightCells(self.xy[places], number[self.cell[places]], self.z[chosen], self.weight[chosen], self.size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +91,7 @@ def _raster_cells(
         chosen = chosen.reshape(z.shape)
     count = int(np.count_nonzero(chosen))
     xy = np.column_stack([px[chosen].ravel(), py[chosen].ravel()])
-    # Image matching smooths over about a metre: finer cells repeat one another.
-    weight = np.full(count, float(np.clip(grid.cell**2, 0.1, 1.0)))
+    weight = np.full(count, float(np.clip(grid.cell**2 / CORRELATED_M2, 0.02, 1.0)))
     return HeightCells(xy, np.repeat(np.arange(count), times**2), z[chosen], weight, grid.cell)
 
 
@@ -105,7 +112,7 @@ def _point_cells(evidence: Evidence, outline: Polygon, origin: tuple[float, floa
     if len(local) > MOST_CELLS:
         local = local[np.linspace(0, len(local) - 1, MOST_CELLS).astype(np.int64)]
     density = len(local) / max(outline.area, 1e-9)
-    weight = np.full(len(local), float(np.clip(1.0 / max(density, 1e-9), 0.1, 1.0)))
+    weight = np.full(len(local), float(np.clip(1.0 / max(density, 1e-9) / CORRELATED_M2, 0.02, 1.0)))
     return HeightCells(local[:, :2].copy(), np.arange(len(local)), local[:, 2].copy(), weight, 0.0)
 
 

@@ -33,17 +33,27 @@ class HypothesisParameters(Parameters):
     least_slope_deg: float = Field(3.5, gt=0, le=20, description="roofs less steep (degrees) are flat")
     off_middle: float = Field(0.22, gt=0, le=0.5, description="ridges lie within this share of the width of the middle")
     off_middle_cost: float = Field(3.0, ge=0, le=50, description="cost of a ridge off the middle, besides its number")
-    least_end_m: float = Field(0.8, gt=0, le=10, description="shortest run (m) of a hip or half-hip")
+    end_steepness: float = Field(
+        0.3, gt=0, le=2, description="how far slopes of ends and sides differ, as sigma of the logarithm of their ratio"
+    )
+    steepest_end: float = Field(2.0, ge=1, le=10, description="ends are steeper than the sides by this factor at most")
+    mansard_ratio: float = Field(1.7, ge=1, le=10, description="a mansard is steeper below than above by this factor")
+    mansard_deg: float = Field(48.0, ge=0, lt=90, description="and at least so steep (degrees) below")
+    mansard_run_m: float = Field(0.7, gt=0, le=10, description="and bends no nearer to its eave than this (m)")
     rare_cost: float = Field(4.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers")
     most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
 
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """A skeleton with its cost, in which the numbers that were free are counted."""
+    """A skeleton with its cost, in which the numbers that were free are counted; `beside`: what of it heights did not cause."""
 
     skeleton: Skeleton
     cost: float
+    beside: float = 0.0
+
+    def dearer(self, by: float) -> Hypothesis:
+        return Hypothesis(self.skeleton, self.cost + by, self.beside + by)
 
 
 @dataclass
@@ -57,7 +67,7 @@ class PartClues:
     def __post_init__(self) -> None:
         self.d = self.quad.distances(self.clues.cells.xy)
 
-    def of_shape(self, shape: FloatArray) -> tuple[float, float, float]:
+    def of_shape(self, shape: FloatArray) -> tuple[float, float, float, float]:
         c = self.clues
         return ridge_cost(
             shape, self.quad.sides, self.d, c.cells.cell, c.cells.z, c.cells.weight, c.sigma, c.segments, c.trust
@@ -76,10 +86,28 @@ def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> li
         part = PartClues(clues, turned)
         ratio = turned.length / turned.width
         across = UNLIKELY * min(1.0, max(0.0, 4 * (1 / ratio - 1.1))) if k else 0.0
-        found += [Hypothesis(h.skeleton, h.cost + across) for h in ridge_roofs(part, parameters)]
+        found += [h.dearer(across) for h in ridge_roofs(part, parameters)]
         found += sawtooths(part, parameters)
     found += [pyramid(PartClues(clues, longer), parameters)]
     return sorted((h for h in found if math.isfinite(h.cost)), key=lambda h: h.cost)
+
+
+def wing_hypotheses(
+    clues: Clues, joined: Quad, own: Quad, parameters: HypothesisParameters
+) -> list[tuple[Hypothesis, bool]]:
+    """Types of a wing, and whether each runs on into the part that it leans on.
+
+    Parameters
+    ----------
+    clues : of the cells beside that part
+    joined : sides of the wing, the left one at the ridge that it runs into
+    own : sides of what stands beside
+    """
+    alone = [(h, False) for h in flat_and_sheds(clues, own, parameters)]
+    across = PartClues(clues, own.turned())
+    alone += [(h, False) for h in ridge_roofs(across, parameters, (False, False)) if h.skeleton.rise > 0]
+    inside = [(h, True) for h in ridge_roofs(PartClues(clues, joined), parameters, (False, True)) if h.skeleton.rise > 0]
+    return sorted(alone + inside, key=lambda pair: pair[0].cost)
 
 
 def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
@@ -92,7 +120,7 @@ def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -
         cost, eave, rise = own.of_heights(own.d[:, 0] / turned.width)
         skeleton = Skeleton(RoofType.SHED, turned, shape, eave, rise)
         if abs(rise) >= _least_rise(turned.width, parameters):
-            found.append(Hypothesis(skeleton, cost + 2 * clues.per_parameter()))
+            found.append(Hypothesis(skeleton, cost).dearer(2 * clues.per_parameter()))
     return found
 
 
@@ -100,25 +128,39 @@ def _least_rise(run: float, parameters: HypothesisParameters) -> float:
     return max(parameters.least_rise_m, run * math.tan(math.radians(parameters.least_slope_deg)))
 
 
-def ridge_roofs(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
-    """Gable, hip, half-hip, mansard, butterfly with the ridge along the part."""
+def ridge_roofs(
+    part: PartClues, parameters: HypothesisParameters, free: tuple[bool, bool] = (True, True)
+) -> list[Hypothesis]:
+    """Gable, hip, half-hip, mansard, butterfly with the ridge along the part; ends that are not free are gables."""
     found: list[Hypothesis] = []
     for base, paid in _ridges(part, parameters):
-        gable = _measured(part, base, paid)
+        gable = _measured(part, base, paid, parameters)
         rare = parameters.rare_cost if gable.skeleton.rise < 0 else 0.0
-        found.append(Hypothesis(gable.skeleton, gable.cost + rare))
+        found.append(gable.dearer(rare))
         if gable.skeleton.rise > 0:
-            found += _with_ends(part, base, paid, parameters)
+            found += _with_ends(part, base, paid, parameters) if all(free) else []
+            found += _with_end(part, base, paid, parameters) if free == (False, True) else []
     best = min(found, key=lambda h: h.cost)
     if best.skeleton.rise > 0:
         found += _mansards(part, best, parameters)
     return [h for h in found if abs(h.skeleton.rise) >= _least_rise(part.quad.width / 2, parameters)]
 
 
-def _measured(part: PartClues, shape: FloatArray, paid: float) -> Hypothesis:
+def _measured(part: PartClues, shape: FloatArray, paid: float, parameters: HypothesisParameters) -> Hypothesis:
     """A shape with its heights; its type follows from its ends."""
-    cost, eave, rise = part.of_shape(shape)
-    return Hypothesis(Skeleton(_type_of(shape, part.quad, rise), part.quad, shape, eave, rise), cost + paid)
+    cost, eave, rise, gain = part.of_shape(shape)
+    paid += sum(_end_cost(shape, end, parameters) for end in (0, 1))
+    skeleton = Skeleton(_type_of(shape, part.quad, rise), part.quad, shape, eave, rise)
+    return Hypothesis(skeleton, cost + paid, paid - gain)
+
+
+def _end_cost(shape: FloatArray, end: int, parameters: HypothesisParameters) -> float:
+    """Ends are about as steep as the sides."""
+    start = shape[S2 + end]
+    if start >= 1:
+        return 0.0
+    steeper = (1 - start) * (shape[D0] + shape[D1]) / 2 / shape[R2 + end]
+    return 0.5 * (math.log(steeper) / parameters.end_steepness) ** 2
 
 
 def _type_of(shape: FloatArray, quad: Quad, rise: float) -> RoofType:
@@ -173,14 +215,23 @@ def _with_ends(part: PartClues, base: FloatArray, paid: float, parameters: Hypot
         both = _best_end(part, base, (0, 1), half, parameters)
         apart = np.where(np.isin(np.arange(8), (R3, S3)), ends[1], ends[0])
         numbers = 2 if half else 1
-        found += [_measured(part, shape, paid + numbers * each + UNLIKELY) for shape in ends]
-        found += [_measured(part, both, paid + numbers * each)]
+        found += [_measured(part, shape, paid + numbers * each + UNLIKELY, parameters) for shape in ends]
+        found += [_measured(part, both, paid + numbers * each, parameters)]
         if part.quad.length - apart[R2] - apart[R3] > 0:
-            found.append(_measured(part, apart, paid + 2 * numbers * each))
+            found.append(_measured(part, apart, paid + 2 * numbers * each, parameters))
         if not half and base[D0] + base[D1] < part.quad.length:
             alike = base.copy()
             alike[[R2, R3]], alike[[S2, S3]] = (base[D0] + base[D1]) / 2, 0.0
-            found.append(_measured(part, alike, paid))
+            found.append(_measured(part, alike, paid, parameters))
+    return found
+
+
+def _with_end(part: PartClues, base: FloatArray, paid: float, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """Hip or half-hip at the right end."""
+    each, found = part.clues.per_parameter(), []
+    for half in (False, True):
+        shape = _best_end(part, base, (1,), half, parameters)
+        found.append(_measured(part, shape, paid + (2 if half else 1) * each, parameters))
     return found
 
 
@@ -190,19 +241,22 @@ def _best_end(
     """The shape with the run (and start) of one end, or of both alike, that costs least."""
     width, length = part.quad.width, part.quad.length
     longest = length / 2 if len(ends) == 2 else 0.8 * length
-    least = min(parameters.least_end_m, longest / 2)
+    least = min(width / 2 / parameters.steepest_end, longest / 2)
 
     def shaped(x: FloatArray) -> FloatArray:
         shape = base.copy()
         for end in ends:
-            shape[R2 + end], shape[S2 + end] = x[0], x[1] / width if half else 0.0
+            shape[S2 + end] = x[1] / width if half else 0.0
+            shape[R2 + end] = min(max(x[0] * (1 - shape[S2 + end]), 0.3), longest)
         return shape
 
-    runs = (0.2 * width, 0.4 * width) if half else (0.3 * width, 0.5 * width, 0.8 * width)
-    starts = [np.array([min(max(r, least), longest), 0.5 * width]) for r in runs]
-    limits = np.array([least, 0.25 * width]), np.array([longest, 0.8 * width])
-    free = 2 if half else 1
-    fits = [minimised(lambda x: part.of_shape(shaped(x))[0], x, limits, free) for x in starts]
+    def cost(x: FloatArray) -> float:
+        shape = shaped(x)
+        return part.of_shape(shape)[0] + sum(_end_cost(shape, end, parameters) for end in ends)
+
+    starts = [np.array([min(max(r * width, least), longest), 0.5 * width]) for r in (0.35, 0.5, 0.75)]
+    limits = np.array([least, 0.25 * width]), np.array([longest / 0.3 if half else longest, 0.8 * width])
+    fits = [minimised(cost, x, limits, 2 if half else 1) for x in starts]
     return shaped(min(fits, key=lambda f: f[1])[0])
 
 
@@ -214,28 +268,41 @@ def _mansards(part: PartClues, base: Hypothesis, parameters: HypothesisParameter
         shape[BEND], shape[BEND_T] = x[0] / 10, x[1] / 10
         return shape
 
-    limits = np.array([1.2, 4.0]), np.array([6.0, 8.5])
-    if np.any(base.skeleton.shape[[S2, S3]] % 1 > 0):
+    half = part.quad.width / 2
+    lowest = max(10 * parameters.mansard_run_m / half, 0.8)
+    if np.any(base.skeleton.shape[[S2, S3]] % 1 > 0) or lowest > 5:
         return []
+    limits = np.array([lowest, 3.0]), np.array([6.0, 9.0])
 
     def cost(x: FloatArray) -> float:
-        return part.of_shape(shaped(x))[0] if x[1] > x[0] + 1.5 else math.inf
+        fit = part.of_shape(shaped(x))
+        return fit[0] if _is_mansard(x, half, fit[2], parameters) else math.inf
 
-    starts = [np.array(x) for x in ((2.0, 5.5), (3.5, 6.5))]
+    starts = [np.array([max(q, lowest), g]) for q, g in ((1.5, 5.0), (2.5, 6.0), (3.5, 7.0))]
     best = min((minimised(cost, x, limits) for x in starts), key=lambda f: f[1])
-    fit = _measured(part, shaped(best[0]), 0.0)
+    if not math.isfinite(best[1]):
+        return []
+    fit = _measured(part, shaped(best[0]), 0.0, parameters)
     paid = 3 * part.clues.per_parameter() + parameters.rare_cost
-    return [Hypothesis(fit.skeleton, fit.cost + paid)]
+    return [fit.dearer(paid)]
+
+
+def _is_mansard(bend: FloatArray, half: float, rise: float, parameters: HypothesisParameters) -> bool:
+    """Steep below, and much less so above; the bend in tenths of width and rise."""
+    q, g = bend / 10
+    below, above = rise * g / (q * half), rise * (1 - g) / ((1 - q) * half)
+    steep = below >= math.tan(math.radians(parameters.mansard_deg))
+    return bool(g < 0.98 and steep and below >= parameters.mansard_ratio * above)
 
 
 def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
     """Four faces that meet over the middle."""
     shape = skeletons.ridge_shape(part.quad)
     shape[[R2, R3]], shape[[S2, S3]] = part.quad.length / 2, 0.0
-    fit = _measured(part, shape, part.clues.per_parameter())
+    fit = _measured(part, shape, part.clues.per_parameter(), parameters)
     slender = max(0.0, part.quad.length / part.quad.width - 1.25)
     low = fit.skeleton.rise < _least_rise(part.quad.width / 2, parameters)
-    return Hypothesis(fit.skeleton, math.inf if low else fit.cost + 20 * slender)
+    return fit.dearer(math.inf if low else 20 * slender)
 
 
 def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
@@ -244,11 +311,12 @@ def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothe
     for teeth in range(2, min(parameters.most_teeth, int(length / 3.0)) + 1):
         t = skeletons.tooth_heights(part.d, length, teeth)
         cost, eave, rise = part.of_heights(t)
-        cost -= part.clues.trust * tooth_gain(part, teeth)
+        gain = part.clues.trust * tooth_gain(part, teeth)
         shape = skeletons.ridge_shape(part.quad)
         if abs(rise) >= _least_rise(length / teeth, parameters):
             skeleton = Skeleton(RoofType.SAWTOOTH, part.quad, shape, eave, rise, teeth)
-            found.append(Hypothesis(skeleton, cost + 3 * part.clues.per_parameter() + parameters.rare_cost))
+            paid = 3 * part.clues.per_parameter() + parameters.rare_cost
+            found.append(Hypothesis(skeleton, cost - gain + paid, paid - gain))
     return found
 
 

@@ -22,6 +22,8 @@ LUMA = (0.299, 0.587, 0.114)
 SUNS_DEG = (20.0, 110.0)
 """Directions from which a surface is lit where there is no picture of it."""
 MOST_JOINS = 400
+FINER, SMOOTH_CELLS = 2, 0.8
+"""A picture is shown to the detector twice as fine, and smoothed: so noise breaks fewer edges, and fewer false ones are found."""
 
 
 class LineParameters(Parameters):
@@ -102,7 +104,9 @@ def picture_lines(picture: Picture, epoch: int, outline: Polygon, parameters: Li
         return joined([])
     grey = luma(window)
     factor = max(1, round(parameters.cell_m / grid.cell))
-    grey, cell = _averaged(grey, factor), grid.cell * factor
+    grey, cell = _averaged(grey, factor), grid.cell * factor / FINER
+    grey = cv2.resize(grey, None, fx=FINER, fy=FINER, interpolation=cv2.INTER_CUBIC)
+    grey = cv2.GaussianBlur(grey, (0, 0), SMOOTH_CELLS * FINER)
     return _detected(_stretched(grey), (grid.x_min, grid.y_max, cell), epoch, outline, parameters)
 
 
@@ -203,7 +207,7 @@ def merged(lines: RoofLines, parameters: LineParameters) -> RoofLines:
 
     The joined segment is the longest connection of the four end points, and must be longer than both.
     """
-    ends = [e for e in lines.ends]
+    ends = list(lines.ends)
     epoch = list(lines.epoch)
     for _ in range(MOST_JOINS):
         pair = _first_pair(np.array(ends).reshape(-1, 2, 2), parameters)

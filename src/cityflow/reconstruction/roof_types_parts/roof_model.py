@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,8 +18,6 @@ from cityflow.reconstruction.roof_types_parts.skeletons import Skeleton, plane_g
 BESIDE_M, ALONG_M = 0.015, 0.12
 """How far beside a line its two sides are looked at, and how densely along it."""
 SHORT_M = 0.1
-ALIKE_SLOPE, ALIKE_M = 0.02, 0.08
-"""Planes that differ by less are one."""
 MOST_CELLS = 400
 
 
@@ -70,6 +69,13 @@ class RoofModel:
             label = np.where(wins, group.planes[which], label)
         return label
 
+    def owners(self, xy: FloatArray) -> IntArray:
+        """(N,) part that counts at each place."""
+        owner = np.empty(len(self.planes), np.int64)
+        for group, part in zip(self.groups, self.part, strict=True):
+            owner[group.planes] = part
+        return np.asarray(owner[self.labels(xy)])
+
     def heights(self, xy: FloatArray) -> FloatArray:
         """(N,) height that counts at each place."""
         planes = self.planes[self.labels(xy)]
@@ -90,22 +96,18 @@ class PlacedSkeleton:
     region: FloatArray
 
 
-def roof_model(parts: list[PlacedSkeleton]) -> RoofModel:
+def roof_model(parts: Sequence[PlacedSkeleton]) -> RoofModel:
     """All skeletons as plane groups."""
     planes: list[FloatArray] = []
     groups, owner = [], []
     for number, part in enumerate(parts):
         for rows, region, highest in plane_groups(part.skeleton):
-            index = np.array([_index_of(row, planes) for row in rows], np.int64)
+            index = np.arange(len(planes), len(planes) + len(rows))
+            planes += list(rows)
             reach = part.region if region is None else np.concatenate([part.region.reshape(-1, 3), region.reshape(-1, 3)])
             groups.append(PlaneGroup(reach, index, highest))
             owner.append(number)
     return RoofModel(np.array(planes), tuple(groups), tuple(owner))
-
-
-def _index_of(row: FloatArray, planes: list[FloatArray]) -> int:
-    planes.append(np.asarray(row, np.float64))
-    return len(planes) - 1
 
 
 def partition_of(model: RoofModel, outline: Polygon) -> RoofPartition:

@@ -7,15 +7,18 @@ detected line runs along it. What a hypothesis may choose freely costs as in Sch
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells
+from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel
 from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, skeleton_edges
 
+MOST_NOISE_M = 1.0
+LEAST_PER_NUMBER = 2.0
 CUT = 4.5
 """Cost of a height beyond three sigma."""
 SEEN, UNSEEN = 2.0, 0.8
@@ -49,7 +52,16 @@ class Clues:
 
     def per_parameter(self) -> float:
         """Cost of a free number."""
-        return 0.5 * math.log(max(self.effective, 4.0))
+        return max(0.5 * math.log(max(self.effective, 1.0)), LEAST_PER_NUMBER)
+
+    def within(self, inside: BoolArray) -> Clues:
+        """Clues of the cells all of whose places (S,) are inside."""
+        kept = cell_means(inside.astype(np.float64), self.cells.cell, len(self.cells)) > 0.999
+        return replace(self, cells=self.cells.take(kept))
+
+    def touching(self, inside: BoolArray) -> Clues:
+        """Clues of the cells half of whose places (S,) are inside."""
+        return replace(self, cells=self.cells.take(cell_means(inside.astype(np.float64), self.cells.cell, len(self.cells)) >= 0.5))
 
 
 def noise_of(cells: HeightCells) -> float:
@@ -66,6 +78,12 @@ def noise_of(cells: HeightCells) -> float:
     if len(squares) < 6:
         return 0.3
     return float(np.clip(1.3 * math.sqrt(squares[: max(int(0.8 * len(squares)), 3)].mean() / 6), 0.12, 0.6))
+
+
+def with_noise_of(clues: Clues, model: RoofModel) -> Clues:
+    """Clues with the noise that a fitted model leaves: second differences do not show errors that neighbours share."""
+    off = np.abs(clues.cells.z - cell_means(model.heights(clues.cells.xy), clues.cells.cell, len(clues.cells)))
+    return replace(clues, sigma=float(np.clip(np.percentile(off, 68.3), clues.sigma, MOST_NOISE_M)))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
@@ -151,10 +169,9 @@ def ridge_cost(
     sigma: float,
     segments: FloatArray,
     trust: float,
-) -> tuple[float, float, float]:
-    """Cost, eave and rise of a shape of the ridge family."""
+) -> tuple[float, float, float, float]:
+    """Cost, eave and rise of a shape of the ridge family, and what lines gave of the cost."""
     t = cell_means(ridge_heights(shape, d), cell, len(z))
     cost, eave, rise = fitted_heights(t, z, weight, sigma)
-    if trust > 0.0:
-        cost -= trust * line_gain(skeleton_edges(shape, sides), segments)
-    return cost, eave, rise
+    gain = trust * line_gain(skeleton_edges(shape, sides), segments) if trust > 0.0 else 0.0
+    return cost - gain, eave, rise, gain

@@ -1,0 +1,202 @@
+"""A complex outline as a main part and wings (Hron 2020, section 3: sides prolonged inwards make the polygons of ridges).
+
+Every rectangle whose four sides lie on sides of the outline, or on these prolonged, and that the outline holds may carry the main
+ridge. What is left of the outline beside it are wings, each leaning on the part that it has the longest border with.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import shapely
+from pydantic import Field
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.parameters import Parameters
+from cityflow.reconstruction.roof_types_parts.outline_sides import Sides, main_angle
+from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
+from cityflow.reconstruction.roof_types_parts.skeletons import Quad
+
+SNAP_M = 1e-3
+
+
+class DecompositionParameters(Parameters):
+    """What parts of an outline may be."""
+
+    square_deg: float = Field(20.0, gt=0, le=45, description="sides within this angle (degrees) of a main direction follow it")
+    same_m: float = Field(0.4, ge=0, le=5, description="sides in one line within this (m) are one")
+    inside: float = Field(0.94, gt=0, le=1, description="share of a part that lies inside the outline")
+    narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
+    least_wing_m2: float = Field(5.0, gt=0, le=1000, description="smaller wings (m²) take the roof beside them")
+    most_mains: int = Field(4, ge=1, le=50, description="most rectangles tried for the main part")
+    most_wings: int = Field(6, ge=0, le=50, description="outlines of more wings are not decomposed")
+    least_main: float = Field(0.35, gt=0, le=1, description="the main part covers at least this share of the outline")
+
+
+@dataclass(frozen=True, slots=True)
+class Wing:
+    """What stands beside a part.
+
+    Attributes
+    ----------
+    polygon : where
+    quad : its sides; the left one is the border with the part that it leans on
+    parent : number of that part: 0 is the main one, k + 1 the wing k
+    """
+
+    polygon: Polygon
+    quad: Quad
+    parent: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A main part and its wings; `rest` is the share of the outline that neither covers."""
+
+    main: Quad
+    wings: tuple[Wing, ...]
+    rest: float
+
+
+def layouts(outline: Polygon, sides: Sides, parameters: DecompositionParameters) -> list[Layout]:
+    """Ways to see an outline as a main part with wings, the largest main part first."""
+    angle = main_angle(sides)
+    found = []
+    for main in rectangles(outline, sides, angle, parameters)[: parameters.most_mains]:
+        layout = _with_wings(outline, sides, main, angle, parameters)
+        if layout is not None:
+            found.append(layout)
+    return found
+
+
+def rectangles(outline: Polygon, sides: Sides, angle: float, parameters: DecompositionParameters) -> list[Quad]:
+    """Largest rectangles within a polygon whose sides lie on those of the outline, the largest first."""
+    towards = [_facing(sides, angle + k * math.pi / 2, parameters) for k in range(4)]
+    if not all(towards):
+        return []
+    prepared = outline.buffer(0)
+    shapely.prepare(prepared)
+    found: list[tuple[float, Quad, Polygon]] = []
+    for left, front, right, back in product(*towards):
+        quad = Quad(np.array([front, back, left, right]))
+        if quad.width < parameters.narrowest_m or quad.length < parameters.narrowest_m:
+            continue
+        ring = Polygon(quad.ring())
+        common = shapely.intersection(ring, prepared, grid_size=SNAP_M).area
+        if common >= parameters.inside * ring.area and common >= parameters.least_main * outline.area:
+            found.append((ring.area, quad, ring))
+    found.sort(key=lambda item: -item[0])
+    kept: list[tuple[float, Quad, Polygon]] = []
+    for area, quad, ring in found:
+        if not any(shapely.intersection(ring, r, grid_size=SNAP_M).area > 0.9 * area for _, _, r in kept):
+            kept.append((area, quad, ring))
+    return [quad for _, quad, _ in kept]
+
+
+def _facing(sides: Sides, angle: float, parameters: DecompositionParameters) -> list[FloatArray]:
+    """Lines of the sides whose inside lies in a direction, each of several in one line once, the longest."""
+    lines, length = sides.lines(), sides.length
+    inwards = np.arctan2(lines[:, 1], lines[:, 0])
+    turn = np.abs((inwards - angle + math.pi) % (2 * math.pi) - math.pi)
+    chosen = [k for k in np.argsort(-length, kind="stable") if turn[k] <= math.radians(parameters.square_deg)]
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    place = sides.ends.mean(axis=1) @ direction
+    kept: list[int] = []
+    for k in chosen:
+        if all(abs(place[k] - place[other]) > parameters.same_m for other in kept):
+            kept.append(int(k))
+    return [lines[k] for k in kept]
+
+
+def _with_wings(
+    outline: Polygon, sides: Sides, main: Quad, angle: float, parameters: DecompositionParameters
+) -> Layout | None:
+    parts, wings = [Polygon(main.ring())], list[Wing]()
+    left = _opened(outline, parts[0])
+    while left:
+        piece = left.pop(0)
+        if len(wings) >= parameters.most_wings:
+            return None
+        rectangle, polygon = _rectangle_of(piece, sides, angle, parameters)
+        if rectangle is None or polygon.area < parameters.least_wing_m2:
+            continue
+        parent = _parent(polygon, parts)
+        if parent is None:
+            continue
+        wings.append(Wing(polygon, _from_parent(rectangle, parts[parent]), parent))
+        parts.append(Polygon(rectangle.ring()))
+        left += _opened(piece, parts[-1])
+    covered = shapely.intersection(shapely.union_all(parts, grid_size=SNAP_M), outline, grid_size=SNAP_M).area
+    return Layout(main, tuple(wings), 1 - covered / outline.area)
+
+
+def _opened(outline: Polygon, part: Polygon) -> list[Polygon]:
+    """What is left of an outline beside a part, without slivers, the largest first."""
+    rest = shapely.difference(outline, part, grid_size=SNAP_M).buffer(-0.5, join_style="mitre").buffer(0.5, join_style="mitre")
+    pieces = [p for p in shapely.get_parts(rest) if p.geom_type == "Polygon" and p.area > 1.0]
+    return sorted(pieces, key=lambda p: (-round(p.area, 6), p.bounds))
+
+
+def _rectangle_of(
+    piece: Polygon, sides: Sides, angle: float, parameters: DecompositionParameters
+) -> tuple[Quad | None, Polygon]:
+    """The quad of a piece: itself where it is one, else the largest rectangle in it; sides of the outline where they fit."""
+    ring = np.asarray(shapely.geometry.polygon.orient(piece.simplify(0.3)).exterior.coords)[:, :2]
+    own = Sides(np.stack([ring[:-1], ring[1:]], axis=1))
+    loose = parameters.model_copy(update={"inside": 0.88, "least_main": 0.3})
+    found = rectangles(piece, own, angle, loose)
+    if not found:
+        return None, piece
+    quad = Quad(np.array([_nearest_side(line, own, sides, parameters) for line in found[0].sides]))
+    polygon = shapely.intersection(Polygon(quad.ring()), piece, grid_size=SNAP_M)
+    parts = [p for p in shapely.get_parts(polygon) if p.geom_type == "Polygon"]
+    return quad, max(parts, key=lambda p: p.area) if parts else piece
+
+
+def _nearest_side(line: FloatArray, own: Sides, sides: Sides, parameters: DecompositionParameters) -> FloatArray:
+    """The outline's own side in place of a line that runs along it."""
+    mine = int(np.argmin(np.abs(own.lines() - line).sum(axis=1)))
+    ends = own.ends[mine]
+    lines = sides.lines()
+    away = np.abs(ends @ lines[:, :2].T - lines[:, 2]).max(axis=0)
+    alike = lines[:, :2] @ line[:2] > math.cos(math.radians(parameters.square_deg))
+    away = np.where(alike, away, math.inf)
+    best = int(np.argmin(away))
+    return np.asarray(lines[best] if away[best] <= parameters.same_m else line)
+
+
+def _parent(polygon: Polygon, parts: list[Polygon]) -> int | None:
+    """The part with the longest common border."""
+    near = polygon.buffer(0.3)
+    length = [shapely.length(shapely.intersection(part.exterior, near)) for part in parts]
+    return int(np.argmax(length)) if max(length) > 1.0 else None
+
+
+def _from_parent(quad: Quad, parent: Polygon) -> Quad:
+    """The quad seen so that its left side is the border with its parent."""
+    middle = np.asarray(parent.centroid.coords)[0]
+    depth = quad.distances(middle[None])[0]
+    facing = int(np.argmin(depth))
+    across = (2, 3) if facing < 2 else (0, 1)
+    other = {0: 1, 1: 0, 2: 3, 3: 2}[facing]
+    return Quad(quad.sides[[*across, facing, other]])
+
+
+def ridge_line(quad: Quad, at: float) -> FloatArray:
+    """nx, ny, c of the line at a distance inwards from the front side, about parallel to front and back."""
+    width = quad.width
+    share = at / width
+    line = quad.sides[0] * (1 - share) - quad.sides[1] * share
+    norm = math.hypot(line[0], line[1])
+    return np.asarray(line / norm)
+
+
+def is_along(quad: Quad, direction: FloatArray) -> bool:
+    """Whether a quad's ridge runs about parallel to a direction."""
+    own = quad.direction
+    turn = turn_between(math.atan2(own[1], own[0]), math.atan2(direction[1], direction[0]))
+    return bool(turn < math.pi / 4)
