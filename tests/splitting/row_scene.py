@@ -75,7 +75,7 @@ def row_evidence(
     inner = [e for e, n in zip(ends[:-1], starts[1:-1], strict=True) if abs(e - n) < 1e-6]
     lines = np.array([[[u, 0.0], [u, DEPTH_M]] for u in inner]).reshape(-1, 2, 2)
     # a border at the hinge belongs to both parts; that of the first is taken
-    lines[:, :, :] = [_bent(line, hinge + 1e-9, angle) for line in lines]
+    lines = np.array([_bent(line, hinge + 1e-9, angle) for line in lines]).reshape(-1, 2, 2)
     true = lines @ np.array([[c, s], [-s, c]]) + ORIGIN[:2] + 30.0
     return SplitEvidence("row", outline, frames, 0.0), true
 

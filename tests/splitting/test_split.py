@@ -123,14 +123,13 @@ def test_lidar_alone_shows_steps() -> None:
 def test_inner_wall_adds_to_the_evidence() -> None:
     """A step too slight to be believed alone becomes likelier where a wall was found along it."""
     evidence, true = row_evidence([House(eave=6.0), House(eave=6.06)])
-    bare = replace(evidence, frames=(replace(evidence.frames[0], ortho=None, seen=None),))
     wall = OutlineEdge(LineString(true[0]), "wall", 0.05, 1.0)
 
     def likeliest(e: SplitEvidence) -> float:
         found = _splitting(e)
         return max((c.confidence for c in (*found.cut_lines, *found.rejected)), default=0.0)
 
-    assert likeliest(replace(bare, inner_edges=(wall,))) > likeliest(bare)
+    assert likeliest(replace(evidence, inner_edges=(wall,))) > likeliest(evidence)
 
 
 def test_threshold_moves_cuts_to_the_rejected() -> None:
