@@ -12,7 +12,7 @@ from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, Unfi
 from cityflow.reconstruction.solids.ring_tracing import Edge, Ring, group_rings, trace_rings
 from cityflow.reconstruction.solids.wall_merging import Corner, Wall, merge_walls
 
-TIED_M, TIED_OUTSIDE_M = 0.004, 0.025
+TIED_M, TIED_OUTSIDE_M = 0.004, 0.015
 """Heights over one vertex that differ by no more than this are one; beyond the walls two planes miss each other by what was settled at the wall."""
 
 STRAIGHT_M = 5e-4

@@ -15,6 +15,7 @@ import shapely
 from cityflow.core.building import Polyhedron, Scalar
 from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
 from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.overhangs.crossings import split_crossings
 from cityflow.reconstruction.overhangs.layered_solid import LayeredSolid
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.rim_zones import RimEdge, rim_edges, rim_zones
@@ -76,6 +77,7 @@ def _attempt(
         rims = _rims(plan, overhangs, chosen, evidence, p)
         cells = plan.add_outside(rim_zones(plan, rims, p.most_reach_m))
         _give_faces(plan, cells)
+        split_crossings(plan, p.slab_m)
         extended = LayeredSolid(plan, p.slab_m).polyhedron()
     except UnfitRoof as problem:
         return None, str(problem)

@@ -29,6 +29,7 @@ PARTY_TURN_DEG = (40.0, 140.0)
 SLIVER_M2 = 1e-4
 LEAST_WIDTH_M = 2e-3
 BEYOND_M = 1e-5
+TO_CORNER_M = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,10 +159,12 @@ def _meeting(rim: RimEdge, through: FloatArray, along: FloatArray, otherwise: Fl
 def _corner(one: RimEdge, two: RimEdge) -> Polygon | None:
     """What lies between the strips of two edges at a corner that points outwards."""
     turn = _turn(one, two)
-    if turn < np.radians(TURN_DEG):
+    if turn <= 0:
         return None
     v, a, b = two.start, one.moved(one.end), two.moved(two.start)
     tip = _meeting(one, b, two.along, a)
+    if turn < np.radians(TURN_DEG):  # next to nothing, but a slit if left out
+        return Polygon([v, a, b])
     if np.hypot(*(tip - v)) > LONGEST_MITRE * max(one.reach, two.reach) or turn > np.radians(170.0):
         return Polygon([v, a, b])
     return Polygon([v, a, tip, b]).convex_hull
@@ -213,12 +216,22 @@ def _cut(part: Polygon, creases: Sequence[LineString]) -> list[Polygon]:
         if shapely.distance(start, part.boundary) > 1e-6:
             continue
         inside = shapely.get_parts(shapely.intersection(crease, part))
-        lines += [_longer(p) for p in inside if p.geom_type == "LineString" and shapely.distance(start, p) < 1e-6]
+        own = [p for p in inside if p.geom_type == "LineString" and shapely.distance(start, p) < 1e-6]
+        lines += [_longer(_to_corner(p, part)) for p in own]
     if len(lines) == 1:
         return [part]
     pieces = shapely.get_parts(shapely.polygonize([shapely.union_all(lines)]))
     inner = [p for p in pieces if shapely.contains_xy(part, *shapely.get_coordinates(shapely.point_on_surface(p))[0])]
     return [p for p in inner if p.area > SLIVER_M2 and p.area / p.length > LEAST_WIDTH_M / 2]
+
+
+def _to_corner(line: LineString, part: Polygon) -> LineString:
+    """A line whose end is a corner of the strip where it all but is one: else a very short edge would remain."""
+    a, *_, b = shapely.get_coordinates(line)
+    corners = shapely.get_coordinates(part)
+    apart = np.hypot(*(corners - b).T)
+    nearest = int(np.argmin(apart))
+    return LineString([a, corners[nearest]]) if apart[nearest] < TO_CORNER_M else LineString([a, b])
 
 
 def _longer(line: LineString) -> LineString:
