@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from shapely import LineString
+from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod
@@ -47,6 +47,7 @@ EXACT_PER_M2, EXACT_SIGMA_M, WALL_PER_M2 = 60.0, 0.03, 25.0
 OUTLIERS, OUTLIER_SIGMA_M = 0.02, 0.8
 PYRAMID_RIDGE_M = 1.0
 SEEN = 0.3
+SLIVER_M, LEAST_M2 = 1e-3, 0.01
 
 TRUE_TYPES = {
     "gable": RoofType.GABLE, "terrace gable": RoofType.GABLE, "curved gable": RoofType.GABLE, "hall": RoofType.GABLE, "L": RoofType.GABLE, "T": RoofType.GABLE,
@@ -59,8 +60,10 @@ TRUE_TYPES = {
 
 
 def true_types(unit: Unit) -> tuple[RoofType, ...]:
-    """What may be said of a unit: a hip roof whose ridge is nearly a point may pass for a pyramid."""
+    """What may be said of a unit: a hip roof whose ridge is nearly a point may pass for a pyramid, a church may be called by its nave."""
     best = TRUE_TYPES[unit.shape]
+    if unit.shape == "church":
+        return best, RoofType.GABLE
     if best is RoofType.HIP:
         sides = np.hypot(*np.diff(shapely.get_coordinates(unit.wall_outline.minimum_rotated_rectangle), axis=0).T)
         if np.ptp(sides) < PYRAMID_RIDGE_M:
@@ -71,8 +74,15 @@ def true_types(unit: Unit) -> tuple[RoofType, ...]:
 def true_model(unit: Unit) -> TrueModel:
     chimneys = tuple(f.polygon for f in unit.prisms if f.kind == CHIMNEY)
     faces = visible_faces([f for f in unit.prisms if f.kind != CHIMNEY])
-    surfaces = tuple((f.polygon, f.plane) for f in faces)
+    surfaces = tuple((part, f.plane) for f in faces for part in _without_slivers(f.polygon))
     return TrueModel(unit.id, unit.shape, unit.wall_outline, unit.roof_outline, surfaces, true_types(unit), chimneys)
+
+
+def _without_slivers(polygon: Polygon) -> list[Polygon]:
+    """Parts left when spikes that cutting leaves are gone."""
+    slim = shapely.buffer(polygon, -SLIVER_M, join_style="mitre")
+    whole = shapely.simplify(shapely.buffer(slim, SLIVER_M, join_style="mitre"), SLIVER_M / 10)
+    return [p for p in shapely.get_parts(whole) if isinstance(p, Polygon) and p.area > LEAST_M2]
 
 
 def model_of(candidate: Candidate) -> Model:

@@ -68,7 +68,7 @@ def test_measures_of_a_known_gable() -> None:
     area = 12 * 8 / np.cos(np.radians(40))
     eave = 9 - np.tan(np.radians(40)) * 4
     assert found["planes"] == 2
-    assert found["roof_type"] == "gabled"
+    assert found["roof_type"] == "gable"
     assert found["lod"] == "2.2"
     assert found["roof_area_m2"] == pytest.approx(area, rel=0.01)
     assert found["volume_m3"] == pytest.approx(96 * (9 + eave) / 2, rel=0.01)
@@ -78,7 +78,7 @@ def test_measures_of_a_known_gable() -> None:
     assert found["share_explained"] == pytest.approx(1, abs=0.01)
 
 
-@pytest.mark.parametrize(("name", "kind"), [("hip", "hipped"), ("two levels", "stepped flat")])
+@pytest.mark.parametrize(("name", "kind"), [("hip", "hip"), ("two levels", "stepped flat")])
 def test_roof_types(name: str, kind: str) -> None:
     evidence = scan(SCENES[name][0], OUTLINE, 8.0, 0.02, 1)
     assert measure(choose(evidence, DEFAULT), evidence)["roof_type"] == kind

@@ -10,33 +10,18 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
-from cityflow.core.building import Polyhedron, RoofPlane, Semantic
+from cityflow.core.building import Polyhedron
 from cityflow.evaluation.roof_planes import SMALLEST_M2, RoofSurface, angle_between
-from cityflow.geometry.polyhedron import face_plane
+from cityflow.geometry.roof_surfaces import roof_surfaces
 
 ALIKE_DEG, ALIKE_M = 2.0, 0.05
 """Neighbouring faces whose planes differ less are one plane, cut."""
 TOUCH_M, LEAST_TOUCH_M = 0.01, 0.1
-STEEPEST = 0.05
-"""Faces whose normal rises less are no roof that is seen from above."""
 
 
 def model_surfaces(solid: Polyhedron) -> list[RoofSurface]:
     """Roof faces in plan, and the planes through their corners."""
-    surfaces = []
-    for number, face in enumerate(solid.faces):
-        if face.semantic is not Semantic.ROOF:
-            continue
-        normal, offset = face_plane(solid, number)
-        if not abs(normal[2]) > STEEPEST:
-            continue
-        rings = [solid.ring(r)[:, :2] for r in face.rings]
-        polygon = shapely.make_valid(Polygon(rings[0], rings[1:]))
-        x, y = rings[0][0]
-        height = (offset - normal[0] * x - normal[1] * y) / normal[2]
-        plane = RoofPlane(-normal[0] / normal[2], -normal[1] / normal[2], float(height), (float(x), float(y)))
-        surfaces += [(p, plane) for p in shapely.get_parts(polygon) if isinstance(p, Polygon)]
-    return surfaces
+    return [(s.polygon, s.plane) for s in roof_surfaces(solid)]
 
 
 def whole_planes(surfaces: Sequence[RoofSurface], walls: Polygon) -> list[RoofSurface]:

@@ -1,16 +1,18 @@
-"""Codes of the simple roof types in the SIG 3D code list of CityGML; anything else is left unsaid."""
+"""Codes of roof types in the SIG 3D code list of CityGML; what the list does not have is left unsaid."""
 
 from __future__ import annotations
 
 from cityflow.core.building import Building, Lod
+from cityflow.core.roof_types import CODES
 from cityflow.geometry.roof_type import roof_type
 
 ROOF_TYPE_CODES = "https://www.sig3d.org/codelists/citygml/2.0/building/2.0/_AbstractBuilding_roofType.xml"
-FLAT, MONOPITCH, GABLED, HIPPED = "1000", "1010", "1030", "1040"
-_CODES = {"flat": FLAT, "monopitch": MONOPITCH, "gabled": GABLED, "hipped": HIPPED}
 
 
 def roof_type_code(building: Building) -> str | None:
-    """Code of a flat, monopitch, gabled or hipped roof; None for any other or unknown one."""
+    """Code of the roof type in the attributes, else of the one that the solid shows; None for one without a code."""
+    known = building.attributes.get("roof_type")
+    if known is not None:
+        return {kind.value: code for kind, code in CODES.items()}.get(str(known))
     solid = building.solids.get(Lod.LOD22)
-    return None if solid is None else _CODES.get(roof_type(solid, building.planes))
+    return None if solid is None else CODES.get(roof_type(solid, building.planes))
