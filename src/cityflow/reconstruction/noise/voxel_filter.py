@@ -46,7 +46,7 @@ class VoxelFilterParameters(Parameters):
         le=1,
         description="where fewer of the points around a cube lie off the surface, those in it are noise",
     )
-    sample: int = Field(300, ge=20, le=100_000, description="cubes that a dry run looks at")
+    sample: int = Field(100, ge=20, le=10_000, description="blocks of cubes that the dry run looks at")
     points_around: int = Field(12, ge=8, le=10_000, description="fewest points that 3×3×3 cubes of a guessed edge hold")
 
 
@@ -102,12 +102,12 @@ def guess_edge(xyz: FloatArray, parameters: VoxelFilterParameters) -> float:
     if len(xyz) < LEAST:
         return TRIAL_EDGES[-1]
     chosen = np.sort(np.random.default_rng(0).choice(len(xyz), min(parameters.sample, len(xyz)), replace=False))
+    counts, flatness = _dry_run(xyz, xyz[chosen], np.array(TRIAL_EDGES))
     best, flattest = TRIAL_EDGES[-1], np.inf
-    for edge in TRIAL_EDGES:
-        count, flatness = _dry_run(xyz, xyz[chosen], edge)
+    for edge, count, flat in zip(TRIAL_EDGES, counts, flatness, strict=True):
         if np.median(count) < parameters.points_around:
             continue
-        typical = float(np.median(flatness))
+        typical = float(np.median(flat))
         if typical < 0.95 * flattest:
             best, flattest = edge, typical
         elif typical > 1.5 * flattest:
@@ -115,35 +115,28 @@ def guess_edge(xyz: FloatArray, parameters: VoxelFilterParameters) -> float:
     return best
 
 
-def _dry_run(xyz: FloatArray, sample: FloatArray, edge: float) -> tuple[FloatArray, FloatArray]:
-    """Points in 3×3×3 cubes around each sample, and their extent across over that between."""
-    cubes = cut_in_cubes(xyz, edge)
-    index = np.floor((sample - cubes.corner) / edge).astype(np.int64) + 1
-    keys = index[:, 0] * cubes.strides[0] + index[:, 1] * cubes.strides[1] + index[:, 2]
-    return _flatness(cubes.points, cubes.starts, cubes.keys, np.unique(keys), np.array(cubes.strides, np.int64))
-
-
 @njit(cache=True, nogil=True)
-def _flatness(
-    points: FloatArray, starts: IntArray, keys: IntArray, wanted: IntArray, strides: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    count, ratio = np.zeros(len(wanted)), np.ones(len(wanted))
-    plane = np.empty(9)
-    for m in range(len(wanted)):
+def _dry_run(xyz: FloatArray, sample: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(K, S) points in blocks of three edges around each sample, and their extent across over that between."""
+    count, flatness = np.zeros((len(edges), len(sample))), np.ones((len(edges), len(sample)))
+    plane, local = np.empty(9), np.empty(3)
+    for s in range(len(sample)):
+        rows = np.zeros((len(edges), SUMS))
+        for i in range(len(xyz)):
+            reach = 0.0
+            for k in range(3):
+                local[k] = xyz[i, k] - sample[s, k]
+                reach = max(reach, abs(local[k]))
+            if reach <= 1.5 * edges[-1]:
+                add_point(rows[np.searchsorted(edges, reach / 1.5)], local)
         row = np.zeros(SUMS)
-        for dx in range(-1, 2):
-            for dy in range(-1, 2):
-                low = wanted[m] + dx * strides[0] + dy * strides[1] - 1
-                k = np.searchsorted(keys, low)
-                while k < len(keys) and keys[k] <= low + 2:
-                    for i in range(starts[k], starts[k + 1]):
-                        add_point(row, points[i])
-                    k += 1
-        count[m] = row[0]
-        if row[0] >= LEAST:
-            plane_of(row, plane)
-            ratio[m] = plane[6] / max(plane[7], 1e-9)
-    return count, ratio
+        for e in range(len(edges)):
+            row += rows[e]
+            count[e, s] = row[0]
+            if row[0] >= LEAST:
+                plane_of(row, plane)
+                flatness[e, s] = plane[6] / max(plane[7], 1e-9)
+    return count, flatness
 
 
 @njit(cache=True, nogil=True)
