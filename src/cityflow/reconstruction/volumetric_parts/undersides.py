@@ -7,6 +7,7 @@ any wall is solid. Both are counted on a fine raster and weighed in one minimum 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.partition.cell_evidence import points_in_cells
+from cityflow.reconstruction.partition.cut_lines import main_directions
+from cityflow.reconstruction.partition.step_lines import angle_between
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.volumetric_parts.columns import cut_all, inner_edges
 from cityflow.reconstruction.volumetric_parts.expansion import min_cut
@@ -31,6 +34,13 @@ class UndersideParameters(Parameters):
 
     search: bool = Field(True, description="look for voids at all")
     least_height: float = Field(1.8, gt=0, le=20, description="lowest void (m)")
+    least_area_m2: float = Field(2.0, ge=0, le=100, description="smallest void in plan")
+    set_back: float = Field(
+        0.8, gt=0, le=10, description="walls nearer (m) to the outline are windows, doors, recesses"
+    )
+    least_length: float = Field(1.5, gt=0, le=20, description="shortest wall (m) that tells of a void")
+    turn_deg: float = Field(8.0, gt=0, le=45, description="such a wall runs along a main direction of the outline (±)")
+    foot: float = Field(1.5, gt=0, le=10, description="such a wall is seen down to this height (m) over the floor")
     least_cover: float = Field(1.2, gt=0, le=20, description="what stands over a void is at least so high (m)")
     depth: float = Field(8.0, gt=0, le=50, description="a wall tells of a void no farther (m) before it than this")
     near_edge: float = Field(0.4, gt=0, le=2, description="points nearer (m) to the outline are of an outer wall")
@@ -79,9 +89,9 @@ def find_voids(
     evidence : façade cloud, façades, outline (local), local height of the floor
     """
     cloud, facades, outline, floor = evidence
-    behind = [f for f in facades if f.faces and _is_under_roof(f, division, surface, planes, parameters)]
-    behind = [f for f in behind if f.high - floor >= parameters.least_height - 0.5]
-    if not parameters.search or sum(len(f.points) for f in behind) < parameters.min_points:
+    behind = [f for f in facades if parameters.search and _tells(f, outline, floor, parameters)]
+    behind = [f for f in behind if _is_under_roof(f, division, surface, planes, parameters)]
+    if sum(len(f.points) for f in behind) < parameters.min_points:
         return Voids(surface, {})
     surface = _cut(division, surface, behind)
     outer = _on_outer_walls(cloud, outline, parameters.near_edge)
@@ -94,8 +104,24 @@ def find_voids(
             covered = [
                 c for c in part if _lowest_top(division, c, planes[surface[c]]) >= height + parameters.least_cover
             ]
-            ceiling.update(dict.fromkeys(covered, height))
+            if sum(division.area(c) for c in covered) >= parameters.least_area_m2:
+                ceiling.update(dict.fromkeys(covered, height))
     return _merged(division, surface, ceiling)
+
+
+def _tells(facade: Facade, outline: Polygon, floor: float, parameters: UndersideParameters) -> bool:
+    """A wall known from its outer side, upright from near the floor to above a door's height, well inside the outline."""
+    line = facade.line
+    if not facade.faces or line.end - line.start < parameters.least_length:
+        return False
+    if facade.low - floor > parameters.foot or facade.high - floor < parameters.least_height - 0.3:
+        return False
+    direction = math.atan2(line.nx, -line.ny) % math.pi
+    turn = min(angle_between(direction, d) for d in main_directions(outline))
+    t = np.linspace(line.start, line.end, 9)
+    places = shapely.points(line.nx * line.offset - line.ny * t, line.ny * line.offset + line.nx * t)
+    deep = float(np.median(shapely.distance(places, outline.boundary)))
+    return turn <= math.radians(parameters.turn_deg) and deep >= parameters.set_back
 
 
 def _is_under_roof(
