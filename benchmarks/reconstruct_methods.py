@@ -11,12 +11,17 @@ from typing import Any
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.model import ModelParameters, model
 
 
 def method_of(name: str, settings: Sequence[str] = ()) -> Callable[[Evidence], Candidate]:
-    """`choose`, `a+b`, a module of `cityflow.reconstruction`, or `module:function`; settings as ``key.of.it=value``."""
-    if name == "choose" or "+" in name:
-        chosen: dict[str, Any] = {} if name == "choose" else {"methods": tuple(name.split("+"))}
+    """`model`, `model=a+b`, `choose`, `choose=a+b`, a module of `cityflow.reconstruction`, or `module:function`; settings as ``key.of.it=value``."""
+    whole, _, among = name.partition("=")
+    chosen: dict[str, Any] = {"methods": tuple(among.split("+"))} if among else {}
+    if whole == "model":
+        finished = _with(ModelParameters(**chosen), settings)
+        return lambda evidence: model(evidence, finished).candidate
+    if whole == "choose":
         parameters = _with(ReconstructParameters(**chosen), settings)
         return lambda evidence: choose(evidence, parameters).candidate
     module_name, _, function = name.partition(":")

@@ -1,12 +1,12 @@
 """Models of the buildings of made towns against the truth, by method and by kind of building.
 
-    python benchmarks/reconstruct_town.py [--seeds 7 11 13] [--points exact drawn] [--methods choose,volumetric] [--only gable] [--sample 5]
+    python benchmarks/reconstruct_town.py [--seeds 7 11 13] [--points exact drawn] [--methods model,volumetric] [--only gable] [--sample 5]
     python benchmarks/reconstruct_town.py --run RUN --truth FOLDER             # the products of a run over what cityflow synth made
     python benchmarks/reconstruct_town.py --unit u00012 --seeds 7 --picture OUT.png
 
 Outlines are the true ones. Points `exact`: the true surface with noise of 3 cm and outliers; `drawn`: with the errors of image matching at 8 cm.
-A method is `choose` (all methods of the workflow, and the choice), `a+b` (the choice between some), the name of a module of
-`cityflow.reconstruction`, or `module:function`.
+A method is `model` (all methods of the workflow, the choice, overhangs and precision), `model=a+b` (the choice between some), `choose` or
+`choose=a+b` (without overhangs and precision), the name of a module of `cityflow.reconstruction` alone, or `module:function`.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
     parser.add_argument("--size", type=int, default=200)
     parser.add_argument("--points", nargs="+", default=KINDS, choices=KINDS)
-    parser.add_argument("--methods", default="choose")
+    parser.add_argument("--methods", default="model")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="parameter of the method")
     parser.add_argument("--only", help="shapes, by commas")
     parser.add_argument("--unit")

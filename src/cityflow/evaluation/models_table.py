@@ -53,7 +53,7 @@ def _points(errors: Sequence[ModelErrors]) -> dict[str, str]:
         "ridge ends median m": _number(np.median(ridge)) if len(ridge) else "",
         "ridge ends matched, missed, invented": f"{len(ridge)}, {sum(e.ridge_ends.missed for e in errors)}, {sum(e.ridge_ends.invented for e in errors)}",
         "corners median m": _number(np.median(corners)) if len(corners) else "",
-        "corners mean m": _number(np.mean(corners)) if len(corners) else "",
+        "corners mean m": _number(float(np.mean(corners))) if len(corners) else "",
         "corners matched, missed, invented": f"{len(corners)}, {sum(e.corners.missed for e in errors)}, {sum(e.corners.invented for e in errors)}",
     }
 
