@@ -1,0 +1,150 @@
+"""The monolithic method (Frommholz 2017, section 3): a building without discontinuities, from cells of a plan grid.
+
+Façades become lines, lines a contour; roof cells become surfaces. Which surfaces meet is read from the grid alone (topology); where they
+meet is computed from planes alone (geometry). Where the two contradict each other the roof has discontinuities, or too little
+of it was seen: the method says so instead of giving a solid, and leaves the building to the volumetric one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from pydantic import Field
+from shapely import Polygon
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import RoofPlane, Scalar, Status
+from cityflow.core.parameters import Parameters
+from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoints, spacing
+from cityflow.reconstruction.monolithic_parts.contour_scan import Contour, scan_contour
+from cityflow.reconstruction.monolithic_parts.roof_cells import RoofCellParameters, RoofCells, roof_cells
+from cityflow.reconstruction.monolithic_parts.roof_faces import FaceParameters, check_faces, cut_in_faces
+from cityflow.reconstruction.monolithic_parts.skeleton import (
+    Frame,
+    Inconsistency,
+    Skeleton,
+    SkeletonParameters,
+    build_skeleton,
+)
+from cityflow.reconstruction.monolithic_parts.topology import SurfaceImage, find_topology, surface_image
+from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
+from cityflow.reconstruction.partition.partition_values import RoofPartition
+from cityflow.reconstruction.planes.roof_cloud import local_origin, thin, typical_density
+from cityflow.reconstruction.solids.assemble import assemble
+from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+
+METHOD = "monolithic"
+INCONSISTENT = "inconsistent: "
+"""Reasons of candidates that this method leaves to another one begin so."""
+
+
+class MonolithicParameters(Parameters):
+    """Grid, roof cells, skeleton, and what the result must agree with."""
+
+    noise: VoxelFilterParameters = VoxelFilterParameters()
+    target_density_m2: float = Field(100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²")
+    slope_sigma: float = Field(0.06, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)")
+    cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that a typical cell holds")
+    cells: RoofCellParameters = RoofCellParameters()
+    skeleton: SkeletonParameters = SkeletonParameters()
+    faces: FaceParameters = FaceParameters()
+    levels: LevelParameters = LevelParameters()
+
+
+@dataclass(frozen=True, slots=True)
+class _Roof:
+    """What was found of a roof."""
+
+    skeleton: Skeleton
+    partition: RoofPartition
+    sums: FloatArray
+    notes: dict[str, Scalar]
+
+
+def reconstruct(evidence: Evidence, parameters: MonolithicParameters) -> Candidate:
+    """The method. No solid, and a reason that begins with `INCONSISTENT`, where topology and geometry contradict each other."""
+    notes: dict[str, Scalar] = {}
+    try:
+        return _reconstruct(evidence, parameters, notes)
+    except Inconsistency as found:
+        return Candidate(METHOD, None, status=Status.FAILED, reason=f"{INCONSISTENT}{found}", notes=notes)
+
+
+def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: dict[str, Scalar]) -> Candidate:
+    origin = local_origin(evidence)
+    outline = moved(evidence.outline, -origin[0], -origin[1])
+    cells, noise = _cells(evidence, outline, origin, parameters)
+    notes |= {"cell_m": round(cells.grid.cell, 3), "noise": round(noise, 4)}
+    roof = _roof(cells, outline, noise, parameters, notes)
+    planes = roof.skeleton.planes
+    frame = evidence.ground_height, origin, evidence.outline
+    solid = assemble(roof.partition, planes, *frame)
+    faults = check_polyhedron(solid)
+    if faults:
+        raise Inconsistency(f"the solid is not valid ({faults[0].code} {faults[0].name})")
+    blocks = block_levels(roof.partition, planes, *frame, parameters.levels)
+    return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, notes=notes)
+
+
+def _cells(
+    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], parameters: MonolithicParameters
+) -> tuple[CellPoints, float]:
+    """Roof points without noise, in cells; their noise (m)."""
+    local = evidence.points.xyz - np.asarray(origin)
+    local = local[np.all(np.isfinite(local), axis=1)]
+    if typical_density(local) > parameters.target_density_m2:
+        local = thin(local, 1 / math.sqrt(parameters.target_density_m2))
+    filtering = filter_noise(local, parameters.noise)
+    local = local[filtering.keep]
+    noise = filtering.noise_m
+    if len(local) < 3 * parameters.cell_points or not np.isfinite(noise):
+        raise Inconsistency(f"{len(local)} points are too few for a roof")
+    cell = spacing(typical_density(local), noise, parameters.slope_sigma, parameters.cell_points)
+    return CellPoints.of(CellGrid.over(outline.bounds, cell), local), noise
+
+
+def _roof(
+    cells: CellPoints, outline: Polygon, noise: float, parameters: MonolithicParameters, notes: dict[str, Scalar]
+) -> _Roof:
+    """Cells, topology, geometry, faces."""
+    shapely.prepare(outline)
+    inside = shapely.contains_xy(outline, *cells.grid.centres())
+    found = roof_cells(cells, inside, noise, parameters.cells)
+    notes |= {"planes_found": len(found.planes), "smooth": round(found.smooth, 3), "grown": round(found.grown, 3)}
+    if len(found.planes) == 0:
+        raise Inconsistency("no smooth surface")
+    sigma = math.hypot(noise, parameters.cells.unevenness_m)
+    image = surface_image(found, cells, sigma, parameters.cells.min_area_m2 / cells.grid.cell**2)
+    sums = _plane_sums(cells, found, image)
+    topology = find_topology(image)
+    contour = Contour.of(outline)
+    frame = Frame(cells.grid, outline, contour, scan_contour(contour, image.labels, cells.grid), sums, sigma)
+    notes |= {"surfaces": len(image.plane_of), "nodes": len(topology.nodes), "arrises": len(frame.arrises)}
+    skeleton = build_skeleton(topology, found.planes, frame, parameters.skeleton)
+    notes |= {"flips": skeleton.flips, "merged": skeleton.merged, "ties": skeleton.ties}
+    partition = cut_in_faces(skeleton, frame)
+    plane_image = np.where(image.labels >= 0, np.array(image.plane_of)[image.labels], image.labels)
+    notes |= check_faces(partition, skeleton, cells, plane_image, frame, parameters.faces)
+    return _Roof(skeleton, partition, sums, notes)
+
+
+def _plane_sums(cells: CellPoints, roof: RoofCells, image: SurfaceImage) -> FloatArray:
+    """(P, 10) sums over the cells that are on each plane."""
+    sums = np.zeros((len(roof.planes), cells.sums.shape[1]))
+    plane = np.where(image.labels >= 0, np.array(image.plane_of)[image.labels], -1).ravel()
+    np.add.at(sums, plane[plane >= 0], cells.sums[plane >= 0])
+    return sums
+
+
+def _roof_planes(planes: FloatArray, sums: FloatArray, origin: tuple[float, float, float]) -> tuple[RoofPlane, ...]:
+    x0, y0, z0 = origin
+    return tuple(
+        RoofPlane(float(a), float(b), float(c) + z0, (x0, y0), int(row[0]), float("nan"))
+        for (a, b, c), row in zip(planes, sums, strict=True)
+    )
