@@ -21,20 +21,27 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction import extruded, orientation_histogram, volumetric
+from cityflow.reconstruction import extruded, monolithic, orientation_histogram, roof_types, volumetric
 from cityflow.reconstruction.extruded import ExtrudedParameters
+from cityflow.reconstruction.monolithic import MonolithicParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from cityflow.reconstruction.roof_types import RoofTypesParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters
 
 MODULES: Mapping[str, ModuleType] = {
     "orientation_histogram": orientation_histogram,
+    "monolithic": monolithic,
     "volumetric": volumetric,
+    "roof_types": roof_types,
     "extruded": extruded,
 }
 """Every method is a module with ``reconstruct``; one that can do with less has ``simpler``, which gives parameters for it."""
 
 DEFAULT_METHODS = ("orientation_histogram", "extruded")
 LAST_RESORT = "extruded"
+HANDED_TO = {"monolithic": "volumetric"}
+"""Where a method finds itself inconsistent, the other is tried in its place, whether or not the workflow names it."""
+
 BY_TYPE = "roof_types"
 """The method that is asked where a person has set a roof type."""
 
@@ -61,7 +68,9 @@ class ReconstructParameters(Parameters):
         description="tried in this order, the earlier wins ties; module:function is a method of your own",
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
+    monolithic: MonolithicParameters = MonolithicParameters()
     volumetric: VolumetricParameters = VolumetricParameters()
+    roof_types: RoofTypesParameters = RoofTypesParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
     min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")
@@ -123,6 +132,9 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
     enough = len(evidence.points) >= parameters.min_points
     for method in _methods(evidence, parameters) if enough else ():
         tried.extend(_climb_down(method, evidence, parameters))
+        other = HANDED_TO.get(method)
+        if other and other not in parameters.methods and not tried[-1][1].valid:
+            tried.extend(_climb_down(other, evidence, parameters))
     if not any(score.valid for _, score in tried) and not any(score.method == LAST_RESORT for _, score in tried):
         tried.extend(_climb_down(LAST_RESORT, evidence, parameters))
     kept = min(range(len(tried)), key=lambda k: _rank(*tried[k], evidence))
@@ -135,7 +147,7 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
 
 def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str, ...]:
     """Those of the workflow; where a person has set the roof's type, the method that can obey, too."""
-    if evidence.wanted_type and BY_TYPE in MODULES and BY_TYPE not in parameters.methods:
+    if evidence.wanted_type and BY_TYPE not in parameters.methods:
         return (BY_TYPE, *parameters.methods)
     return parameters.methods
 
