@@ -129,15 +129,14 @@ def _roof(
     skeleton = build_skeleton(topology, found.planes, frame, parameters.skeleton)
     notes |= {"flips": skeleton.flips, "merged": skeleton.merged, "ties": skeleton.ties}
     partition = cut_in_faces(skeleton, frame)
-    plane_image = np.where(image.labels >= 0, np.array(image.plane_of)[image.labels], image.labels)
-    notes |= check_faces(partition, skeleton, cells, plane_image, frame, parameters.faces)
+    notes |= check_faces(partition, skeleton, cells, image.plane_labels(), frame, parameters.faces)
     return _Roof(skeleton, partition, sums, notes)
 
 
 def _plane_sums(cells: CellPoints, roof: RoofCells, image: SurfaceImage) -> FloatArray:
     """(P, 10) sums over the cells that are on each plane."""
     sums = np.zeros((len(roof.planes), cells.sums.shape[1]))
-    plane = np.where(image.labels >= 0, np.array(image.plane_of)[image.labels], -1).ravel()
+    plane = image.plane_labels().ravel()
     np.add.at(sums, plane[plane >= 0], cells.sums[plane >= 0])
     return sums
 

@@ -96,6 +96,10 @@ class SurfaceImage:
     labels: IntArray
     plane_of: list[int]
 
+    def plane_labels(self) -> IntArray:
+        """(rows, cols) plane of each cell, `OUTSIDE` beyond the outline."""
+        return np.where(self.labels >= 0, np.array([*self.plane_of, OUTSIDE])[np.maximum(self.labels, -1)], OUTSIDE)
+
 
 def surface_image(roof: RoofCells, cells: CellPoints, sigma: float, least: float) -> SurfaceImage:
     """Surfaces connected by cells' sides, without specks and without cells that touch by their corners only."""
