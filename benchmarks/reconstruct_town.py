@@ -90,9 +90,10 @@ def main() -> None:
     parser.add_argument("--truth", type=Path)
     asked = parser.parse_args()
     if asked.run is not None:
-        print_tables(
-            f"{asked.run.name}", [(compare_model(t, m), float("nan")) for t, m in of_run(asked.run, asked.truth)]
-        )
+        judged_run = [(compare_model(t, m), float("nan")) for t, m in of_run(asked.run, asked.truth)]
+        for e, _ in judged_run if asked.verbose else []:
+            print(_line(0, "run", (e, 0.0), Candidate("", None)))
+        print_tables(asked.run.name, judged_run)
         return
     for name in asked.methods.split(","):
         method = method_of(name, asked.set)

@@ -23,7 +23,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
-from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
+from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence, HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.core.wall_points import WallPoints
 from cityflow.evaluation.models import Model, TrueModel
@@ -240,7 +240,7 @@ def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
     """The units of a made survey inside its area, each with the model that overlaps it most; none where it is nobody's."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     area = shapely.box(*p.area)
-    units = [u for u in make_town(p.seed, p.town).units if u.wall_outline.intersection(area).area > SEEN * u.wall_outline.area]  # fmt: skip
+    units = [u for u in make_town(p.seed, p.whole_town).units if u.wall_outline.intersection(area).area > SEEN * u.wall_outline.area]  # fmt: skip
     buildings = _buildings(run / "products" / "city.city.jsonl")
     tree = shapely.STRtree([b.footprint for b in buildings])
     pairs = []
@@ -249,18 +249,21 @@ def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
         common = [shapely.intersection(unit.wall_outline, buildings[k].footprint).area for k in near]
         model = Model(None)
         if common and max(common) > SEEN * unit.wall_outline.area:
-            model = _model(buildings[near[int(np.argmax(common))]])
+            model = _model(buildings[near[int(np.argmax(common))]], run)
         pairs.append((true_model(unit), model))
     return pairs
 
 
-def _model(building: Building) -> Model:
-    solid, claim = (
-        building.solids.get(Lod.LOD22),
-        building.attributes.get("claimed_rmse_m", building.attributes.get("rmse")),
-    )
+def _model(building: Building, run: Path) -> Model:
+    """With the overhangs that its newest record tells."""
+    claim = building.attributes.get("claimed_rmse_m", building.attributes.get("rmse"))
+    records = sorted((run / "records" / "reconstruct" / building.id).glob("*.json"))
+    rows = json.loads(records[-1].read_text())["result"].get("overhangs", []) if records else []
+    overhangs = tuple(EdgeOverhang(LineString([r[0:2], r[2:4]]), r[4]) for r in rows)
     kind = str(building.attributes.get("roof_type") or "")
-    return Model(solid, building.planes, kind, (), float("nan") if claim is None else float(claim))
+    return Model(
+        building.solids.get(Lod.LOD22), building.planes, kind, overhangs, float("nan") if claim is None else float(claim)
+    )  # fmt: skip
 
 
 def _buildings(path: Path) -> list[Building]:

@@ -30,8 +30,8 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
             sum(e.surface.within * e.surface.area_m2 for e in errors), sum(e.surface.area_m2 for e in errors)
         ),
         "units with 97 % of it": _percent([e.surface.within >= 0.97 for e in errors]),
-        "RMSE median m": _number(np.nanmedian([e.surface.rmse_m for e in errors])),
-        "RMSE in space median m": _number(np.nanmedian([e.surface.rmse_3d_m for e in errors])),
+        "RMSE median m": _median([e.surface.rmse_m for e in errors]),
+        "RMSE in space median m": _median([e.surface.rmse_3d_m for e in errors]),
         **_points(errors),
         "overhangs": str(len(overhang)),
         "overhang median m": _number(np.median(overhang)) if len(overhang) else "",
@@ -60,6 +60,11 @@ def _points(errors: Sequence[ModelErrors]) -> dict[str, str]:
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate(parts) if parts else np.empty(0)
+
+
+def _median(values: Sequence[float]) -> str:
+    known = np.array(values)[np.isfinite(values)]
+    return _number(float(np.median(known))) if len(known) else ""
 
 
 def _percent(right: Sequence[bool] | BoolArray) -> str:
