@@ -240,7 +240,7 @@ def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
     """The units of a made survey inside its area, each with the model that overlaps it most; none where it is nobody's."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     area = shapely.box(*p.area)
-    units = [u for u in make_town(p.seed, p.whole_town).units if u.wall_outline.intersection(area).area > SEEN * u.wall_outline.area]  # fmt: skip
+    units = [u for u in make_town(p.seed, p.whole_town).units if area.contains(u.wall_outline)]
     buildings = _buildings(run / "products" / "city.city.jsonl")
     tree = shapely.STRtree([b.footprint for b in buildings])
     pairs = []

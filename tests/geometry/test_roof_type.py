@@ -107,6 +107,16 @@ CASES: dict[str, tuple[Build, RoofType]] = {
     "flat with lift house": (
         lambda: [*roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(4, 3, 7, 6), 0, 0, 11.4)], RoofType.FLAT,
     ),
+    "flat with a slanting rim": (
+        lambda: [*roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(12, 0, 12.6, 9), -0.6, 0, 9 + 0.6 * 12)], RoofType.FLAT,
+    ),
+    "flat top, steep all round": (
+        lambda: [
+            LocalFace(roofs.rectangle(1, 1, 11, 8), 0, 0, 9.0),
+            LocalFace(((0, 0), (12, 0), (11, 1), (1, 1)), 0, 2.5, 6.5), LocalFace(((12, 0), (12, 9), (11, 8), (11, 1)), -2.5, 0, 36.5),
+            LocalFace(((12, 9), (0, 9), (1, 8), (11, 8)), 0, -2.5, 29.0), LocalFace(((0, 9), (0, 0), (1, 1), (1, 8)), 2.5, 0, 6.5),
+        ], RoofType.MANSARD,
+    ),
     "half gable, half flat": (
         lambda: [*_faces(_gable(10, 8)), LocalFace(roofs.rectangle(10, 0, 20, 8), 0, 0, 6.0)], RoofType.COMPLEX,
     ),

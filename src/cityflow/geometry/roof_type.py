@@ -142,6 +142,8 @@ def _body_type(members: IntArray, surfaces: list[RoofSurface], inner: list[Borde
         return _round(sloped)
     if _is_mansard(surfaces, inner, outline):
         return RoofType.MANSARD
+    if sum(s.polygon.area for s in parts if s.is_level) >= LEVEL_SHARE * sum(s.polygon.area for s in parts):
+        return RoofType.FLAT
     if pointed:
         return RoofType.PYRAMID if len(sloped) < CONE_SURFACES else RoofType.CONE
     if ridges:
