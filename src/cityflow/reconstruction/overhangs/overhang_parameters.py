@@ -22,10 +22,19 @@ class OverhangParameters(Parameters):
     least_drop_m: float = Field(0.7, gt=0, le=10, description="the surface falls at least so far beyond a rim (m)")
     on_roof_m: float = Field(0.35, gt=0, le=5, description="a surface this near to the roof's plane is the roof (m)")
     widened_cells: float = Field(
-        0.5, ge=-2, le=4, description="so much too far out the surface shows a rim, in the mean, cells: matching widens what is high"
+        0.25,
+        ge=-2,
+        le=4,
+        description="so much too far out the surface shows a rim, in the mean, cells: matching widens what is high",
     )
     widened_sigma_cells: float = Field(
-        0.25, ge=0, le=4, description="standard deviation of that from building to building, cells"
+        0.7, ge=0, le=4, description="standard deviation of that from edge to edge, cells"
+    )
+    picture_sigma_cells: float = Field(
+        0.6, gt=0, le=10, description="standard deviation of a rim in a true ortho, cells of the ortho"
+    )
+    picture_window_cells: float = Field(
+        3.5, ge=0, le=20, description="so far from the rim of the heights colours are asked, cells of these; 0: not at all"
     )
     patch_cells: float = Field(
         12.0, gt=0, le=100, description="along an edge so many cells have one error in common"
@@ -36,4 +45,4 @@ class OverhangParameters(Parameters):
     eave_spread_m: float = Field(
         0.25, gt=0, le=5, description="how much eaves of one building differ from each other (standard deviation, m)"
     )
-    least_seen: float = Field(0.15, ge=0, le=1, description="share of an edge along which its rim has to be seen")
+    least_seen: float = Field(0.45, ge=0, le=1, description="share of an edge along which its rim has to be seen")

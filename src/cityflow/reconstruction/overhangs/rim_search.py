@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -13,6 +13,7 @@ from cityflow.core.building import OutlineEdge
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
+from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
 from cityflow.reconstruction.overhangs.wall_edges import BESIDE_M, WallEdge, face_planes, faces_beside, wall_edges
 
@@ -57,9 +58,8 @@ def find_overhangs(
     nothing = tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
     if candidate.solid is None or evidence.heights is None:
         return nothing
-    surface = surface_edges(
-        evidence.heights, grown(evidence.outline.bounds, p.most_reach_m + 1.0), p.smoothing_cells
-    )
+    near = grown(evidence.outline.bounds, p.most_reach_m + 1.0)
+    surface = surface_edges(evidence.heights, near, p.smoothing_cells)
     if surface is None:
         return nothing
     profiles, owner = _profiles(edges, candidate, surface)
@@ -67,6 +67,9 @@ def find_overhangs(
     limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
     places = rims_along(profiles, surface, limits)
     rims = [_rim(edge, profiles, places, owner == k, (cell, p)) for k, edge in enumerate(edges)]
+    colours = colours_over(evidence.pictures, near, cell) if p.picture_window_cells > 0 else None
+    if colours is not None:
+        rims = [_refined(rim, profiles.foot[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
     return tuple(_decided(rim, rims, evidence.edges, (cell, p)) for rim in rims)
 
 
@@ -117,6 +120,22 @@ def _rim(
     patches = max(1.0, len(found) * edge.length / max(count, 1) / (p.patch_cells * cell))
     sigma = float(np.hypot(1.25 * spread / np.sqrt(patches), p.widened_sigma_cells * cell))
     return RimOfEdge(edge, middle - p.widened_cells * cell, sigma, len(found) / count, eave)
+
+
+def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]) -> RimOfEdge:
+    """The rim of the heights and that of the colours, each by its precision."""
+    cell, p = how
+    if not np.isfinite(rim.reach_m):
+        return rim
+    place = colour_rim(feet, rim.edge.outward, (rim.reach_m, p.picture_window_cells * cell), colours)
+    if not np.isfinite(place):
+        return rim
+    of_heights, of_colours = rim.sigma_m**-2, (p.picture_sigma_cells * colours.grid.cell) ** -2
+    both = of_heights + of_colours
+    reach = (of_heights * rim.reach_m + of_colours * place) / both
+    # two that differ by more than their precision allows say less than each alone
+    spread = float(np.hypot(both**-0.5, (place - rim.reach_m) / 4.0))
+    return replace(rim, reach_m=reach, sigma_m=spread)
 
 
 def _decided(
