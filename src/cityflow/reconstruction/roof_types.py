@@ -21,7 +21,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.roof_types_parts import heights as heights_of
 from cityflow.reconstruction.roof_types_parts import roof_lines
-from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, simple_roofs
+from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, lifted, simple_roofs
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
 from cityflow.reconstruction.roof_types_parts.hypotheses import HypothesisParameters, hypotheses
@@ -137,7 +137,7 @@ def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) ->
     clues = with_noise_of(reading.clues, roof_model(best.parts))
     if clues.sigma > 1.1 * reading.clues.sigma:
         best = min(_roofs(reading, clues, wanted, parameters), key=lambda c: c.cost)
-    return best
+    return lifted(clues, best)
 
 
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:

@@ -58,7 +58,8 @@ class DrawnHouse:
     ground: float
     slope: FloatArray
     albedo: FloatArray
-    seed: int = field(default=0)
+    seed: int = 0
+    prisms: tuple[TruthFace, ...] = field(default=(), repr=False)
 
     def ortho(self, epoch: int = 0, cell: float = 0.25, lean: tuple[float, float] = (0.0, 0.0)) -> Picture:
         """The house under the sun of an epoch; `lean` is the displacement per metre of height of a plain ortho."""
@@ -105,7 +106,7 @@ def drawn_house(shape: str, seed: int) -> DrawnHouse:
     height, slope, top = _cast(prisms, grid, ground)
     albedo = _albedo(rng, prisms, top)
     kind = TYPES.get(shape) or RoofType(shape)
-    return DrawnHouse(shape, kind, outline, roofs.visible_faces(prisms), grid, height, ground, slope, albedo, seed)
+    return DrawnHouse(shape, kind, outline, roofs.visible_faces(prisms), grid, height, ground, slope, albedo, seed, prisms)
 
 
 def disturbed(outline: Polygon, rng: np.random.Generator, rmse: float) -> Polygon:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,27 +16,34 @@ from cityflow.reconstruction.roof_types_parts.hypotheses import (
     Hypothesis,
     HypothesisParameters,
     hypotheses,
+    minimised,
     wing_hypotheses,
 )
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel, roof_model
-from cityflow.reconstruction.roof_types_parts.shape_fit import CUT, Clues, cell_means, fitted_heights, line_gain
+from cityflow.reconstruction.roof_types_parts.shape_fit import CUT, Clues, cell_means, line_gain
 from cityflow.reconstruction.roof_types_parts.skeletons import D0, Quad, Skeleton, plane_groups, shape_heights
 
 NO_REGION = np.empty((0, 3))
 RIDGED = (RoofType.GABLE, RoofType.HIP, RoofType.HALF_HIP, RoofType.MANSARD)
-MAINS_TRIED, MAINS_WITHIN = 3, 8.0
+SHARING = (*RIDGED, RoofType.PYRAMID)
+"""Types whose parts often have one eave and one slope."""
+MAINS_TRIED, MAINS_WITHIN, WINGS_TRIED = 3, 8.0, 4
 """Main skeletons of different types that wings are tried on: so many, as long as they cost so little more than the best."""
+MAIN_SHARE, RIVAL_SHARE, LEVEL_SHARE = 0.55, 0.35, 0.7
+"""A roof has the type of so much of its area, where no other sloped type has more than a rival's share."""
+LIFT_M, LIFT_GAIN = 0.6, 1.5
 STEP_M = 1.0
 """Level roofs that differ by more are stepped."""
 
 
 @dataclass(frozen=True, slots=True)
 class Composition:
-    """Placed skeletons, main first, the type of the whole, and its cost over all cells."""
+    """Placed skeletons, main first, the type of the whole, its cost over all cells, and the layout of what has wings."""
 
     parts: tuple[PlacedSkeleton, ...]
     type: RoofType
     cost: float
+    layout: Layout | None = None
 
 
 def simple_roofs(found: list[Hypothesis]) -> list[Composition]:
@@ -85,37 +93,59 @@ def _over_wings(clues: Clues, layout: Layout) -> BoolArray:
 
 
 def _composed(clues: Clues, layout: Layout, main: Hypothesis, parameters: HypothesisParameters) -> Composition:
-    parts = [PlacedSkeleton(main.skeleton, _main_region(layout))]
-    beside = main.beside
+    """Wings one after the other, each of its cheapest types tried in the whole."""
+    areas = [_own_area(layout), *(w.polygon.area for w in layout.wings)]
+    parts, beside = [PlacedSkeleton(main.skeleton, _main_region(layout))], main.beside
     for number, wing in enumerate(layout.wings):
-        placed, more = _placed_wing(clues, wing, parts[wing.parent].skeleton, parameters)
         children = [-w.quad.sides[2] for w in layout.wings if w.parent == number + 1]
-        region = np.concatenate([placed.region, *(c[None] for c in children)])
-        parts.append(PlacedSkeleton(placed.skeleton, region))
-        beside += more
-    fitted = _fitted_together(clues, parts)
-    heights = height_cost(clues, roof_model(fitted))
-    return Composition(tuple(fitted), type_of_whole(fitted), heights + beside - _valley_gain(clues, layout, fitted))
+        found: list[tuple[float, list[PlacedSkeleton], float]] = []
+        for placed, more in _placed_wings(clues, wing, parts[wing.parent].skeleton, parameters):
+            region = np.concatenate([placed.region, *(c[None] for c in children)])
+            found.append(_tried(clues, layout, [*parts, PlacedSkeleton(placed.skeleton, region)], beside + more))
+        _, parts, beside = min(found, key=lambda f: f[0])
+    fitted = parts
+    if layout.wings:
+        fitted = _fitted_together(clues, layout, parts)
+    cost = height_cost(clues, roof_model(fitted)) + beside - _valley_gain(clues, layout, fitted)
+    return Composition(tuple(fitted), type_of_whole(fitted, areas), cost, layout)
+
+
+def _tried(
+    clues: Clues, layout: Layout, parts: list[PlacedSkeleton], beside: float
+) -> tuple[float, list[PlacedSkeleton], float]:
+    """Cost of the parts so far, as they are, with lines along valleys."""
+    cost = height_cost(clues, roof_model(parts)) + beside - _valley_gain(clues, layout, parts)
+    return cost, parts, beside
+
+
+def _own_area(layout: Layout) -> float:
+    return float(Polygon(layout.main.ring()).area)
 
 
 def _main_region(layout: Layout) -> FloatArray:
     return np.array([-w.quad.sides[2] for w in layout.wings if w.parent == 0]).reshape(-1, 3)
 
 
-def _placed_wing(
+def _placed_wings(
     clues: Clues, wing: Wing, parent: Skeleton, parameters: HypothesisParameters
-) -> tuple[PlacedSkeleton, float]:
-    """The cheapest skeleton of a wing, its region, and what of its cost heights did not cause."""
+) -> list[tuple[PlacedSkeleton, float]]:
+    """The cheapest skeletons of a wing in their regions, and what of their costs heights did not cause."""
     own = clues.within(_inside(clues, wing.polygon))
     if len(own.cells) < 2:
         own = clues.touching(_inside(clues, wing.polygon))
     joined = _joined(wing, parent)
     if len(own.cells) == 0:
-        flat = replace(parent, type=RoofType.FLAT, quad=wing.quad, eave=parent.eave, rise=0.0)
-        return PlacedSkeleton(flat, wing.quad.sides[:3]), 0.0
-    best, runs_on = wing_hypotheses(own, joined, wing.quad, parameters)[0]
-    left = joined.sides[2] if runs_on else wing.quad.sides[2]
-    return PlacedSkeleton(best.skeleton, np.stack([*wing.quad.sides[:2], left])), best.beside
+        flat = replace(parent, type=RoofType.FLAT, quad=wing.quad, rise=0.0)
+        return [(PlacedSkeleton(flat, wing.quad.sides[:3]), 0.0)]
+    slope = parent.rise / (parent.quad.width / 2) if parent.type in RIDGED else np.nan
+    found, seen = [], set[tuple[RoofType, bool]]()
+    for h, runs_on in wing_hypotheses(own, joined, wing.quad, slope, parameters):
+        if (h.skeleton.type, runs_on) in seen or len(found) == WINGS_TRIED:
+            continue
+        seen.add((h.skeleton.type, runs_on))
+        left = joined.sides[2] if runs_on else wing.quad.sides[2]
+        found.append((PlacedSkeleton(h.skeleton, np.stack([*wing.quad.sides[:2], left])), h.beside))
+    return found
 
 
 def _joined(wing: Wing, parent: Skeleton) -> Quad:
@@ -128,22 +158,95 @@ def _joined(wing: Wing, parent: Skeleton) -> Quad:
     return Quad(np.stack([*wing.quad.sides[:2], line, wing.quad.sides[3]]))
 
 
-def _fitted_together(clues: Clues, parts: list[PlacedSkeleton]) -> list[PlacedSkeleton]:
-    """Eave and rise of every part from the cells where it is the highest, twice."""
+def _fitted_together(clues: Clues, layout: Layout, parts: list[PlacedSkeleton]) -> list[PlacedSkeleton]:
+    """Eave and rise of every part from the cells where it is the highest; shared by parts where that costs less."""
     if len(parts) == 1:
         return parts
+    each = clues.per_parameter()
+    best, least = parts, np.inf
+    for share_eave, share_slope in ((False, False), (False, True), (True, False), (True, True)):
+        fitted, numbers = parts, 0
+        for _ in range(2):
+            fitted, numbers = _linear_fit(clues, fitted, share_eave, share_slope)
+        cost = height_cost(clues, roof_model(fitted)) + each * numbers - _valley_gain(clues, layout, fitted)
+        if cost < least - 1e-9:
+            best, least = fitted, cost
+    return best
+
+
+def lifted(clues: Clues, roof: Composition) -> Composition:
+    """Wings raised or lowered to where their valleys were seen, as far as heights allow."""
+    layout, parts = roof.layout, list(roof.parts)
+    if clues.trust == 0 or layout is None:
+        return roof
+    for k, wing in enumerate(layout.wings, start=1):
+        if not {parts[k].skeleton.type, parts[wing.parent].skeleton.type} <= set(RIDGED):
+            continue
+
+        def moved(by: FloatArray, k: int = k, part: PlacedSkeleton = parts[k]) -> list[PlacedSkeleton]:
+            own = part.skeleton.with_heights(part.skeleton.eave + float(by[0]), part.skeleton.rise)
+            return [*parts[:k], replace(part, skeleton=own), *parts[k + 1 :]]
+
+        def cost(by: FloatArray, moved: Callable[[FloatArray], list[PlacedSkeleton]] = moved) -> float:
+            return height_cost(clues, roof_model(moved(by))) - _valley_gain(clues, layout, moved(by))
+
+        limits = np.array([-LIFT_M]), np.array([LIFT_M])
+        tries = [minimised(cost, np.array([start]), limits) for start in (-0.5 * LIFT_M, 0.0, 0.5 * LIFT_M)]
+        by, least = min(tries, key=lambda t: t[1])
+        parts = moved(by) if least < cost(np.zeros(1)) - LIFT_GAIN else parts
+    return replace(roof, parts=tuple(parts))
+
+
+def _linear_fit(
+    clues: Clues, parts: list[PlacedSkeleton], share_eave: bool, share_slope: bool
+) -> tuple[list[PlacedSkeleton], int]:
+    """Parts after one robust fit of all heights, and how many numbers were free; level parts and sheds share nothing."""
     cells = clues.cells
-    shapes = [cell_means(shape_heights(p.skeleton, cells.xy), cells.cell, len(cells)) for p in parts]
-    for _ in range(2):
-        owner = roof_model(parts).owners(cells.xy)
-        for k, part in enumerate(parts):
-            mine = cell_means((owner == k).astype(np.float64), cells.cell, len(cells)) > 0.999
-            if np.count_nonzero(mine) < 4:
-                continue
-            _, eave, rise = fitted_heights(shapes[k][mine], cells.z[mine], cells.weight[mine], clues.sigma)
-            if part.skeleton.rise * rise > 0 or part.skeleton.rise == 0:
-                parts[k] = replace(part, skeleton=part.skeleton.with_heights(eave, rise))
-    return parts
+    owner = roof_model(parts).owners(cells.xy)
+    pure = np.array([cell_means((owner == k).astype(np.float64), cells.cell, len(cells)) > 0.999 for k in range(len(parts))])
+    ties = [p.skeleton.type in SHARING for p in parts]
+    eave = _columns(ties, share_eave)
+    rise = _columns(ties, share_slope)
+    rows, shares = np.zeros((len(cells), max(eave) + max(rise) + 2)), np.ones(len(parts))
+    for k, part in enumerate(parts):
+        if ties[k] and share_slope:
+            shares[k] = part.skeleton.quad.width / 2
+        t = cell_means(shape_heights(part.skeleton, cells.xy), cells.cell, len(cells))
+        rows[pure[k], eave[k]] = 1.0
+        rows[pure[k], max(eave) + 1 + rise[k]] = shares[k] * t[pure[k]]
+    known = pure.any(axis=0)
+    if np.any(pure.sum(axis=1) < 3):
+        return parts, 2 * len(parts)
+    x = _robust(rows[known], cells.z[known], cells.weight[known], clues.sigma)
+    fitted = []
+    for k, part in enumerate(parts):
+        e, r = float(x[eave[k]]), float(x[max(eave) + 1 + rise[k]] * shares[k])
+        turned = part.skeleton.rise * r <= 0 and part.skeleton.type is not RoofType.FLAT
+        fitted.append(part if turned else replace(part, skeleton=part.skeleton.with_heights(e, r)))
+    return fitted, max(eave) + max(rise) + 2
+
+
+def _columns(ties: list[bool], share: bool) -> list[int]:
+    """Number of the unknown of each part."""
+    columns, common = list[int](), -1
+    for tied in ties:
+        if tied and share and common >= 0:
+            columns.append(common)
+            continue
+        columns.append(max(columns, default=-1) + 1)
+        common = columns[-1] if tied and share else common
+    return columns
+
+
+def _robust(rows: FloatArray, z: FloatArray, weight: FloatArray, sigma: float) -> FloatArray:
+    w = weight.copy()
+    x = np.zeros(rows.shape[1])
+    for turn in range(5):
+        normal = rows.T @ (w[:, None] * rows) + 1e-9 * np.eye(len(x))
+        x = np.linalg.solve(normal, rows.T @ (w * z))
+        wide = 2 * sigma * (4 if turn == 0 else 1)
+        w = weight / (1 + ((z - rows @ x) / wide) ** 2) ** 2
+    return x
 
 
 def height_cost(clues: Clues, model: RoofModel) -> float:
@@ -158,7 +261,7 @@ def _valley_gain(clues: Clues, layout: Layout, parts: list[PlacedSkeleton]) -> f
     if clues.trust == 0:
         return 0.0
     edges = []
-    for wing, placed in zip(layout.wings, parts[1:], strict=True):
+    for wing, placed in zip(layout.wings[: len(parts) - 1], parts[1:], strict=True):
         if placed.skeleton.type in RIDGED and parts[wing.parent].skeleton.type in RIDGED:
             edges += valleys(wing, placed.skeleton, parts[wing.parent].skeleton)
     return clues.trust * float(line_gain(np.array(edges), clues.segments)) if edges else 0.0
@@ -192,10 +295,16 @@ def _zero_of(rows: FloatArray) -> FloatArray | None:
     return np.asarray(np.linalg.solve(rows[:, :2], -rows[:, 2]))
 
 
-def type_of_whole(parts: list[PlacedSkeleton]) -> RoofType:
-    """The type that all parts share, stepped where they are level at different heights, else complex."""
-    types = {p.skeleton.type for p in parts}
-    if types == {RoofType.FLAT}:
-        eaves = [p.skeleton.eave for p in parts]
-        return RoofType.STEPPED_FLAT if max(eaves) - min(eaves) > STEP_M else RoofType.FLAT
-    return parts[0].skeleton.type if len(types) == 1 else RoofType.COMPLEX
+def type_of_whole(parts: Sequence[PlacedSkeleton], areas: Sequence[float]) -> RoofType:
+    """The type that most of the roof has; small annexes do not change it. Stepped where level parts differ in height."""
+    shares: dict[RoofType, float] = {}
+    for part, area in zip(parts, areas, strict=True):
+        shares[part.skeleton.type] = shares.get(part.skeleton.type, 0.0) + area / sum(areas)
+    best = max(shares, key=lambda kind: shares[kind])
+    if best is RoofType.FLAT:
+        eave = parts[int(np.argmax(areas))].skeleton.eave
+        near = sum(a for p, a in zip(parts, areas, strict=True) if p.skeleton.type is best and abs(p.skeleton.eave - eave) <= STEP_M)
+        flat = RoofType.FLAT if near >= LEVEL_SHARE * sum(areas) else RoofType.STEPPED_FLAT
+        return flat if shares[best] >= LEVEL_SHARE else RoofType.COMPLEX
+    rivals = sum(share for kind, share in shares.items() if kind not in (best, RoofType.FLAT))
+    return best if shares[best] >= MAIN_SHARE and rivals <= RIVAL_SHARE else RoofType.COMPLEX

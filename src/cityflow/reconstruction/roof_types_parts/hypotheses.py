@@ -58,10 +58,11 @@ class Hypothesis:
 
 @dataclass
 class PartClues:
-    """Clues of one unit as one part sees them: some of the cells, and distances to its sides."""
+    """Clues of one unit as one part sees them: some of the cells, distances to its sides, and its slope where that is known."""
 
     clues: Clues
     quad: Quad
+    slope: float = math.nan
     d: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -70,7 +71,7 @@ class PartClues:
     def of_shape(self, shape: FloatArray) -> tuple[float, float, float, float]:
         c = self.clues
         return ridge_cost(
-            shape, self.quad.sides, self.d, c.cells.cell, c.cells.z, c.cells.weight, c.sigma, c.segments, c.trust
+            shape, self.quad.sides, self.d, c.cells.cell, c.cells.z, c.cells.weight, c.sigma, c.segments, c.trust, self.slope
         )  # type: ignore[no-any-return]
 
     def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
@@ -93,7 +94,7 @@ def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> li
 
 
 def wing_hypotheses(
-    clues: Clues, joined: Quad, own: Quad, parameters: HypothesisParameters
+    clues: Clues, joined: Quad, own: Quad, slope: float, parameters: HypothesisParameters
 ) -> list[tuple[Hypothesis, bool]]:
     """Types of a wing, and whether each runs on into the part that it leans on.
 
@@ -102,12 +103,16 @@ def wing_hypotheses(
     clues : of the cells beside that part
     joined : sides of the wing, the left one at the ridge that it runs into
     own : sides of what stands beside
+    slope : of the part that it leans on, which wings often share; NaN where it has none
     """
-    alone = [(h, False) for h in flat_and_sheds(clues, own, parameters)]
-    across = PartClues(clues, own.turned())
-    alone += [(h, False) for h in ridge_roofs(across, parameters, (False, False)) if h.skeleton.rise > 0]
-    inside = [(h, True) for h in ridge_roofs(PartClues(clues, joined), parameters, (False, True)) if h.skeleton.rise > 0]
-    return sorted(alone + inside, key=lambda pair: pair[0].cost)
+    alone = flat_and_sheds(clues, own, parameters)
+    alone += ridge_roofs(PartClues(clues, own.turned()), parameters, (False, False))
+    inside = ridge_roofs(PartClues(clues, joined), parameters, (False, True))
+    if slope > 0:
+        alike = ridge_roofs(PartClues(clues, joined, slope), parameters, (False, True))
+        inside += [h.dearer(-clues.per_parameter()) for h in alike]
+    found = [(h, False) for h in alone] + [(h, True) for h in inside]
+    return sorted((f for f in found if f[0].skeleton.rise >= 0 or f[0].skeleton.type is RoofType.SHED), key=lambda f: f[0].cost)
 
 
 def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:

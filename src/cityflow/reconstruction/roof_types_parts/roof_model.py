@@ -18,6 +18,8 @@ from cityflow.reconstruction.roof_types_parts.skeletons import Skeleton, plane_g
 BESIDE_M, ALONG_M = 0.015, 0.12
 """How far beside a line its two sides are looked at, and how densely along it."""
 SHORT_M = 0.1
+SAME_SLOPE, SAME_M = 1e-4, 2e-3
+"""Planes of several parts that differ by less are one."""
 MOST_CELLS = 400
 
 
@@ -54,10 +56,14 @@ class RoofModel:
 
     def labels(self, xy: FloatArray) -> IntArray:
         """(N,) plane that counts at each place."""
+        return self._winners(xy)[0]
+
+    def _winners(self, xy: FloatArray) -> tuple[IntArray, IntArray]:
+        """(N,) plane and (N,) group that count at each place."""
         best = np.full(len(xy), -math.inf)
         nearest = np.full(len(xy), -math.inf)
-        label = np.zeros(len(xy), np.int64)
-        for group in self.groups:
+        label, winner = np.zeros(len(xy), np.int64), np.zeros(len(xy), np.int64)
+        for number, group in enumerate(self.groups):
             z = xy @ self.planes[group.planes, :2].T + self.planes[group.planes, 2]
             which = z.argmax(axis=1) if group.highest else z.argmin(axis=1)
             height = z[np.arange(len(xy)), which]
@@ -66,15 +72,12 @@ class RoofModel:
             wins = np.where(inside, (height > best + 1e-9) | ~np.isfinite(best), ~np.isfinite(best) & (depth > nearest))
             nearest = np.where(wins & ~inside, depth, nearest)
             best = np.where(wins & inside, height, best)
-            label = np.where(wins, group.planes[which], label)
-        return label
+            label, winner = np.where(wins, group.planes[which], label), np.where(wins, number, winner)
+        return label, winner
 
     def owners(self, xy: FloatArray) -> IntArray:
         """(N,) part that counts at each place."""
-        owner = np.empty(len(self.planes), np.int64)
-        for group, part in zip(self.groups, self.part, strict=True):
-            owner[group.planes] = part
-        return np.asarray(owner[self.labels(xy)])
+        return np.asarray(np.array(self.part)[self._winners(xy)[1]])
 
     def heights(self, xy: FloatArray) -> FloatArray:
         """(N,) height that counts at each place."""
@@ -102,12 +105,20 @@ def roof_model(parts: Sequence[PlacedSkeleton]) -> RoofModel:
     groups, owner = [], []
     for number, part in enumerate(parts):
         for rows, region, highest in plane_groups(part.skeleton):
-            index = np.arange(len(planes), len(planes) + len(rows))
-            planes += list(rows)
+            index = np.array([_index_of(row, planes) for row in rows], np.int64)
             reach = part.region if region is None else np.concatenate([part.region.reshape(-1, 3), region.reshape(-1, 3)])
             groups.append(PlaneGroup(reach, index, highest))
             owner.append(number)
     return RoofModel(np.array(planes), tuple(groups), tuple(owner))
+
+
+def _index_of(row: FloatArray, planes: list[FloatArray]) -> int:
+    """Number of the plane in the list, at its end where it is new."""
+    for k, plane in enumerate(planes):
+        if np.abs(plane[:2] - row[:2]).max() < SAME_SLOPE and abs(plane[2] - row[2]) < SAME_M:
+            return k
+    planes.append(row)
+    return len(planes) - 1
 
 
 def partition_of(model: RoofModel, outline: Polygon) -> RoofPartition:

@@ -97,8 +97,10 @@ def cell_means(t: FloatArray, cell: IntArray, count: int) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def fitted_heights(t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float) -> tuple[float, float, float]:
-    """Cost, eave and rise of z = eave + rise·t, robustly."""
+def fitted_heights(
+    t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan
+) -> tuple[float, float, float]:
+    """Cost, eave and rise of z = eave + rise·t, robustly; the eave alone where the rise is known."""
     w = weight.copy()
     eave = rise = 0.0
     for turn in range(5):
@@ -111,6 +113,7 @@ def fitted_heights(t: FloatArray, z: FloatArray, weight: FloatArray, sigma: floa
             stz += w[i] * t[i] * z[i]
         det = sw * stt - st * st
         rise = (sw * stz - st * sz) / det if det > 1e-9 * sw * sw else 0.0
+        rise = rise if np.isnan(known) else known
         eave = (sz - rise * st) / sw
         wide = 2.0 * sigma * (4.0 if turn == 0 else 1.0)
         for i in range(len(z)):
@@ -169,9 +172,10 @@ def ridge_cost(
     sigma: float,
     segments: FloatArray,
     trust: float,
+    slope: float,
 ) -> tuple[float, float, float, float]:
-    """Cost, eave and rise of a shape of the ridge family, and what lines gave of the cost."""
+    """Cost, eave and rise of a shape of the ridge family, and what lines gave of the cost; NaN where the slope is not known."""
     t = cell_means(ridge_heights(shape, d), cell, len(z))
-    cost, eave, rise = fitted_heights(t, z, weight, sigma)
+    cost, eave, rise = fitted_heights(t, z, weight, sigma, slope * 0.5 * (shape[0] + shape[1]))
     gain = trust * line_gain(skeleton_edges(shape, sides), segments) if trust > 0.0 else 0.0
     return cost - gain, eave, rise, gain

@@ -11,6 +11,7 @@ pyramid, a bend in f a mansard, a negative rise a butterfly (Hron 2020, section 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -24,7 +25,16 @@ D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)
 DOME_RINGS, ROUND_SIDES = 3, 16
 
 
-@dataclass(frozen=True, slots=True)
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def _meet(a: FloatArray, b: FloatArray) -> tuple[float, float]:
+    """Where two lines a·(x, y) = a[2] meet."""
+    det = a[0] * b[1] - a[1] * b[0]
+    if abs(det) < 1e-9:
+        return np.nan, np.nan
+    return (a[2] * b[1] - a[1] * b[2]) / det, (a[0] * b[2] - a[2] * b[0]) / det
+
+
+@dataclass(frozen=True)
 class Quad:
     """Four sides of a part of an outline; the ridge runs from side 2 to side 3.
 
@@ -39,31 +49,27 @@ class Quad:
         """(N, 4) distances inwards from every side."""
         return np.ascontiguousarray(xy @ self.sides[:, :2].T - self.sides[:, 2])
 
-    def corner(self, i: int, k: int) -> FloatArray:
-        """Where two sides meet."""
-        return np.linalg.solve(self.sides[[i, k], :2], self.sides[[i, k], 2])
-
     def ring(self) -> FloatArray:
         """(4, 2) corners, counter-clockwise."""
-        ring = np.array([self.corner(0, 2), self.corner(0, 3), self.corner(1, 3), self.corner(1, 2)])
+        ring = np.array([_meet(self.sides[i], self.sides[k]) for i, k in ((0, 2), (0, 3), (1, 3), (1, 2))])
         x, y = ring.T
         return ring if np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) > 0 else ring[::-1]
 
-    @property
+    @cached_property
     def middle(self) -> FloatArray:
         return np.asarray(self.ring().mean(axis=0))
 
-    @property
+    @cached_property
     def width(self) -> float:
         """Metres across the ridge, in the middle."""
         return float(self.distances(self.middle[None])[0, :2].sum())
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Metres along the ridge, in the middle."""
         return float(self.distances(self.middle[None])[0, 2:].sum())
 
-    @property
+    @cached_property
     def direction(self) -> FloatArray:
         """Unit vector of the ridge: the average of front and back, from left to right."""
         n = self.sides[0, :2] - self.sides[1, :2]
@@ -150,15 +156,6 @@ def shape_heights(skeleton: Skeleton, xy: FloatArray) -> FloatArray:
     if kind in (RoofType.CONE, RoofType.DOME):
         return round_heights(d, skeleton.quad, kind is RoofType.DOME)
     return np.asarray(ridge_heights(skeleton.shape, d))
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def _meet(a: FloatArray, b: FloatArray) -> tuple[float, float]:
-    """Where two lines a·(x, y) = a[2] meet."""
-    det = a[0] * b[1] - a[1] * b[0]
-    if abs(det) < 1e-9:
-        return np.nan, np.nan
-    return (a[2] * b[1] - a[1] * b[2]) / det, (a[0] * b[2] - a[2] * b[0]) / det
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
