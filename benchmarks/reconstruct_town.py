@@ -26,6 +26,7 @@ from reconstruct_methods import method_of
 from town_models import CACHE, model_of, of_run, unit_names, unit_of
 
 KINDS = ("exact", "drawn")
+MATCHED = "matched"
 GSD_M = 0.08
 
 
@@ -76,7 +77,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
     parser.add_argument("--size", type=int, default=200)
-    parser.add_argument("--points", nargs="+", default=KINDS, choices=KINDS)
+    parser.add_argument(
+        "--points", nargs="+", default=KINDS, choices=(*KINDS, MATCHED), help="matched: made by matched_models.py"
+    )
     parser.add_argument("--methods", default="model")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="parameter of the method")
     parser.add_argument("--only", help="shapes, by commas")

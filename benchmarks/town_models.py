@@ -11,7 +11,7 @@ import json
 import pickle
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -222,7 +222,13 @@ def unit_of(seed: int, kind: str, name: str, size: int, cache: Path, towns: Path
     if not path.exists():
         make(seed, size, cache, towns, (kind,))
     evidence, truth = pickle.loads(path.read_bytes())
-    return evidence, truth
+    return _of_today(evidence), truth
+
+
+def _of_today(evidence: Evidence) -> Evidence:
+    """Fields that are younger than what was kept have their defaults."""
+    known = {f.name: getattr(evidence, f.name) for f in fields(Evidence) if hasattr(evidence, f.name)}
+    return Evidence(**known)
 
 
 def make(seed: int, size: int, cache: Path, towns: Path | None, kinds: Sequence[str] = KINDS) -> None:
