@@ -7,7 +7,7 @@ import pytest
 
 from cityflow.core.building import Status
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.reconstruction import orientation_histogram
+from cityflow.reconstruction import monolithic, orientation_histogram
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
@@ -82,3 +82,25 @@ def test_measures_of_a_known_gable() -> None:
 def test_roof_types(name: str, kind: str) -> None:
     evidence = scan(SCENES[name][0], OUTLINE, 8.0, 0.02, 1)
     assert measure(choose(evidence, DEFAULT), evidence)["roof_type"] == kind
+
+
+def test_few_independent_points_speak_for_few_faces() -> None:
+    """A noisy coarse surface, laid out as many points, is no reason for many faces."""
+    evidence = scan(gable, OUTLINE, 8.0, 0.03, 1)
+    coarse = replace(evidence, alike_m=1.0)
+    assert evidence.observations == len(evidence.points)
+    assert coarse.observations == pytest.approx(evidence.outline.area)
+    fine_score, coarse_score = (choose(e, DEFAULT).scores[0] for e in (evidence, coarse))
+    assert fine_score.faces == coarse_score.faces == 2
+    assert coarse_score.penalty > fine_score.penalty + 0.05
+
+
+def test_a_method_without_an_answer_hands_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unsure(evidence: Evidence, parameters: object) -> Candidate:
+        return Candidate("monolithic", None, reason="inconsistent: made so")
+
+    monkeypatch.setattr(monolithic, "reconstruct", unsure)
+    choice = choose(scan(gable, OUTLINE, 8.0, 0.03, 1), ReconstructParameters(methods=("monolithic", "extruded")))
+    assert [s.method for s in choice.scores] == ["monolithic", "volumetric", "extruded"]
+    assert choice.candidate.method == "volumetric"
+    assert choice.status is Status.DONE

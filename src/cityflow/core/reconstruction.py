@@ -69,6 +69,7 @@ class Evidence:
     edges : straight parts of the outline and how each is known; empty where nobody asked
     roof : outline of the roof where it is known apart from the walls
     wanted_type : roof type that a person has set, or empty
+    alike_m : errors of points this near to each other are alike (the cells of a given DSM), metres; 0: each point has its own
     """
 
     id: str
@@ -85,6 +86,13 @@ class Evidence:
     edges: tuple[OutlineEdge, ...] = ()
     roof: Polygon | None = None
     wanted_type: str = ""
+    alike_m: float = 0.0
+
+    @property
+    def observations(self) -> float:
+        """How many independent points the unit's points are worth."""
+        n = float(len(self.points))
+        return min(n, self.outline.area / self.alike_m**2) if self.alike_m > 0 else n
 
 
 @dataclass(frozen=True, slots=True)

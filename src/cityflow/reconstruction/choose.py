@@ -7,6 +7,7 @@ ladder of simpler roofs before it gives up. Whatever happens is in the scores.
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -39,8 +40,8 @@ MODULES: Mapping[str, ModuleType] = {
 
 DEFAULT_METHODS = ("orientation_histogram", "extruded")
 LAST_RESORT = "extruded"
-HANDED_TO = {"monolithic": "volumetric"}
-"""Where a method finds itself inconsistent, the other is tried in its place, whether or not the workflow names it."""
+HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
+"""Where a method finds no valid solid, because it sees itself inconsistent or knows no type, the other is tried in its place."""
 
 BY_TYPE = "roof_types"
 """The method that is asked where a person has set a roof type."""
@@ -55,7 +56,12 @@ class ScoreParameters(Parameters):
     unexplained: float = Field(1.0, ge=0, le=100, description="penalty of no point within 20 cm of the roof")
     uncovered: float = Field(1.0, ge=0, le=100, description="penalty of no point under a roof polygon")
     distance_per_m: float = Field(1.0, ge=0, le=100, description="penalty per metre of NMAD")
-    face: float = Field(0.002, ge=0, le=1, description="penalty per roof face")
+    face: float = Field(
+        0.002,
+        ge=0,
+        le=1,
+        description="penalty per roof face; more where few points speak for it (3 ln n / 2n for n independent points)",
+    )
     degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model simpler than asked for")
 
 
@@ -200,11 +206,21 @@ def _scored(name: str, candidate: Candidate, evidence: Evidence, weights: ScoreP
         weights.unexplained * (1 - distances.within_20cm)
         + weights.uncovered * (1 - distances.covered)
         + weights.distance_per_m * (distances.nmad if distances.covered else 1.0)
-        + weights.face * faces
+        + max(weights.face, least_face_penalty(evidence.observations)) * faces
         + weights.degraded * (candidate.status is not Status.DONE)
     )
     fault = f"{faults[0].code} {faults[0].name} {faults[0].where}".strip() if faults else ""
     return Score(name, not faults, fault, distances.covered, distances.within_20cm, distances.nmad, faces, penalty)
+
+
+def least_face_penalty(observations: float) -> float:
+    """What the three numbers of a plane cost by Schwarz's criterion, in units of one point's likelihood.
+
+    >>> round(least_face_penalty(10_000), 4), round(least_face_penalty(80), 3)
+    (0.0014, 0.082)
+    """
+    n = max(observations, math.e)
+    return 1.5 * math.log(n) / n
 
 
 def _ending(

@@ -32,7 +32,7 @@ from cityflow.io.raster import read_window
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.pieces import read_points, read_surface
-from cityflow.stages.survey import IMAGES, UNREAD, ZARR, Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, RASTERS, UNREAD, ZARR, Survey, UnitEntry
 from cityflow.stages.walls import read_walls
 from cityflow.surface.sample import sample
 
@@ -74,6 +74,7 @@ def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
         "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
         "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         "classified": survey.has_building_class,
+        "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
     }  # fmt: skip
 
 
@@ -108,7 +109,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
         outline.aspects, outline.slopes,
         around=_part_of_houses(close, grid, layers["dtm"]), walls=read_walls(store, a["walls"], near),
         heights=_heights(store, a, outline), pictures=_pictures(store, a, outline),
-        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type,
+        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
     )  # fmt: skip
 
 
