@@ -23,8 +23,8 @@ OUTSIDE = -2
 """Label of a cell whose middle is outside the outline."""
 CAP = 4.5
 """Cost of a point that lies at three sigma or more."""
-VOTES = 8.0
-"""A cell's points count as no more than so many: neighbours' errors are alike."""
+CORE = 0.4
+"""Share of the smallest surface that its smooth cells make up before it has grown."""
 
 
 class RoofCellParameters(Parameters):
@@ -35,7 +35,7 @@ class RoofCellParameters(Parameters):
     unevenness_m: float = Field(0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)")
     offset_sigmas: float = Field(3.0, gt=0, le=20, description="a cell's middle is no farther off its group's plane")
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper cells (degrees) are walls")
-    min_area_m2: float = Field(2.0, gt=0, le=100, description="smaller groups are roof installations and are grown over")
+    min_area_m2: float = Field(1.2, gt=0, le=100, description="smaller groups are roof installations and are grown over")
     smoothness: float = Field(1.0, ge=0, le=20, description="cost of each neighbouring cell with another label")
     sweeps: int = Field(8, ge=0, le=100, description="most passes over the cells to settle their labels")
 
@@ -75,7 +75,8 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
     seeds = np.flatnonzero(smooth)
     seeds = seeds[np.argsort(planes[seeds, 3], kind="stable")]
     labels = _grow_groups(cells.sums, planes, smooth, seeds.astype(np.int64), cells.grid.cols, limits)
-    least = max(parameters.min_area_m2 / cells.grid.cell**2, 3.0)
+    # mixed cells at its rim are not yet a group's own
+    least = max(CORE * parameters.min_area_m2 / cells.grid.cell**2, 4.0)
     labels, surfaces = merged_groups(cells, labels, limits[0], sigma, least)
     grown = float(np.mean(labels[inside.ravel()] == NONE)) if inside.any() else 1.0
     share = float(smooth.sum() / max(np.count_nonzero(inside.ravel() & (cells.sums[:, 0] > 0)), 1))
@@ -261,7 +262,7 @@ def _closed(
 ) -> IntArray:
     """Labels after groups have grown, ring by ring, over the cells between them; a cell takes the plane that fits it best."""
     labels = image.copy()
-    steps = np.array([-1, 1, -cols, cols, -cols - 1, -cols + 1, cols - 1, cols + 1])
+    steps = np.array([-1, 1, -cols, cols])
     while True:
         found = labels.copy()
         changed = False
@@ -269,12 +270,12 @@ def _closed(
             if labels[k] != -1:
                 continue
             best, cost = -1, np.inf
-            for m in range(8):
-                other = labels[k + steps[m]]
+            # across sides only: a speck that touches its like by a corner must not come back
+            for step in steps:
+                other = labels[k + step]
                 if other < 0:
                     continue
-                # cells that touch by a side go before those that touch by a corner
-                own = _cost(points, starts, k, planes[other], sigma) + (0.0 if m < 4 else 0.5)
+                own = _cost(points, starts, k, planes[other], sigma)
                 if own < cost - 1e-9:
                     best, cost = other, own
             if best >= 0:

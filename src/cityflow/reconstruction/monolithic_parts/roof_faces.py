@@ -28,7 +28,7 @@ class FaceParameters(Parameters):
 
     min_agreement: float = Field(0.85, ge=0, le=1, description="share of the cells that lie in their own surface's face")
     off_m: float = Field(0.15, gt=0, le=5, description="cells farther off the roof than this and 3 sigma (m) are off it")
-    installation_m2: float = Field(3.0, ge=0, le=100, description="larger patches of cells off the roof (m²) are no installation")
+    installation_m2: float = Field(2.0, ge=0, le=100, description="larger patches of cells off the roof (m²) are no installation")
     min_explained: float = Field(0.85, ge=0, le=1, description="share of the cells that lie on the roof")
 
 

@@ -103,13 +103,14 @@ class SurfaceImage:
 
 def surface_image(roof: RoofCells, cells: CellPoints, sigma: float, least: float) -> SurfaceImage:
     """Surfaces connected by cells' sides, without specks and without cells that touch by their corners only."""
-    labels = roof.labels
+    labels = np.where(roof.labels == NONE, OUTSIDE, roof.labels)
     for _ in range(ROUNDS):
+        labels = _without_corner_contacts(labels)
         specks = _specks(labels, least)
         if not specks.any():
             break
         labels = closed_over(cells, np.where(specks, NONE, labels), roof.planes, sigma)
-    labels = _without_corner_contacts(np.where(labels == NONE, OUTSIDE, labels))
+        labels = np.where(labels == NONE, OUTSIDE, labels)
     surfaces, plane_of = np.full(labels.shape, OUTSIDE), []
     for label in range(len(roof.planes)):
         count, parts = cv2.connectedComponents((labels == label).astype(np.uint8), connectivity=4)
