@@ -126,7 +126,7 @@ class _Scene:
         division, surface = hull.partition.subdivision()
         floor = self.evidence.ground_height - self.segments.origin[2]
         seen = self.cloud, self.facades, self.outline, floor
-        voids = find_voids(division, surface, self.segments.coefficients, seen, parameters.undersides)
+        voids = find_voids(division, surface, self.segments, seen, parameters.undersides)
         if not voids.ceiling:
             return hull
         columns = standing_columns(division, voids.surface, voids.ceiling, self.segments.coefficients, floor)

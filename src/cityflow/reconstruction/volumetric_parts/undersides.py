@@ -21,6 +21,7 @@ from cityflow.reconstruction.partition.cell_evidence import points_in_cells
 from cityflow.reconstruction.partition.cut_lines import main_directions
 from cityflow.reconstruction.partition.step_lines import angle_between
 from cityflow.reconstruction.partition.subdivision import Subdivision
+from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.volumetric_parts.columns import cut_all, inner_edges
 from cityflow.reconstruction.volumetric_parts.expansion import min_cut
 from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud, end_lines
@@ -75,7 +76,7 @@ class _Votes:
 def find_voids(
     division: Subdivision,
     surface: dict[int, int],
-    planes: FloatArray,
+    segments: PlaneSegments,
     evidence: tuple[FacadeCloud, list[Facade], Polygon, float],
     parameters: UndersideParameters,
 ) -> Voids:
@@ -85,10 +86,11 @@ def find_voids(
     ----------
     division : local frame; it is cut
     surface : of each cell
-    planes : (P, 3) of the surfaces
+    segments : roof surfaces, local frame
     evidence : façade cloud, façades, outline (local), local height of the floor
     """
     cloud, facades, outline, floor = evidence
+    planes = segments.coefficients
     behind = [f for f in facades if parameters.search and _tells(f, outline, floor, parameters)]
     behind = [f for f in behind if _is_under_roof(f, division, surface, planes, parameters)]
     if sum(len(f.points) for f in behind) < parameters.min_points:
@@ -270,6 +272,13 @@ def _ceiling(division: Subdivision, part: list[int], seen: tuple[FacadeCloud, li
     fourth, further = np.percentile(cloud.xyz[above, 2], (4, 24))
     begins = float(fourth - 0.2 * (further - fourth))  # where points that stand evenly on the wall begin
     return begins if begins >= top - 0.8 else None
+
+
+def _roof_is_seen(division: Subdivision, part: list[int], segments: PlaneSegments, area: float) -> bool:
+    """Half as many roof points as elsewhere stand over the part: where an outline is too large, none do."""
+    x, y = segments.points[:, 0].copy(), segments.points[:, 1].copy()
+    over = np.count_nonzero(points_in_cells(division, part, x, y) >= 0)
+    return bool(over >= 0.5 * len(segments.points) * sum(division.area(c) for c in part) / area)
 
 
 def _lowest_top(division: Subdivision, cell: int, plane: FloatArray) -> float:
