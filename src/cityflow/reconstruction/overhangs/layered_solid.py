@@ -58,7 +58,9 @@ class LayeredSolid:
     def _find_levels(self) -> None:
         heights: dict[int, list[tuple[float, int, bool]]] = {}
         corners = {v for edge in self.plan.border() for v in edge}
-        outer = set(range(len(self.plan.xy))) - {v for c in self.plan.cells if c.inside for ring in c.rings for v in ring}
+        outer = set(range(len(self.plan.xy))) - {
+            v for c in self.plan.cells if c.inside for ring in c.rings for v in ring
+        }
         for number, cell in enumerate(self.plan.cells):
             for vertex in dict.fromkeys(v for ring in cell.rings for v in ring):
                 top = cell.tops[vertex]

@@ -22,23 +22,33 @@ class OverhangParameters(Parameters):
     least_drop_m: float = Field(0.7, gt=0, le=10, description="the surface falls at least so far beyond a rim (m)")
     on_roof_m: float = Field(0.35, gt=0, le=5, description="a surface this near to the roof's plane is the roof (m)")
     widened_cells: float = Field(
-        0.25,
+        0.0,
         ge=-2,
         le=4,
         description="so much too far out the surface shows a rim, in the mean, cells: matching widens what is high",
     )
     widened_sigma_cells: float = Field(
-        0.7, ge=0, le=4, description="standard deviation of that from edge to edge, cells"
+        0.8, ge=0, le=4, description="standard deviation of that from edge to edge, cells"
     )
     picture_sigma_cells: float = Field(
-        0.6, gt=0, le=10, description="standard deviation of a rim in a true ortho, cells of the ortho"
+        0.7, gt=0, le=10, description="standard deviation of a rim in a true ortho, cells of the ortho"
     )
     picture_window_cells: float = Field(
-        3.5, ge=0, le=20, description="so far from the rim of the heights colours are asked, cells of these; 0: not at all"
+        3.5,
+        ge=0,
+        le=20,
+        description="so far from the rim of the heights colours are asked, cells of these; 0: not at all",
     )
-    patch_cells: float = Field(
-        12.0, gt=0, le=100, description="along an edge so many cells have one error in common"
+    coarsest_cell_m: float = Field(
+        0.3, gt=0, le=5, description="a surface on coarser cells shows no rims; points have to tell (m)"
     )
+    point_sigma_m: float = Field(
+        0.06, ge=0, le=1, description="standard deviation of LiDAR points in plan, footprint included (m)"
+    )
+    point_on_roof_m: float = Field(
+        0.2, gt=0, le=2, description="LiDAR points this near to the roof's plane are on it (m)"
+    )
+    patch_cells: float = Field(12.0, gt=0, le=100, description="along an edge so many cells have one error in common")
     wall_sigma_m: float = Field(
         0.03, ge=0, le=2, description="standard deviation of the outline where nothing says how it is known (m)"
     )

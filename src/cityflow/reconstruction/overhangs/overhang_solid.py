@@ -44,7 +44,11 @@ def with_overhangs(
     if candidate.solid is None or not wanted:
         return replace(candidate, overhangs=tuple(overhangs))
     solid, kept, reason = _extended(candidate.solid, overhangs, wanted, evidence, p)
-    notes: dict[str, Scalar] = {**candidate.notes, "overhang_edges": len(kept), "overhangs_left": len(wanted) - len(kept)}
+    notes: dict[str, Scalar] = {
+        **candidate.notes,
+        "overhang_edges": len(kept),
+        "overhangs_left": len(wanted) - len(kept),
+    }
     if reason:
         notes["overhang_reason"] = reason
     done = tuple(o if k in kept or o.reach_m == 0 else replace(o, reach_m=0.0) for k, o in enumerate(overhangs))
@@ -52,7 +56,11 @@ def with_overhangs(
 
 
 def _extended(
-    solid: Polyhedron, overhangs: Sequence[EdgeOverhang], wanted: Sequence[int], evidence: Evidence, p: OverhangParameters
+    solid: Polyhedron,
+    overhangs: Sequence[EdgeOverhang],
+    wanted: Sequence[int],
+    evidence: Evidence,
+    p: OverhangParameters,
 ) -> tuple[Polyhedron, tuple[int, ...], str]:
     """The solid with all overhangs, else with those that can be added one after the other, the longest first."""
     done, reason = _attempt(solid, overhangs, wanted, evidence, p)
@@ -69,7 +77,11 @@ def _extended(
 
 
 def _attempt(
-    solid: Polyhedron, overhangs: Sequence[EdgeOverhang], chosen: Sequence[int], evidence: Evidence, p: OverhangParameters
+    solid: Polyhedron,
+    overhangs: Sequence[EdgeOverhang],
+    chosen: Sequence[int],
+    evidence: Evidence,
+    p: OverhangParameters,
 ) -> tuple[Polyhedron | None, str]:
     """A valid solid with some of the overhangs, or why there is none."""
     try:

@@ -14,12 +14,20 @@ from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
+from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, cloud_around, point_rim
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
-from cityflow.reconstruction.overhangs.wall_edges import BESIDE_M, WallEdge, face_planes, faces_beside, wall_edges
+from cityflow.reconstruction.overhangs.wall_edges import (
+    BESIDE_M,
+    WallEdge,
+    facade_place,
+    face_planes,
+    faces_beside,
+    wall_edges,
+)
 
 INWARD_M = 0.4
 """A rim may lie so far inside an outline that stands too far out."""
-MOST_PROFILES = 4000
+APART_M, MOST_PROFILES = 0.08, 2000
 LEVEL_EAVE = 0.1
 """The roof rises along an eave by less than this; along a verge by more."""
 
@@ -55,13 +63,23 @@ def find_overhangs(
     """
     p = parameters or OverhangParameters()
     edges = wall_edges(evidence.outline, evidence.party)
-    nothing = tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
-    if candidate.solid is None or evidence.heights is None:
-        return nothing
+    if candidate.solid is None:
+        return tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
+    if evidence.heights is not None and evidence.heights.grid.cell <= p.coarsest_cell_m:
+        cell, rims = _rims_of_surface(evidence, candidate, edges, p)
+    else:
+        cell, rims = 0.0, _rims_of_points(evidence, candidate, edges, p)
+    return tuple(_decided(rim, rims, evidence, (cell, p)) for rim in rims)
+
+
+def _rims_of_surface(
+    evidence: Evidence, candidate: Candidate, edges: Sequence[WallEdge], p: OverhangParameters
+) -> tuple[float, list[RimOfEdge]]:
+    """Cell of the surface model, and the rims that it and the orthos show."""
     near = grown(evidence.outline.bounds, p.most_reach_m + 1.0)
-    surface = surface_edges(evidence.heights, near, p.smoothing_cells)
+    surface = surface_edges(evidence.heights, near, p.smoothing_cells) if evidence.heights is not None else None
     if surface is None:
-        return nothing
+        return 0.0, [RimOfEdge(edge, float("nan"), float("nan"), 0.0, False) for edge in edges]
     profiles, owner = _profiles(edges, candidate, surface)
     cell = surface.grid.cell
     limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
@@ -70,13 +88,33 @@ def find_overhangs(
     colours = colours_over(evidence.pictures, near, cell) if p.picture_window_cells > 0 else None
     if colours is not None:
         rims = [_refined(rim, profiles.foot[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
-    return tuple(_decided(rim, rims, evidence.edges, (cell, p)) for rim in rims)
+    return cell, rims
+
+
+def _rims_of_points(
+    evidence: Evidence, candidate: Candidate, edges: Sequence[WallEdge], p: OverhangParameters
+) -> list[RimOfEdge]:
+    """Rims by roof points beyond the walls."""
+    xyz = cloud_around(evidence).xyz
+    limits = p.most_reach_m, p.point_on_roof_m, p.point_sigma_m
+    rims = []
+    for edge in edges:
+        found, eave = NOT_SEEN, False
+        if not edge.party and len(xyz):
+            along = np.clip((xyz[:, :2] - edge.start) @ edge.along, 0.0, edge.length)
+            foot = edge.start + along[:, None] * edge.along
+            plane = _planes_over(foot, np.broadcast_to(edge.outward, foot.shape), candidate)
+            beyond = (xyz[:, :2] - foot) @ edge.outward
+            found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
+            eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
+        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.seen, eave))
+    return rims
 
 
 def _profiles(edges: Sequence[WallEdge], candidate: Candidate, surface: SurfaceEdges) -> tuple[Profiles, IntArray]:
-    """Profiles a cell apart along all edges that touch no neighbour, and the edge of each."""
+    """Profiles about a cell apart along all edges that touch no neighbour, and the edge of each."""
     total = sum(edge.length for edge in edges if not edge.party)
-    step = max(surface.grid.cell, total / MOST_PROFILES)
+    step = max(surface.grid.cell, APART_M, total / MOST_PROFILES)
     feet, outward, owner = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty(0, np.int64)]
     for number, edge in enumerate(edges):
         count = 0 if edge.party else int(edge.length / step)
@@ -113,7 +151,7 @@ def _rim(
     height = profiles.plane[own, 0]
     rise = abs(float(height[-1] - height[0])) / edge.length if count > 1 else 0.0
     eave = bool(np.isfinite(rise) and rise < LEVEL_EAVE)
-    if len(found) < max(1, p.least_seen * count):
+    if not len(found):
         return RimOfEdge(edge, float("nan"), float("nan"), len(found) / max(count, 1), eave)
     middle = float(np.median(found))
     spread = max(1.4826 * float(np.median(np.abs(found - middle))), 0.15 * cell)
@@ -133,27 +171,33 @@ def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[floa
     of_heights, of_colours = rim.sigma_m**-2, (p.picture_sigma_cells * colours.grid.cell) ** -2
     both = of_heights + of_colours
     reach = (of_heights * rim.reach_m + of_colours * place) / both
-    # two that differ by more than their precision allows say less than each alone
-    spread = float(np.hypot(both**-0.5, (place - rim.reach_m) / 4.0))
+    # both err alike where pictures match badly, so that together they are no more exact than the better one
+    spread = float(np.hypot(max(of_heights, of_colours) ** -0.5, (place - rim.reach_m) / 4.0))
     return replace(rim, reach_m=reach, sigma_m=spread)
 
 
 def _decided(
-    rim: RimOfEdge, rims: Sequence[RimOfEdge], known: Sequence[OutlineEdge], how: tuple[float, OverhangParameters]
+    rim: RimOfEdge, rims: Sequence[RimOfEdge], evidence: Evidence, how: tuple[float, OverhangParameters]
 ) -> EdgeOverhang:
-    """An edge's own value, drawn to those of edges like it as far as it is uncertain; 0 where that may be chance."""
+    """An edge's own value, drawn to those of edges like it as far as it is uncertain; 0 where that may be chance.
+
+    The reach counts from the outline, as the walls of the solid do; whether there is an overhang at all depends on where the façade stands.
+    """
     cell, p = how
-    if rim.edge.party or not np.isfinite(rim.reach_m):
+    if rim.edge.party or not np.isfinite(rim.reach_m) or rim.seen < p.least_seen:
         return EdgeOverhang(rim.edge.line, 0.0, seen=rim.seen)
     reach, sigma = _with_prior(rim, rims, p.eave_spread_m)
-    total = float(np.hypot(sigma, _wall_sigma(rim.edge, known, p.wall_sigma_m)))
-    if reach < max(p.significance * total, p.least_reach_m, cell * 0.75):
+    facade = facade_place(rim.edge, evidence.walls, p.wall_sigma_m)
+    if facade is None:
+        facade = 0.0, _wall_sigma(rim.edge, evidence.edges, p.wall_sigma_m)
+    total = float(np.hypot(sigma, facade[1]))
+    if reach - facade[0] < max(p.significance * total, p.least_reach_m) or reach < p.least_reach_m:
         return EdgeOverhang(rim.edge.line, 0.0, total, rim.seen)
     return EdgeOverhang(rim.edge.line, min(reach, p.most_reach_m), total, rim.seen)
 
 
 def _with_prior(rim: RimOfEdge, rims: Sequence[RimOfEdge], spread_m: float) -> tuple[float, float]:
-    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m)]
+    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m) and r.seen > 0.5]
     if len(others) < 2:
         return rim.reach_m, rim.sigma_m
     prior = float(np.median([r.reach_m for r in others]))

@@ -67,7 +67,9 @@ class RimEdge:
         return np.asarray(place + self.reach * self.outward)
 
 
-def rim_edges(plan: RoofPlan, reach: Sequence[float], party: Sequence[bool], edges: Sequence[tuple[int, int]]) -> list[RimEdge]:
+def rim_edges(
+    plan: RoofPlan, reach: Sequence[float], party: Sequence[bool], edges: Sequence[tuple[int, int]]
+) -> list[RimEdge]:
     """Pieces of the outline with the reach of each, in the order of `edges`."""
     border, local = plan.border(), plan.local()
     found = []
@@ -239,5 +241,3 @@ def _longer(line: LineString) -> LineString:
     a, *_, b = shapely.get_coordinates(line)
     more = BEYOND_M * (b - a) / max(float(np.hypot(*(b - a))), BEYOND_M)
     return LineString([a - more, b + more])
-
-

@@ -67,7 +67,9 @@ class RoofPlan:
         self.origin = np.floor(solid.vertices.min(axis=0))
         rings = [[self._vertex(solid, v) for v in ring] for face in ground for ring in face.rings]
         self.corners = frozenset(v for ring in rings for v in ring)
-        self.ground_area = float(sum(Polygon(solid.ring(f.rings[0]), [solid.ring(r) for r in f.rings[1:]]).area for f in ground))
+        self.ground_area = float(
+            sum(Polygon(solid.ring(f.rings[0]), [solid.ring(r) for r in f.rings[1:]]).area for f in ground)
+        )
         for number, face in enumerate(self.faces):
             self.cells.append(self._cell(solid, face, number))
         self.planes = np.array([self._plane(cell) for cell in self.cells])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import distance_transform_edt, minimum_filter
+from scipy.ndimage import distance_transform_edt
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Bounds, Grid
@@ -22,6 +22,7 @@ DROP_CELLS = 2.5
 FACING = 0.7
 """Cosine between the surface's fall at a rim and the way out of the wall."""
 FILL_ROUNDS = 6
+HIGH = np.float32(1e9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,7 @@ def surface_edges(heights: HeightRaster, bounds: Bounds, smoothing_cells: float)
 def _part(heights: HeightRaster, bounds: Bounds) -> tuple[Grid, FloatArray]:
     grid = heights.grid
     row_0, col_0 = (int(v) for v in grid.indices(np.array(bounds[0]), np.array(bounds[3])))
-    row_1, col_1 = (int(v) + 1 for v in grid.indices(np.array(bounds[2]), np.array(bounds[1]))[::1])
+    row_1, col_1 = (int(v) + 1 for v in grid.indices(np.array(bounds[2]), np.array(bounds[1])))
     row_0, col_0 = max(row_0, 0), max(col_0, 0)
     row_1, col_1 = min(row_1, grid.rows), min(col_1, grid.cols)
     part = heights.dsm[row_0:row_1, col_0:col_1]
@@ -100,8 +101,8 @@ def _filled_low(heights: Float32Array) -> Float32Array:
     for _ in range(FILL_ROUNDS):
         if not hole.any():
             return filled
-        low = minimum_filter(np.where(hole, np.inf, filled), 3)
-        filled = np.where(hole & np.isfinite(low), low, filled).astype(np.float32)
+        low = cv2.erode(np.where(hole, HIGH, filled), np.ones((3, 3), np.uint8))
+        filled = np.where(hole & (low < HIGH), low, filled)
         hole = np.isnan(filled)
     if hole.any():
         nearest = distance_transform_edt(hole, return_distances=False, return_indices=True)
