@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from pydantic import Field
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import RoofPlane, Scalar, Status
@@ -23,6 +23,13 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoints, spacing
 from cityflow.reconstruction.monolithic_parts.contour_scan import Contour, scan_contour
+from cityflow.reconstruction.monolithic_parts.facade_cells import facade_cells
+from cityflow.reconstruction.monolithic_parts.facade_lines import (
+    FacadeContour,
+    FacadeLineParameters,
+    close_contour,
+    facade_lines,
+)
 from cityflow.reconstruction.monolithic_parts.roof_cells import RoofCellParameters, RoofCells, roof_cells
 from cityflow.reconstruction.monolithic_parts.roof_faces import FaceParameters, check_faces, cut_in_faces
 from cityflow.reconstruction.monolithic_parts.skeleton import (
@@ -40,6 +47,9 @@ from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "monolithic"
+MOST_FACADE_POINTS = 60_000
+"""More points around a unit than this are thinned, evenly in their order in space."""
+LEAST_SIGMA_M = 0.03
 INCONSISTENT = "inconsistent: "
 """Reasons of candidates that this method leaves to another one begin so."""
 
@@ -49,8 +59,9 @@ class MonolithicParameters(Parameters):
 
     noise: VoxelFilterParameters = VoxelFilterParameters()
     target_density_m2: float = Field(100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²")
-    slope_sigma: float = Field(0.06, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)")
+    slope_sigma: float = Field(0.08, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)")
     cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that a typical cell holds")
+    facades: FacadeLineParameters = FacadeLineParameters()
     cells: RoofCellParameters = RoofCellParameters()
     skeleton: SkeletonParameters = SkeletonParameters()
     faces: FaceParameters = FaceParameters()
@@ -81,6 +92,7 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     outline = moved(evidence.outline, -origin[0], -origin[1])
     cells, noise = _cells(evidence, outline, origin, parameters)
     notes |= {"cell_m": round(cells.grid.cell, 3), "noise": round(noise, 4)}
+    notes |= _contour_notes(find_contour(evidence, outline, origin, noise, parameters.facades), outline)
     roof = _roof(cells, outline, noise, parameters, notes)
     planes = roof.skeleton.planes
     frame = evidence.ground_height, origin, evidence.outline
@@ -90,6 +102,46 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
         raise Inconsistency(f"the solid is not valid ({faults[0].code} {faults[0].name})")
     blocks = block_levels(roof.partition, planes, *frame, parameters.levels)
     return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, notes=notes)
+
+
+def find_contour(
+    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], noise: float, parameters: FacadeLineParameters
+) -> FacadeContour:
+    """The contour that façades tell, local frame; the model keeps the outline that it was given, so that neighbours fit.
+
+    Parameters
+    ----------
+    outline : local;  origin : world
+    noise : metres
+    """
+    xyz = np.concatenate([evidence.walls.xyz, evidence.around.xyz]) - np.asarray(origin)
+    xyz = xyz[np.all(np.isfinite(xyz), axis=1)]
+    if len(xyz) > MOST_FACADE_POINTS:
+        order = np.lexsort((xyz[:, 2], xyz[:, 1], xyz[:, 0]))
+        xyz = xyz[order[:: math.ceil(len(xyz) / MOST_FACADE_POINTS)]]
+    bounds = shapely.bounds(shapely.buffer(outline, 2 * parameters.near_m)).tolist()
+    cells = CellPoints.of(CellGrid.over(tuple(bounds), parameters.cells.cell_m), xyz)
+    lines = facade_lines(facade_cells(cells, max(noise, LEAST_SIGMA_M), parameters.cells), parameters)
+    party = [LineString(np.asarray(line.coords)[:, :2] - origin[:2]) for line in evidence.party]
+    return close_contour(lines, outline, party, parameters)
+
+
+def _contour_notes(contour: FacadeContour, outline: Polygon) -> dict[str, Scalar]:
+    """How far the contour is from the outline: mean and largest offset of façades (m), IoU, share of the walls seen."""
+    offset = np.abs(contour.offset[np.isfinite(contour.offset)])
+    found = Polygon(contour.ring)
+    closed = bool(found.is_valid and found.area > 0)
+    solid = Polygon(outline.exterior)
+    iou = shapely.intersection(found, solid).area / shapely.union(found, solid).area if closed else 0.0
+    return {
+        "facades": len(offset),
+        "facades_seen": round(contour.seen, 3),
+        "facade_offset_m": round(float(offset.mean()), 3) if len(offset) else None,
+        "facade_offset_largest_m": round(float(offset.max()), 3) if len(offset) else None,
+        "facades_inside_m": round(contour.inner, 2),
+        "contour_closed": closed,
+        "contour_iou": round(float(iou), 4),
+    }
 
 
 def _cells(
