@@ -19,6 +19,7 @@ from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
+RIM_M = 0.5
 SAME_HEIGHT = 0.012
 """Heights (m) at a vertex that are one to `solids.assemble`."""
 
@@ -153,12 +154,16 @@ def check_faces(
     agreement = float(np.mean(gap <= near)) if len(used) else 0.0
     if agreement < parameters.min_agreement:
         raise Inconsistency(f"{100 * agreement:.0f} % of the cells lie in the face of their surface")
-    return {"agreement": round(agreement, 3), **_explained(cells, used, planes, near, parameters)}
+    return {"agreement": round(agreement, 3), **_explained(cells, used, planes, near, frame, parameters)}
 
 
 def _explained(
-    cells: CellPoints, used: IntArray, planes: FloatArray, near: float, parameters: FaceParameters
+    cells: CellPoints, used: IntArray, planes: FloatArray, near: float, frame: Frame, parameters: FaceParameters
 ) -> dict[str, float]:
+    """Share of the cells within the rim that are near their face, and the largest patch that is not."""
+    # along the contour cells see what stands beside, too
+    edge = shapely.distance(shapely.points(*(g.ravel()[used] for g in cells.grid.centres())), frame.outline.boundary)
+    used, planes = used[edge >= RIM_M], planes[edge >= RIM_M]
     sums = cells.sums[used]
     with np.errstate(invalid="ignore", divide="ignore"):
         n, mx, my, mz = sums[:, 0], *(sums[:, k] / sums[:, 0] for k in (1, 2, 3))
