@@ -20,10 +20,10 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, Lod
+from cityflow.core.building import Building, EdgeOverhang, Lod
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
-from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence, HeightRaster, Picture
+from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.core.wall_points import WallPoints
 from cityflow.evaluation.models import Model, TrueModel
@@ -247,7 +247,7 @@ def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     area = shapely.box(*p.area)
     units = [u for u in make_town(p.seed, p.whole_town).units if area.contains(u.wall_outline)]
-    buildings = _buildings(run / "products" / "city.city.jsonl")
+    buildings = buildings_of(run)
     tree = shapely.STRtree([b.footprint for b in buildings])
     pairs = []
     for unit in units:
@@ -272,8 +272,9 @@ def _model(building: Building, run: Path) -> Model:
     )  # fmt: skip
 
 
-def _buildings(path: Path) -> list[Building]:
-    with path.open() as file:
+def buildings_of(run: Path) -> list[Building]:
+    """All that a run exported."""
+    with (run / "products" / "city.city.jsonl").open() as file:
         transform = Transform.of_header(json.loads(next(file)))
         lines = [line for line in file if '"Building"' in line]
     return [read_feature(line, transform) for line in lines]

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from shapely import LineString, Polygon, box
 
-from cityflow.core.building import Face, Polyhedron, RoofPlane, Semantic
-from cityflow.core.reconstruction import EdgeOverhang
+from cityflow.core.building import EdgeOverhang, Face, Polyhedron, RoofPlane, Semantic
 from cityflow.core.roof_types import RoofType
 from cityflow.evaluation.models import Model, ModelErrors, TrueModel, compare_model
 from cityflow.evaluation.models_planes import whole_planes

@@ -185,6 +185,24 @@ class Outline:
 
 
 @dataclass(frozen=True, slots=True)
+class EdgeOverhang:
+    """How far the roof stands out beyond one straight part of the outline.
+
+    Attributes
+    ----------
+    line : the part, world, in the outline's direction (the outside is on its right)
+    reach_m : metres, square to the line; 0 where the roof ends with the wall
+    sigma_m : standard deviation; NaN where nothing was measured
+    seen : share of the line where the rim of the roof was found, 0 to 1
+    """
+
+    line: LineString
+    reach_m: float
+    sigma_m: float = float("nan")
+    seen: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Building:
     """A finished unit.
 
@@ -196,6 +214,7 @@ class Building:
     solids : closed polyhedra by level of detail (LoD1.2, 1.3, 2.2)
     planes : roof planes of LoD2.2
     attributes : attributes of the source and measured ones
+    overhangs : edges beyond which the roof of LoD2.2 stands out
     """
 
     id: str
@@ -206,6 +225,7 @@ class Building:
     attributes: Mapping[str, Scalar] = field(default_factory=dict)
     status: Status = Status.DONE
     reason: str = ""
+    overhangs: tuple[EdgeOverhang, ...] = ()
 
     def with_attributes(self, more: Mapping[str, Scalar]) -> Building:
         return replace(self, attributes={**self.attributes, **more})

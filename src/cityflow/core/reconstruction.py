@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Direction, Lod, OutlineEdge, Polyhedron, RoofPlane, Scalar, Status
+from cityflow.core.building import Direction, EdgeOverhang, Lod, OutlineEdge, Polyhedron, RoofPlane, Scalar, Status
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.core.wall_points import WallPoints, joined_walls
@@ -93,24 +93,6 @@ class Evidence:
         """How many independent points the unit's points are worth."""
         n = float(len(self.points))
         return min(n, self.outline.area / self.alike_m**2) if self.alike_m > 0 else n
-
-
-@dataclass(frozen=True, slots=True)
-class EdgeOverhang:
-    """How far the roof stands out beyond one straight part of the outline.
-
-    Attributes
-    ----------
-    line : the part, world, in the outline's direction (the outside is on its right)
-    reach_m : metres, square to the line; 0 where the roof ends with the wall
-    sigma_m : standard deviation; NaN where nothing was measured
-    seen : share of the line where the rim of the roof was found, 0 to 1
-    """
-
-    line: LineString
-    reach_m: float
-    sigma_m: float = float("nan")
-    seen: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

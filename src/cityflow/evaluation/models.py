@@ -9,8 +9,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Polyhedron, RoofPlane, Semantic
-from cityflow.core.reconstruction import EdgeOverhang
+from cityflow.core.building import EdgeOverhang, Polyhedron, RoofPlane, Semantic
 from cityflow.core.roof_types import RoofType
 from cityflow.evaluation.models_overhangs import OverhangErrors, overhang_errors
 from cityflow.evaluation.models_planes import model_surfaces, whole_planes

@@ -11,7 +11,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.reconstruction import EdgeOverhang
+from cityflow.core.building import EdgeOverhang
 
 SHORTEST_M = 1.0
 STEP_M, CORNER_M, FAR_M = 0.25, 0.3, 3.0

@@ -11,11 +11,12 @@ from cityflow.core.building import Building, Scalar
 SIGNIFICANT_DIGITS = 10
 """Enough for 0.1 mm in a national grid and for 1 mm in degrees; measured values are rounded where they are measured."""
 
-STATUS_KEY, REASON_KEY, GROUND_KEY, PLANES_KEY = (
+STATUS_KEY, REASON_KEY, GROUND_KEY, PLANES_KEY, OVERHANGS_KEY = (
     "cityflow_status",
     "cityflow_reason",
     "cityflow_ground_height",
     "cityflow_planes",
+    "cityflow_overhangs",
 )
 """Names of what the project itself says of a unit; prefixed, since sources have a `status` of their own."""
 
@@ -57,7 +58,10 @@ def described(building: Building) -> dict[str, Scalar]:
         REASON_KEY: xml_text(building.reason),
         GROUND_KEY: scalar(round(building.ground_height, 4)),
     }
-    return {**{k: v for k, v in scalars(building.attributes).items() if k not in own and k != PLANES_KEY}, **own}
+    return {
+        **{k: v for k, v in scalars(building.attributes).items() if k not in (*own, PLANES_KEY, OVERHANGS_KEY)},
+        **own,
+    }
 
 
 def xml_text(text: str) -> str:

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Building, Face, Lod, Polyhedron, RoofPlane, Scalar, Semantic, Status
-from cityflow.io.attributes import GROUND_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
+from cityflow.core.building import Building, EdgeOverhang, Face, Lod, Polyhedron, RoofPlane, Scalar, Semantic, Status
+from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
 
 Json = Any
 UNITS_PER_METRE = 10_000
@@ -102,6 +102,8 @@ def feature_line(building: Building, transform: Transform = ORIGIN) -> bytes:
     solids = {lod: _solid(building, lod, vertices) for lod in reversed(_SOLID_LODS) if lod in building.solids}
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
     attributes: dict[str, Json] = {**described(building), PLANES_KEY: [_plane_json(p) for p in building.planes]}
+    if building.overhangs:
+        attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
     city_object: dict[str, Json] = {
         "type": "Building",
         "attributes": attributes,
@@ -122,6 +124,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
     vertices = transform.decode(feature["vertices"])
     attributes = dict(city_object["attributes"])
     planes = tuple(_plane(p) for p in attributes.pop(PLANES_KEY))
+    overhangs = tuple(map(_overhang, attributes.pop(OVERHANGS_KEY, ())))
     geometry = {g["lod"]: g for g in city_object["geometry"]}
     return Building(
         id=feature["id"],
@@ -132,7 +135,20 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
         status=Status(attributes.pop(STATUS_KEY)),
         reason=attributes.pop(REASON_KEY),
         attributes=attributes,
+        overhangs=overhangs,
     )
+
+
+def overhang_rows(overhangs: Sequence[EdgeOverhang]) -> list[Json]:
+    """x, y of both ends of an edge, reach, standard deviation (null where unknown) and share seen."""
+    return [
+        [*map(float, (*o.line.coords[0], *o.line.coords[-1])), o.reach_m, _or_none(o.sigma_m), o.seen]
+        for o in overhangs
+    ]
+
+
+def _overhang(row: Sequence[Json]) -> EdgeOverhang:
+    return EdgeOverhang(LineString([row[0:2], row[2:4]]), row[4], math.nan if row[5] is None else row[5], row[6])
 
 
 def _solid(building: Building, lod: Lod, vertices: _Vertices) -> Json:

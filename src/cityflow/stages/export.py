@@ -16,7 +16,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.io.cityjson import read_feature
+from cityflow.io.cityjson import overhang_rows, read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
@@ -31,7 +31,7 @@ from cityflow.surface.tin import Tin, terrain_tin
 STAGE = "export"
 CITY = "city"
 ROWS = "units.json"
-VERSION = 1
+VERSION = 2
 BLOCK_PERCENTILE = 70.0
 MARGIN_CELLS = 4
 
@@ -95,7 +95,10 @@ def _row(building: Building | None, hull: Mapping[str, Any]) -> dict[str, Any]:
     """What the report and the status map say of a unit."""
     if building is None:
         return {"status": str(hull["status"]), "reason": str(hull["reason"]), "attributes": None}
-    return {"status": str(building.status), "reason": building.reason, "attributes": dict(building.attributes)}
+    return {
+        "status": str(building.status), "reason": building.reason, "attributes": dict(building.attributes),
+        "overhangs": overhang_rows(building.overhangs),
+    }  # fmt: skip
 
 
 def _buildings(workspace: Workspace, task: Task, standings: Mapping[str, Standing]) -> dict[str, Building]:

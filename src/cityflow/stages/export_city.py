@@ -19,6 +19,7 @@ from cityflow.io.outlines_gpkg import (
     cut_line_layer,
     outline_edge_layer,
     outline_layer,
+    overhang_layer,
     roof_layer,
     status_layer,
     unit_layer,
@@ -34,7 +35,7 @@ from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey
 from cityflow.stages.units import read_splits
 
-VERSION = 2
+VERSION = 3
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
@@ -162,6 +163,7 @@ def _unit_layers(units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]]
     fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
     fates |= {u: (Status.REFUSED, reason) for u, reason in task.arguments["refused"].items()}
     yield unit_layer(finished)
+    yield overhang_layer((u, out) for u, row in sorted(rows.items()) for out in row.get("overhangs", []))
     yield status_layer([(u, places.get(u), *fate) for u, fate in sorted(fates.items())])
 
 

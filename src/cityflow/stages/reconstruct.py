@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from math import isfinite
 from typing import NoReturn
@@ -12,7 +12,7 @@ import shapely
 from cityflow.core.building import Building, Lod, Outline, Scalar, Status
 from cityflow.core.edits import Edits
 from cityflow.core.grid import grown
-from cityflow.core.reconstruction import EdgeOverhang, Evidence
+from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -76,7 +76,6 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         "notes": dict(choice.candidate.notes),
         "scores": scores_of(choice),
         "kept": choice.kept,
-        "overhangs": overhang_rows(choice.candidate.overhangs),
     }
     workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
     if choice.candidate.solid is None or choice.status is Status.FAILED:
@@ -113,6 +112,7 @@ def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: 
     return Building(
         outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
         with_source(outline.attributes, {**attributes, **remark}), choice.status, choice.reason,
+        tuple(o for o in candidate.overhangs if o.reach_m > 0),
     )  # fmt: skip
 
 
@@ -123,15 +123,6 @@ def with_source(source: Mapping[str, Scalar], own: Mapping[str, Scalar]) -> dict
     {'source_lod': '3', 'street': 'Oude Delft', 'lod': '2.2'}
     """
     return {**{f"source_{k}" if k in own else k: v for k, v in source.items()}, **own}
-
-
-def overhang_rows(overhangs: Sequence[EdgeOverhang]) -> list[Json]:
-    """x, y of both ends of an edge, reach, standard deviation or null, and share seen; only edges that stand out."""
-    return [
-        [*o.line.coords[0], *o.line.coords[-1], o.reach_m, o.sigma_m if isfinite(o.sigma_m) else None, o.seen]
-        for o in overhangs
-        if o.reach_m > 0
-    ]
 
 
 def scores_of(choice: Choice) -> list[dict[str, Json]]:
