@@ -23,7 +23,7 @@ from cityflow.reconstruction.partition.borders import stretches
 from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.volumetric_parts.cube_regions import CubeRegions, cube_regions
 
-MOST_POINTS = 100_000
+MOST_POINTS = 40_000
 """More points of façades than this are thinned, evenly in their order."""
 
 

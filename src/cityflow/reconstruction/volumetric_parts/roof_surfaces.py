@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import shapely
 from pydantic import Field
 
 from cityflow.core.arrays import FloatArray, IntArray
@@ -42,6 +43,9 @@ class SurfaceParameters(Parameters):
     min_width: float = Field(0.5, ge=0, le=5, description="narrower surfaces (m) are ledges, gutters or edges")
     smoothness: float = Field(2.0, ge=0, le=20, description="cost of a point among points of another surface (3σ: 4.5)")
     max_surfaces: int = Field(200, ge=1, le=1000, description="most roof surfaces of one unit")
+    party_strip: float = Field(
+        0.9, ge=0, le=5, description="surfaces that reach no farther (m) from a party wall are the blur of its step"
+    )
     rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
 
 
@@ -57,6 +61,9 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
     noise = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg))).noise
     energy = _energy(cloud, noise, parameters)
     labels, planes = _labelled(cloud, energy, parameters)
+    if evidence.party and parameters.party_strip > 0:
+        party = shapely.transform(shapely.union_all(list(evidence.party)), lambda xy: xy - np.asarray(origin[:2]))
+        labels, planes = _without_strips(cloud.points, labels, planes, party, parameters.party_strip)
     return _segments(origin, cloud, labels, planes, noise), 1.0 - len(local) / before
 
 
@@ -94,6 +101,20 @@ def _labelled(cloud: RoofCloud, energy: LabelEnergy, parameters: SurfaceParamete
         labels[labels >= len(planes)] = UNASSIGNED
         labels, planes = relabel(cloud, labels, planes, energy, parameters.rounds)
     return labels, planes
+
+
+def _without_strips(
+    points: FloatArray, labels: IntArray, planes: FloatArray, party: shapely.Geometry, reach: float
+) -> tuple[IntArray, FloatArray]:
+    """Surfaces less those that lie along a party wall only: matching leans the rim of a roof towards the neighbour's."""
+    away = shapely.distance(shapely.points(points[:, :2]), party)
+    far = [float(np.percentile(away[labels == k], 80)) if np.any(labels == k) else 0.0 for k in range(len(planes))]
+    kept = np.flatnonzero(np.array(far) > reach)
+    if len(kept) in (0, len(planes)):
+        return labels, planes
+    number = np.full(len(planes) + 1, UNASSIGNED)
+    number[kept] = np.arange(len(kept))
+    return number[labels], planes[kept]
 
 
 def _in_cubes(
