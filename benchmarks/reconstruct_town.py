@@ -18,12 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
+from cityflow.core.building import Lod, Polyhedron
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.evaluation.models import ModelErrors, compare_model
 from cityflow.evaluation.models_table import ASKED, summary
 from drawn_town import SEEDS, table
+from neighbour_fit import fit_of
 from reconstruct_methods import method_of
-from town_models import CACHE, model_of, of_run, unit_names, unit_of
+from town_models import CACHE, buildings_of, model_of, of_run, unit_names, unit_of
 
 KINDS = ("exact", "drawn")
 MATCHED = "matched"
@@ -31,7 +33,11 @@ GSD_M = 0.08
 
 
 def judged(
-    seed: int, kind: str, method: Callable[[Evidence], Candidate], asked: argparse.Namespace
+    seed: int,
+    kind: str,
+    method: Callable[[Evidence], Candidate],
+    asked: argparse.Namespace,
+    solids: dict[str, Polyhedron],
 ) -> list[tuple[ModelErrors, float]]:
     """Figures and seconds of every unit asked for; the first unit runs twice, so that nothing is compiled in its time."""
     results: list[tuple[ModelErrors, float]] = []
@@ -43,6 +49,8 @@ def judged(
         candidate = method(evidence)
         seconds = time.process_time() - start
         results.append((compare_model(truth, model_of(candidate)), seconds))
+        if candidate.solid is not None:
+            solids[f"{seed} {name}"] = candidate.solid
         if asked.verbose:
             print(_line(seed, kind, results[-1], candidate), flush=True)
     return results
@@ -73,6 +81,13 @@ def print_tables(title: str, results: Sequence[tuple[ModelErrors, float]]) -> No
     table(title, ["figure", "asked", *columns], rows)
 
 
+def print_fit(solids: dict[str, Polyhedron]) -> None:
+    """How neighbours fit; those of other towns stand on the same ground, so each seed by itself."""
+    for seed in sorted({name.split()[0] for name in solids}):
+        own = {name: s for name, s in solids.items() if name.split()[0] == seed}
+        table(f"neighbours, seed {seed}", ["figure", "value"], list(fit_of(own).items()))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=SEEDS)
@@ -86,6 +101,7 @@ def main() -> None:
     parser.add_argument("--unit")
     parser.add_argument("--sample", type=int, default=1, help="every n-th unit")
     parser.add_argument("--verbose", action="store_true", help="a line per unit")
+    parser.add_argument("--fit", action="store_true", help="how neighbours fit, too")
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--cache", type=Path, default=CACHE, help="evidence is kept here")
     parser.add_argument("--towns", type=Path, help="drawn towns are kept here (drawn_town.py)")
@@ -93,10 +109,14 @@ def main() -> None:
     parser.add_argument("--truth", type=Path)
     asked = parser.parse_args()
     if asked.run is not None:
-        judged_run = [(compare_model(t, m), float("nan")) for t, m in of_run(asked.run, asked.truth)]
+        pairs = of_run(asked.run, asked.truth)
+        judged_run = [(compare_model(t, m), float("nan")) for t, m in pairs]
         for e, _ in judged_run if asked.verbose else []:
             print(_line(0, "run", (e, 0.0), Candidate("", None)))
         print_tables(asked.run.name, judged_run)
+        if asked.fit:
+            solids = {b.id: b.solids[Lod.LOD22] for b in buildings_of(asked.run) if Lod.LOD22 in b.solids}
+            table("neighbours", ["figure", "value"], list(fit_of(solids, cut=False).items()))
         return
     for name in asked.methods.split(","):
         method = method_of(name, asked.set)
@@ -104,8 +124,11 @@ def main() -> None:
             _draw(asked, method)
             continue
         for kind in asked.points:
-            results = [r for seed in asked.seeds for r in judged(seed, kind, method, asked)]
+            made: dict[str, Polyhedron] = {}
+            results = [r for seed in asked.seeds for r in judged(seed, kind, method, asked, made)]
             print_tables(f"{name}, {kind} points, seeds {' '.join(map(str, asked.seeds))}", results)
+            if asked.fit:
+                print_fit(made)
 
 
 def _draw(asked: argparse.Namespace, method: Callable[[Evidence], Candidate]) -> None:
