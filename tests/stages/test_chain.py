@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,16 +12,13 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Status
-from cityflow.errors import RefusedUnit
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Record, Task
-from cityflow.flow.workspace import Workspace
+from cityflow.flow.task import Outcome, Record
 from cityflow.io.stac import read_catalog
-from cityflow.io.surface_zarr import create
 from cityflow.stages.city import CitySource
-from cityflow.stages.survey import ZARR
 from cityflow.workflow.settings import load_workflow
 from cluster.small_city import SmallCity, contents, make_city, scene
+from in_process import make_surfaces, outcome_of, record_of
 
 HOSTILE = {
     "status": "Pand in gebruik",
@@ -35,39 +31,20 @@ HOSTILE = {
 """Columns of a source that bear the project's own names."""
 
 
-def outcome_of(store: Store, task: Task) -> Outcome:
-    module, _, name = task.function.partition(":")
-    try:
-        done: Outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
-    except RefusedUnit as error:
-        return Outcome(Status.REFUSED, str(error))
-    return done
-
-
 def run_here(
     city: SmallCity, store: Store, seed: int, fated: Mapping[str, Outcome] | None = None
 ) -> dict[tuple[str, str], Record]:
     """All tasks in a random order; those in `fated` end as said there without being run."""
     catalog = read_catalog(city.catalog)
     source = CitySource(catalog, load_workflow(city.workflow).city)
-    survey = source.survey
-    create(
-        store.zarr_store(ZARR), survey.grid, round(survey.parameters.tiles.tile_m / survey.grid.cell), catalog.reference
-    )
+    make_surfaces(source, store)
     rng, ready, records = np.random.default_rng(seed), list(source.initial()), dict[tuple[str, str], Record]()
     while ready:
         task = ready.pop(int(rng.integers(len(ready))))
         outcome = (fated or {}).get(task.name) or outcome_of(store, task)
-        records[task.stage, task.unit] = record = record_with(task, outcome)
+        records[task.stage, task.unit] = record = record_of(task, outcome)
         ready.extend(source.after(task, record))
     return records
-
-
-def record_with(task: Task, outcome: Outcome) -> Record:
-    return Record(
-        task.stage, task.unit, 1, task.digest, task.version, outcome.status, outcome.reason, outcome.outputs, outcome.result,
-        task.parameters, task.inputs,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from pathlib import Path
 
@@ -17,15 +16,14 @@ from cityflow.core.grid import Grid
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.flow.workspace import Workspace
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.io.surface_zarr import LAYERS, create, image_layers
 from cityflow.stages.catalog_create import create_catalog
 from cityflow.stages.city import CitySource
 from cityflow.stages.parameters import CityParameters, PointsParameters, TileParameters
 from cityflow.stages.survey import RASTERS, ZARR
+from in_process import run_all
 
 CELL, GROUND, EAVES = 0.25, 12.0, 17.0
 GRID = Grid(90000.0, 460100.0, CELL, 400, 400)
@@ -55,22 +53,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[tuple[str
     )  # fmt: skip
     catalog = read_catalog(folder / "catalog")
     source = CitySource(catalog, CityParameters(tiles=TileParameters(tile_m=100)))
-    survey, store = source.survey, Store.open(folder / "run")
-    assert survey.door == RASTERS
-    fine = image_layers(*survey.ortho_kind)
-    for path, grid, layers in ((ZARR, survey.product_grid, fine), (survey.zarr, survey.grid, LAYERS)):
-        create(store.zarr_store(path), grid, round(100 / grid.cell), reference, layers)
-    ready, records = list(source.initial()), {}
-    while ready:
-        task = ready.pop()
-        module, _, name = task.function.partition(":")
-        outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
-        record = Record(
-            task.stage, task.unit, 1, task.digest, task.version, outcome.status, outcome.reason, outcome.outputs,
-            outcome.result, task.parameters, task.inputs,
-        )  # fmt: skip
-        records[task.stage, task.unit] = record
-        ready.extend(source.after(task, record))
+    assert source.survey.door == RASTERS
+    records = run_all(source, Store.open(folder / "run"))
     return folder / "run", records
 
 

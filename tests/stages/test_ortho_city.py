@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 
 import geopandas
@@ -13,16 +12,13 @@ from shapely import Point, affinity
 
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
-from cityflow.flow.task import Record
-from cityflow.flow.workspace import Workspace
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.io.surface_zarr import LAYERS, create, image_layers
 from cityflow.stages.catalog_create import create_catalog
 from cityflow.stages.city import CitySource
-from cityflow.stages.survey import ZARR
 from cityflow.workflow.settings import load_workflow
+from in_process import Records, run_all
 
 X, Y, GROUND = 90000.0, 460000.0, 3.0
 LENGTH_M, DEPTH_M, EAVES_M, SLOPE = 14.0, 9.0, 6.0, 0.8
@@ -83,26 +79,10 @@ def catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "catalog"
 
 
-def _records(catalog: Path, run: Path, settings: list[str]) -> dict[tuple[str, str], Record]:
+def _records(catalog: Path, run: Path, settings: list[str]) -> Records:
     """All tasks of a run of the shipped workflow, in this process."""
     parameters = load_workflow(WORKFLOW, ["tiles.tile_m=100", *settings]).city
-    source = CitySource(read_catalog(catalog), parameters)
-    survey, store, rd = source.survey, Store.open(run), resolve("EPSG:28992")
-    fine = image_layers(*survey.ortho_kind)
-    for path, grid, layers in ((ZARR, survey.product_grid, fine), (survey.zarr, survey.grid, LAYERS)):
-        create(store.zarr_store(path), grid, round(100 / grid.cell), rd, layers)
-    ready, records = list(source.initial()), {}
-    while ready:
-        task = ready.pop()
-        module, _, name = task.function.partition(":")
-        outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
-        record = Record(
-            task.stage, task.unit, 1, task.digest, task.version, outcome.status, outcome.reason, outcome.outputs,
-            outcome.result, task.parameters, task.inputs,
-        )  # fmt: skip
-        records[task.stage, task.unit] = record
-        ready.extend(source.after(task, record))
-    return records
+    return run_all(CitySource(read_catalog(catalog), parameters), Store.open(run))
 
 
 def test_a_coarse_surface_and_an_ortho_make_roofs_and_an_edit_another(catalog: Path, tmp_path: Path) -> None:

@@ -1,0 +1,55 @@
+"""A whole run in this process: every task of a survey, without a cluster."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+
+from cityflow.core.building import Status
+from cityflow.errors import RefusedUnit
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io.surface_zarr import LAYERS, create, image_layers
+from cityflow.stages.city import CitySource
+from cityflow.stages.survey import LIDAR, ZARR
+
+Records = dict[tuple[str, str], Record]
+
+
+def run_all(source: CitySource, store: Store, next_of: Callable[[list[Task]], int] = lambda _: -1) -> Records:
+    """Run until nothing is left; `next_of` says which of the tasks that are ready comes next."""
+    make_surfaces(source, store)
+    ready, records = list(source.initial()), Records()
+    while ready:
+        task = ready.pop(next_of(ready))
+        records[task.stage, task.unit] = record = record_of(task, outcome_of(store, task))
+        ready.extend(source.after(task, record))
+    return records
+
+
+def make_surfaces(source: CitySource, store: Store) -> None:
+    """The empty rasters that tasks write their tiles into."""
+    survey, tile_m = source.survey, source.survey.parameters.tiles.tile_m
+    groups = [(survey.zarr, survey.grid, LAYERS)]
+    if survey.door != LIDAR:
+        # the other group stands in this one
+        groups.insert(0, (ZARR, survey.product_grid, image_layers(*survey.ortho_kind)))
+    for path, grid, layers in groups:
+        create(store.zarr_store(path), grid, round(tile_m / grid.cell), survey.catalog.reference, layers)
+
+
+def outcome_of(store: Store, task: Task) -> Outcome:
+    module, _, name = task.function.partition(":")
+    try:
+        done: Outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
+    except RefusedUnit as error:
+        return Outcome(Status.REFUSED, str(error))
+    return done
+
+
+def record_of(task: Task, outcome: Outcome) -> Record:
+    return Record(
+        task.stage, task.unit, 1, task.digest, task.version, outcome.status, outcome.reason, outcome.outputs, outcome.result,
+        task.parameters, task.inputs,
+    )  # fmt: skip
