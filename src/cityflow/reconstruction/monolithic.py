@@ -23,7 +23,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoints, spacing
 from cityflow.reconstruction.monolithic_parts.contour_scan import Contour, scan_contour
-from cityflow.reconstruction.monolithic_parts.facade_cells import facade_cells
+from cityflow.reconstruction.monolithic_parts.facade_cells import find_facade_cells
 from cityflow.reconstruction.monolithic_parts.facade_lines import (
     FacadeContour,
     FacadeLineParameters,
@@ -49,7 +49,8 @@ from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 METHOD = "monolithic"
 MOST_FACADE_POINTS = 60_000
 """More points around a unit than this are thinned, evenly in their order in space."""
-LEAST_SIGMA_M = 0.03
+LEAST_FACADE_POINTS = 100
+"""With fewer points that are known to be on façades these are looked for among all points around the unit."""
 INCONSISTENT = "inconsistent: "
 """Reasons of candidates that this method leaves to another one begin so."""
 
@@ -92,7 +93,7 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     outline = moved(evidence.outline, -origin[0], -origin[1])
     cells, noise = _cells(evidence, outline, origin, parameters)
     notes |= {"cell_m": round(cells.grid.cell, 3), "noise": round(noise, 4)}
-    notes |= _contour_notes(find_contour(evidence, outline, origin, noise, parameters.facades), outline)
+    notes |= _contour_notes(find_contour(evidence, outline, origin, parameters.facades), outline)
     roof = _roof(cells, outline, noise, parameters, notes)
     planes = roof.skeleton.planes
     frame = evidence.ground_height, origin, evidence.outline
@@ -105,23 +106,25 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
 
 
 def find_contour(
-    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], noise: float, parameters: FacadeLineParameters
+    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], parameters: FacadeLineParameters
 ) -> FacadeContour:
     """The contour that façades tell, local frame; the model keeps the outline that it was given, so that neighbours fit.
 
     Parameters
     ----------
     outline : local;  origin : world
-    noise : metres
     """
-    xyz = np.concatenate([evidence.walls.xyz, evidence.around.xyz]) - np.asarray(origin)
+    known = len(evidence.walls) >= LEAST_FACADE_POINTS
+    xyz = (evidence.walls.xyz if known else evidence.around.xyz) - np.asarray(origin)
     xyz = xyz[np.all(np.isfinite(xyz), axis=1)]
     if len(xyz) > MOST_FACADE_POINTS:
         order = np.lexsort((xyz[:, 2], xyz[:, 1], xyz[:, 0]))
         xyz = xyz[order[:: math.ceil(len(xyz) / MOST_FACADE_POINTS)]]
-    bounds = shapely.bounds(shapely.buffer(outline, 2 * parameters.near_m)).tolist()
-    cells = CellPoints.of(CellGrid.over(tuple(bounds), parameters.cells.cell_m), xyz)
-    lines = facade_lines(facade_cells(cells, max(noise, LEAST_SIGMA_M), parameters.cells), parameters)
+    x_0, y_0, x_1, y_1 = outline.bounds
+    reach = 2 * parameters.near_m
+    bounds = x_0 - reach, y_0 - reach, x_1 + reach, y_1 + reach
+    found, _ = find_facade_cells(xyz, bounds, parameters.cells)
+    lines = facade_lines(found, parameters)
     party = [LineString(np.asarray(line.coords)[:, :2] - origin[:2]) for line in evidence.party]
     return close_contour(lines, outline, party, parameters)
 

@@ -14,22 +14,25 @@ from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.monolithic_parts.cell_grid import CellPoints
+from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoints
 
 BINS = 64
-"""Classes of the histogram of heights in a cell."""
+"""Most classes of the histogram of heights in a cell."""
+SIGMAS_M = (0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2)
+"""Scatters that are tried; matched points of façades scatter more than those of roofs."""
 
 
 class FacadeCellParameters(Parameters):
     """Which cells hold a piece of a façade."""
 
-    cell_m: float = Field(0.5, ge=0.1, le=5, description="edge of a cell (m)")
+    cell_m: float = Field(0.5, ge=0.1, le=5, description="least edge of a cell (m)")
+    cell_sigmas: float = Field(10.0, ge=2, le=50, description="least edge of a cell, in standard deviations across a façade")
     bin_m: float = Field(0.4, gt=0, le=5, description="class of the histogram of heights (m)")
     least_height_m: float = Field(1.2, gt=0, le=20, description="lowest façade (m)")
     filled: float = Field(0.5, gt=0, le=1, description="share of the classes between bottom and top that hold points")
     least_points: int = Field(8, ge=3, le=10_000, description="fewest points of a façade's cell")
     band_sigmas: float = Field(3.0, gt=0, le=10, description="points so near a line are on it (standard deviations)")
-    enough: float = Field(0.8, gt=0, le=1, description="RANSAC ends when a line has this share of the cell's points")
+    enough: float = Field(0.9, gt=0, le=1, description="RANSAC ends when a line has this share of the cell's points")
     least_share: float = Field(0.5, gt=0, le=1, description="smaller shares of points on the best line are no façade")
     iterations: int = Field(40, ge=1, le=10_000, description="most pairs of points that are tried for a cell")
 
@@ -41,16 +44,41 @@ class FacadeCells:
     Attributes
     ----------
     cells : points in cells
+    upright : (rows · cols,) bool, cells whose points stand above each other
     found : (rows · cols,) bool
     middle, along : (rows · cols, 2) float64, a point of the line, metres, and its unit direction; zero where there is none
     on_line : (N,) bool, which of `cells.points` are on their cell's line
     """
 
     cells: CellPoints
+    upright: BoolArray
     found: BoolArray
     middle: FloatArray
     along: FloatArray
     on_line: BoolArray
+
+
+def find_facade_cells(
+    xyz: FloatArray, bounds: tuple[float, float, float, float], parameters: FacadeCellParameters
+) -> tuple[FacadeCells, float]:
+    """Cells with pieces of façades, and the scatter (m) of points across these: the least for which lines hold most points.
+
+    Parameters
+    ----------
+    xyz : (N, 3) local, metres
+    bounds : of what is looked at, local
+    """
+    for sigma in SIGMAS_M:
+        cell = max(parameters.cell_m, parameters.cell_sigmas * sigma)
+        found = facade_cells(CellPoints.of(CellGrid.over(bounds, cell), xyz), sigma, parameters)
+        count = found.cells.counts()
+        upright = found.upright
+        if not upright.any():
+            continue
+        held = np.add.reduceat(np.r_[found.on_line, False].astype(np.int64), found.cells.starts[:-1]) * (count > 0)
+        if np.median(held[upright] / count[upright]) >= parameters.enough:
+            break
+    return found, sigma
 
 
 def facade_cells(cells: CellPoints, sigma: float, parameters: FacadeCellParameters) -> FacadeCells:
@@ -68,14 +96,14 @@ def facade_cells(cells: CellPoints, sigma: float, parameters: FacadeCellParamete
     enough = max(p.least_share, min(p.enough, 1.0 - band / (math.sqrt(2.0) * cells.grid.cell)))
     middle, along, on_line = _lines(cells.points, cells.starts, upright, band, enough, p.least_share, p.iterations)
     found = np.any(along != 0, axis=1)
-    return FacadeCells(cells, found, middle, along, on_line)
+    return FacadeCells(cells, upright, found, middle, along, on_line)
 
 
 @njit(cache=True, nogil=True)
 def _upright(points: FloatArray, starts: IntArray, heights: FloatArray, least: int) -> BoolArray:
     """Cells whose histogram of heights is filled over enough metres; heights: class, least height, share."""
     found = np.zeros(len(starts) - 1, np.bool_)
-    seen = np.zeros(64, np.bool_)
+    seen = np.zeros(BINS, np.bool_)
     for cell in range(len(found)):
         first, last = starts[cell], starts[cell + 1]
         if last - first < least:
@@ -85,7 +113,7 @@ def _upright(points: FloatArray, starts: IntArray, heights: FloatArray, least: i
             low, high = min(low, points[i, 2]), max(high, points[i, 2])
         if high - low < heights[1]:
             continue
-        width = max(heights[0], (high - low) / 63.0)
+        width = max(heights[0], (high - low) / (BINS - 1.0))
         seen[:] = False
         for i in range(first, last):
             seen[int((points[i, 2] - low) / width)] = True

@@ -28,7 +28,7 @@ class FacadeLineParameters(Parameters):
     """How cells become façades, and façades a contour."""
 
     cells: FacadeCellParameters = FacadeCellParameters()
-    angle_deg: float = Field(15.0, gt=0, le=60, description="lines of neighbouring cells of one façade differ by less (degrees)")
+    angle_deg: float = Field(20.0, gt=0, le=60, description="lines of neighbouring cells of one façade differ by less (degrees)")
     offset_cells: float = Field(0.5, gt=0, le=3, description="and pass each other within this (cells)")
     min_length_m: float = Field(0.8, gt=0, le=20, description="shortest façade (m)")
     near_m: float = Field(1.0, gt=0, le=5, description="a façade so near an outline's edge (m) is that edge's")
@@ -166,25 +166,36 @@ Piece = tuple[FloatArray, FloatArray]
 def _facade_along(
     lines: list[FacadeLine], a: FloatArray, b: FloatArray, parameters: FacadeLineParameters
 ) -> tuple[Piece | None, float]:
-    """The façade that covers most of an edge, in the edge's direction, and the metres that all of them cover."""
+    """The façade along an edge, in the edge's direction, and the metres that its pieces cover; None where these are few."""
     length = float(np.hypot(*(b - a)))
     along = (b - a) / max(length, 1e-9)
-    best: Piece | None = None
-    most = covered = 0.0
+    ends, weights = [], []
     for line in lines:
         direction = (line.end - line.start) / line.length
         if abs(float(direction @ along)) < math.cos(math.radians(parameters.angle_deg)):
             continue
-        ends = np.sort([(line.start - a) @ along, (line.end - a) @ along])
+        reach = np.sort([(line.start - a) @ along, (line.end - a) @ along])
         middle = (line.start + line.end) / 2 - a
-        common = min(float(ends[1]), length) - max(float(ends[0]), 0.0)
-        if common <= 0 or abs(float(middle[0] * along[1] - middle[1] * along[0])) > parameters.near_m:
-            continue
-        covered += common
-        if common > max(most, parameters.min_seen * length):
-            most = common
-            best = (line.start, line.end) if direction @ along > 0 else (line.end, line.start)
-    return best, min(covered, length)
+        common = min(float(reach[1]), length) - max(float(reach[0]), 0.0)
+        if common > 0 and abs(float(middle[0] * along[1] - middle[1] * along[0])) <= parameters.near_m:
+            ends += [line.start, line.end]
+            weights += [common, common]
+    covered = min(sum(weights) / 2, length)
+    if covered <= parameters.min_seen * length:
+        return None, covered
+    return _common_line(np.array(ends), np.array(weights), along), covered
+
+
+def _common_line(ends: FloatArray, weights: FloatArray, along: FloatArray) -> Piece:
+    """One line through pieces of a façade, given by their ends, which count by the pieces' lengths."""
+    middle = weights @ ends / weights.sum()
+    off = ends - middle
+    xx, yy, xy = weights @ off[:, 0] ** 2, weights @ off[:, 1] ** 2, weights @ (off[:, 0] * off[:, 1])
+    angle = 0.5 * math.atan2(2.0 * float(xy), float(xx - yy))
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    direction = direction if direction @ along > 0 else -direction
+    places = off @ direction
+    return middle + places.min() * direction, middle + places.max() * direction
 
 
 def _outwards(a: FloatArray, b: FloatArray, facade: Piece) -> float:
