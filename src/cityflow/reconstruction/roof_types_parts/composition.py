@@ -20,7 +20,7 @@ from cityflow.reconstruction.roof_types_parts.hypotheses import (
     wing_hypotheses,
 )
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel, roof_model
-from cityflow.reconstruction.roof_types_parts.shape_fit import CUT, Clues, cell_means, line_gain
+from cityflow.reconstruction.roof_types_parts.shape_fit import ROBUST, Clues, cell_means, line_gain, misfit
 from cityflow.reconstruction.roof_types_parts.skeletons import D0, Quad, Skeleton, plane_groups, shape_heights
 
 NO_REGION = np.empty((0, 3))
@@ -244,8 +244,8 @@ def _robust(rows: FloatArray, z: FloatArray, weight: FloatArray, sigma: float) -
     for turn in range(5):
         normal = rows.T @ (w[:, None] * rows) + 1e-9 * np.eye(len(x))
         x = np.linalg.solve(normal, rows.T @ (w * z))
-        wide = 2 * sigma * (4 if turn == 0 else 1)
-        w = weight / (1 + ((z - rows @ x) / wide) ** 2) ** 2
+        wide = ROBUST * sigma * (3 if turn == 0 else 1)
+        w = weight / (1 + ((z - rows @ x) / wide) ** 2)
     return x
 
 
@@ -253,7 +253,7 @@ def height_cost(clues: Clues, model: RoofModel) -> float:
     """What the heights of all cells cost under a model."""
     cells = clues.cells
     off = (cells.z - cell_means(model.heights(cells.xy), cells.cell, len(cells))) / clues.sigma
-    return float(np.sum(cells.weight * np.minimum(0.5 * off**2, CUT)))
+    return float(misfit(off, cells.weight))
 
 
 def _valley_gain(clues: Clues, layout: Layout, parts: list[PlacedSkeleton]) -> float:

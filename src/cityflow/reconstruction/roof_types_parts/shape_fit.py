@@ -19,9 +19,13 @@ from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, sk
 
 MOST_NOISE_M = 1.0
 LEAST_PER_NUMBER = 2.0
+ROBUST = 3.0
+"""Heights this many sigma off count half; whole metres must not make the most frequent height the only one."""
 CUT = 4.5
 """Cost of a height beyond three sigma."""
-SEEN, UNSEEN = 2.0, 0.8
+STANDING_COST, STANDING_SHARE = 1.5, 0.12
+"""Heights far above a roof cost so much where no more than this share is: dormers, chimneys and trees stand on roofs."""
+SEEN, UNSEEN = 3.0, 1.0
 """Log-likelihood ratio of a line, and of none, along an independent stretch of an edge."""
 STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
 """Length of such a stretch; places along it; how far beside an edge its line may run (sigma)."""
@@ -97,6 +101,19 @@ def cell_means(t: FloatArray, cell: IntArray, count: int) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def misfit(off: FloatArray, weight: FloatArray) -> float:
+    """Cost of heights that lie (C,) sigma above a roof, or below."""
+    cost = spared = total = 0.0
+    for i in range(len(off)):
+        own = min(0.5 * off[i] * off[i], CUT)
+        cost += weight[i] * own
+        total += weight[i]
+        if off[i] > 0.0:
+            spared += weight[i] * max(own - STANDING_COST, 0.0)
+    return cost - min(spared, STANDING_SHARE * total * (CUT - STANDING_COST))
+
+
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def fitted_heights(
     t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan
 ) -> tuple[float, float, float]:
@@ -115,15 +132,14 @@ def fitted_heights(
         rise = (sw * stz - st * sz) / det if det > 1e-9 * sw * sw else 0.0
         rise = rise if np.isnan(known) else known
         eave = (sz - rise * st) / sw
-        wide = 2.0 * sigma * (4.0 if turn == 0 else 1.0)
+        wide = ROBUST * sigma * (3.0 if turn == 0 else 1.0)
         for i in range(len(z)):
             r = (z[i] - eave - rise * t[i]) / wide
-            w[i] = weight[i] / (1.0 + r * r) ** 2
-    cost = 0.0
+            w[i] = weight[i] / (1.0 + r * r)
+    off = np.empty(len(z))
     for i in range(len(z)):
-        r = (z[i] - eave - rise * t[i]) / sigma
-        cost += weight[i] * min(0.5 * r * r, CUT)
-    return cost, eave, rise
+        off[i] = (z[i] - eave - rise * t[i]) / sigma
+    return misfit(off, weight), eave, rise
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
