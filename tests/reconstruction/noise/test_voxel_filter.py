@@ -37,7 +37,7 @@ def test_strays_go_and_surfaces_stay(density: float, noise: float, seed: int) ->
     good = found.keep[: len(offset)]
     assert 1 - found.keep[len(offset) :].mean() > 0.7
     assert good.mean() > 0.96
-    assert good[step].mean() > 0.9
+    assert good[step].mean() > 0.85
     assert np.sqrt(np.mean(offset[good] ** 2)) <= noise
     assert found.noise_m == pytest.approx(noise, rel=0.25)
 

@@ -19,7 +19,7 @@ def blurred(seed: int) -> Evidence:
     """A gable beside a higher neighbour in the east: over the last 0.8 m its roof leans up to the neighbour's."""
 
     def height(x: FloatArray, y: FloatArray) -> FloatArray:
-        return np.asarray(gable(x, y) + 3.0 * np.clip((x - 11.2) / 0.8, 0, 1))
+        return np.asarray(gable(x, y) + 1.4 * np.clip((x - 11.2) / 0.8, 0, 1))
 
     evidence = scan(height, OUTLINE, 60.0, 0.05, seed)
     party = LineString([(ORIGIN[0] + 12, ORIGIN[1]), (ORIGIN[0] + 12, ORIGIN[1] + 8)])

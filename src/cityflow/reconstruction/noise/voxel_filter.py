@@ -27,6 +27,8 @@ LEAST = 4
 """Fewest points that a plane is fitted to."""
 TRIAL_EDGES = (0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """Edges (m) of the dry runs, smallest first."""
+GOOD_ENOUGH = 1.15
+"""The smallest edge whose blocks are so many times as thick as the flattest ones will do: small parts stand out from small cubes."""
 
 
 class VoxelFilterParameters(Parameters):
@@ -103,16 +105,11 @@ def guess_edge(xyz: FloatArray, parameters: VoxelFilterParameters) -> float:
         return TRIAL_EDGES[-1]
     chosen = np.sort(np.random.default_rng(0).choice(len(xyz), min(parameters.sample, len(xyz)), replace=False))
     counts, flatness = _dry_run(xyz, xyz[chosen], np.array(TRIAL_EDGES))
-    best, flattest = TRIAL_EDGES[-1], np.inf
-    for edge, count, flat in zip(TRIAL_EDGES, counts, flatness, strict=True):
-        if np.median(count) < parameters.points_around:
-            continue
-        typical = float(np.median(flat))
-        if typical < 0.95 * flattest:
-            best, flattest = edge, typical
-        elif typical > 1.5 * flattest:
-            break
-    return best
+    enough = np.median(counts, axis=1) >= parameters.points_around
+    if not enough.any():
+        return TRIAL_EDGES[-1]
+    typical = np.where(enough, np.median(flatness, axis=1), np.inf)
+    return TRIAL_EDGES[int(np.argmax(typical <= GOOD_ENOUGH * typical.min()))]
 
 
 @njit(cache=True, nogil=True)
@@ -175,7 +172,9 @@ def _judge(
             off += plane[k] * (centres[m, k] - plane[3 + k])
         if abs(off) > radius:
             # Few points beside a surface that the others agree on: strays. Many: another surface.
-            if _off_surface(points, starts, table[m], plane, 3.0 * sigma) < max(LEAST, stray_share * row[0]):
+            cubes_there = np.count_nonzero(table[m] >= 0)
+            few = starts[m + 1] - starts[m] < 0.75 * row[0] / cubes_there
+            if few and _off_surface(points, starts, table[m], plane, 3.0 * sigma) < max(LEAST, stray_share * row[0]):
                 keep[starts[m] : starts[m + 1]] = False
             continue
         noise[m] = sigma
