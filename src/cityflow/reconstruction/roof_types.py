@@ -143,15 +143,18 @@ def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) ->
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
     sides = sides_of(reading.outline, parameters.straighten_m)
     quad = whole_quad(reading.outline, sides)
+    found: list[Composition] = []
     if fills(reading.outline, quad) >= parameters.least_fill:
         tried = hypotheses(clues, quad, parameters.roofs)
-        return simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
-    return [
-        roof
-        for layout in layouts(reading.outline, sides, parameters.parts)
-        if layout.rest <= parameters.most_rest
-        for roof in composed_roofs(clues, layout, wanted, parameters.roofs)
-    ]
+        found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
+    if len(sides) > 4 or not found:
+        found += [
+            roof
+            for layout in layouts(reading.outline, sides, parameters.parts)
+            if layout.rest <= parameters.most_rest and (layout.wings or not found)
+            for roof in composed_roofs(clues, layout, wanted, parameters.roofs)
+        ]
+    return found
 
 
 def _share_off(reading: Reading, model: RoofModel) -> float:

@@ -107,6 +107,7 @@ def _composed(clues: Clues, layout: Layout, main: Hypothesis, parameters: Hypoth
     if layout.wings:
         fitted = _fitted_together(clues, layout, parts)
     cost = height_cost(clues, roof_model(fitted)) + beside - _valley_gain(clues, layout, fitted)
+    cost += clues.per_parameter() * len(layout.wings)
     return Composition(tuple(fitted), type_of_whole(fitted, areas), cost, layout)
 
 

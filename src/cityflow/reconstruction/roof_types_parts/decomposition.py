@@ -29,8 +29,9 @@ class DecompositionParameters(Parameters):
 
     square_deg: float = Field(20.0, gt=0, le=45, description="sides within this angle (degrees) of a main direction follow it")
     same_m: float = Field(0.4, ge=0, le=5, description="sides in one line within this (m) are one")
-    inside: float = Field(0.94, gt=0, le=1, description="share of a part that lies inside the outline")
+    inside: float = Field(0.965, gt=0, le=1, description="share of a part that lies inside the outline")
     narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
+    narrowest_wing_m: float = Field(1.2, gt=0, le=50, description="narrower wings (m) take the roof beside them")
     least_wing_m2: float = Field(5.0, gt=0, le=1000, description="smaller wings (m²) take the roof beside them")
     most_mains: int = Field(4, ge=1, le=50, description="most rectangles tried for the main part")
     most_wings: int = Field(6, ge=0, le=50, description="outlines of more wings are not decomposed")
@@ -147,7 +148,9 @@ def _rectangle_of(
     """The quad of a piece: itself where it is one, else the largest rectangle in it; sides of the outline where they fit."""
     ring = np.asarray(shapely.geometry.polygon.orient(piece.simplify(0.3)).exterior.coords)[:, :2]
     own = Sides(np.stack([ring[:-1], ring[1:]], axis=1))
-    loose = parameters.model_copy(update={"inside": 0.88, "least_main": 0.3})
+    loose = parameters.model_copy(
+        update={"inside": 0.88, "least_main": 0.3, "narrowest_m": parameters.narrowest_wing_m}
+    )
     found = rectangles(piece, own, angle, loose)
     if not found:
         return None, piece
