@@ -52,9 +52,9 @@ class OrientationHistogramParameters(Parameters):
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper surfaces (degrees) are walls")
     angle_deg: float = Field(20.0, gt=0, le=60, description="local planes of one surface agree within this (degrees)")
     unevenness: float = Field(
-        0.04, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
+        0.06, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
     )
-    min_area_m2: float = Field(2.0, gt=0, le=100, description="smallest surface worth a plane")
+    min_area_m2: float = Field(1.5, gt=0, le=100, description="smallest surface worth a plane")
     min_points: int = Field(6, ge=4, le=1000, description="fewest points of a plane")
     min_width: float = Field(0.5, ge=0, le=5, description="narrower surfaces (m) are ledges, gutters or edges")
     smoothness: float = Field(
@@ -71,7 +71,9 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
     segments = find_planes(evidence, parameters)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof plane in {len(evidence.points)} points")
+    found = len(segments)
     roof = build_roof(evidence.outline, segments, evidence.ground_height, parameters.partition)
+    segments = roof.segments
     blocks = block_levels(
         roof.partition,
         segments.coefficients,
@@ -81,7 +83,7 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
         parameters.levels,
     )
     notes = {
-        "planes_found": len(segments),
+        "planes_found": found,
         "cells": len(roof.partition.cells),
         "times_simplified": roof.simplified,
         "noise": round(segments.noise, 4),

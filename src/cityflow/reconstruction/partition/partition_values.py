@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from shapely import Polygon
@@ -53,6 +54,11 @@ class RoofPartition:
         division.fixed = self.outline_vertices
         labels = {division.add([list(ring) for ring in cell.rings]): cell.plane for cell in self.cells}
         return division, labels
+
+    def renumbered(self, used: Sequence[int]) -> RoofPartition:
+        """The same cells, with the positions of their planes in `used`."""
+        number = {plane: k for k, plane in enumerate(used)}
+        return replace(self, cells=tuple(replace(cell, plane=number[cell.plane]) for cell in self.cells))
 
     def polygon(self, cell: RoofCell) -> Polygon:
         shell, *holes = (self.vertices[list(ring)] for ring in cell.rings)

@@ -25,10 +25,11 @@ from cityflow.reconstruction.partition.cut_lines import (
 )
 from cityflow.reconstruction.partition.labelling import label_cells
 from cityflow.reconstruction.partition.partition_values import RoofPartition, single_cell
+from cityflow.reconstruction.partition.simplification import without_worthless
 from cityflow.reconstruction.partition.step_lines import step_lines
 from cityflow.reconstruction.partition.subdivision import MIN_EDGE, CutLine, Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
-from cityflow.reconstruction.solids.ring_tracing import ring_edges
+from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 MAX_ROUNDS = 3
 """So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
@@ -47,6 +48,9 @@ class PartitionParameters(Parameters):
         0.2, ge=0, le=10, description="the same for a metre of edge per metre of height step along it"
     )
     step_limit: float = Field(0.3, gt=0, le=100, description="higher steps (m) cost no more than this one")
+    number_cost: float = Field(
+        2.8, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
+    )
     max_lines: int = Field(80, ge=1, le=1000, description="most lines considered for one outline")
     max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")
 
@@ -79,6 +83,7 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
         lines = useful
     labels = division.merge(labels)
     labels = _without_slivers(division, labels, energy, parameters.min_width)
+    labels = without_worthless(division, labels, energy, parameters.number_cost * energy.area_of_point)
     division.dissolve()
     return RoofPartition.of_subdivision(division, labels)
 
@@ -160,6 +165,20 @@ class _Energy:
         xy = np.array(division.xy)
         ends = xy[np.array(inner)]
         return pairs, self.edge_costs(ends)
+
+    def border_cost(self, division: Subdivision, edge: Edge, planes: tuple[int, int]) -> float:
+        """Cost (m²) of one edge between two planes."""
+        mean = sum(min(step, self.parameters.step_limit) for step in self._steps(division, edge, planes)) / 2
+        return (self.parameters.edge_cost + self.parameters.step_cost * mean) * division.length(edge)
+
+    def is_step(self, division: Subdivision, edge: Edge, planes: tuple[int, int]) -> bool:
+        """Whether two planes part at an edge rather than meet there."""
+        return max(self._steps(division, edge, planes)) > self.tolerance
+
+    def _steps(self, division: Subdivision, edge: Edge, planes: tuple[int, int]) -> tuple[float, float]:
+        a, b, c = self.planes[planes[0]] - self.planes[planes[1]]
+        (x1, y1), (x2, y2) = division.xy[edge[0]], division.xy[edge[1]]
+        return abs(float(a * x1 + b * y1 + c)), abs(float(a * x2 + b * y2 + c))
 
     def edge_costs(self, ends: FloatArray) -> FloatArray:
         """(E, P, P) cost (m²) of each pair of planes along edges of (E, 2, 2) end points.

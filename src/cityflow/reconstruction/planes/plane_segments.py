@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +39,13 @@ class PlaneSegments:
 
     def __len__(self) -> int:
         return len(self.coefficients)
+
+    def take(self, kept: Sequence[int]) -> PlaneSegments:
+        """Some of the planes, in the order given; points of the others lie on none."""
+        number = np.full(len(self) + 1, UNASSIGNED)
+        number[list(kept)] = np.arange(len(kept))
+        index = list(kept)
+        return replace(self, labels=number[self.labels], coefficients=self.coefficients[index], rmse=self.rmse[index])
 
     def heights(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """(P, …) local heights of every plane at local x, y."""

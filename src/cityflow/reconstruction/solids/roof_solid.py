@@ -25,12 +25,14 @@ class RoofSolid:
     Attributes
     ----------
     partition : in the segments' local frame, for block models and reports
+    segments : the planes that the roof uses; the solid's and the partition's numbers are theirs
     solid : world frame
     simplified : how often the partition was made coarser to get a valid solid
     faults : codes of the rules that the last attempt still breaks; empty for a valid solid
     """
 
     partition: RoofPartition
+    segments: PlaneSegments
     solid: Polyhedron
     simplified: int
     faults: tuple[int, ...]
@@ -46,12 +48,21 @@ def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, paramete
     """
     local = moved(outline, -segments.origin[0], -segments.origin[1])
     for attempt in range(ATTEMPTS):
-        partition = partition_roof(local, segments, coarser(parameters, attempt))
-        solid = assemble(partition, segments.coefficients, floor, segments.origin, outline)
+        partition, used = _of_used_planes(local, segments, coarser(parameters, attempt))
+        solid = assemble(partition, used.coefficients, floor, used.origin, outline)
         faults = tuple(sorted({fault.code for fault in check_polyhedron(solid)}))
         if not faults:
             break
-    return RoofSolid(partition, solid, attempt, faults)
+    return RoofSolid(partition, used, solid, attempt, faults)
+
+
+def _of_used_planes(
+    outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters
+) -> tuple[RoofPartition, PlaneSegments]:
+    """A partition, and the planes that it uses."""
+    partition = partition_roof(outline, segments, parameters)
+    used = sorted({cell.plane for cell in partition.cells})
+    return partition.renumbered(used), segments.take(used)
 
 
 def coarser(parameters: PartitionParameters, times: int) -> PartitionParameters:
