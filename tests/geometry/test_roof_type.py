@@ -117,6 +117,15 @@ CASES: dict[str, tuple[Build, RoofType]] = {
             LocalFace(((12, 9), (0, 9), (1, 8), (11, 8)), 0, -2.5, 29.0), LocalFace(((0, 9), (0, 0), (1, 1), (1, 8)), 2.5, 0, 6.5),
         ], RoofType.MANSARD,
     ),
+    "two levels and a ramp": (
+        lambda: [
+            LocalFace(roofs.rectangle(0, 0, 10, 6), 0, 0, 6.0), LocalFace(roofs.rectangle(0, 6, 10, 6.8), 0, 1.0, 0.0),
+            LocalFace(roofs.rectangle(0, 6.8, 10, 10), 0, 0, 6.8),
+        ], RoofType.FLAT,
+    ),
+    "gable with a slanting strip": (
+        lambda: [*_faces(_gable()), LocalFace(roofs.rectangle(10.2, 0.8, 11.0, 7.2), -1.2, 0, 19.5)], RoofType.GABLE,
+    ),
     "half gable, half flat": (
         lambda: [*_faces(_gable(10, 8)), LocalFace(roofs.rectangle(10, 0, 20, 8), 0, 0, 6.0)], RoofType.COMPLEX,
     ),

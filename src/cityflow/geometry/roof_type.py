@@ -31,6 +31,8 @@ PYRAMID_RIDGE = 0.12
 ROUND, CONE_SURFACES, DOME_SURFACES, DOME_DEG = 0.93, 7, 8, 15.0
 HALF_HIP = 0.25
 """An end that begins so far up between eave and ridge is a half-hip."""
+END_SHARE = 0.1
+"""Ends of less area than this share of the squared width are no hips: a hip of 45 degrees in plan has a quarter."""
 MANSARD_PERIMETER, STEEP_DEG = 0.3, 30.0
 TEETH = 3
 SAME_WAY_DEG, AROUND_DEG = 30.0, 250.0
@@ -147,7 +149,7 @@ def _body_type(members: IntArray, surfaces: list[RoofSurface], inner: list[Borde
     if pointed:
         return RoofType.PYRAMID if len(sloped) < CONE_SURFACES else RoofType.CONE
     if ridges:
-        return _ridged(surfaces, inner, ridges)
+        return _ridged(surfaces, inner, ridges, outline)
     return RoofType.SHED if spread <= SAME_WAY_DEG else RoofType.COMPLEX
 
 
@@ -169,27 +171,42 @@ def _round(sloped: list[RoofSurface]) -> RoofType:
     return RoofType.DOME if several else RoofType.CONE
 
 
-def _ridged(surfaces: list[RoofSurface], inner: list[Border], ridges: list[Border]) -> RoofType:
+def _ridged(
+    surfaces: list[RoofSurface], inner: list[Border], ridges: list[Border], outline: shapely.Geometry
+) -> RoofType:
     """A body with a ridge: what else joins the slopes beside it closes an end."""
     beside = {k for b in ridges for k in (b.a, b.b)}
     top = max(b.z for b in ridges)
     eave = min(float(surfaces[k].heights().min()) for k in beside)
+    width = _width(outline)
     ends = {k for b in inner if b.meeting is Meeting.HIP for k in (b.a, b.b)} - beside
-    low = [(float(surfaces[k].heights().min()) - eave) / max(top - eave, 1e-9) for k in sorted(ends)]
-    halves = sum(share > HALF_HIP for share in low)
-    if not low:
+    halves, wholes = 0, 0
+    for k in sorted(ends):
+        if (float(surfaces[k].heights().min()) - eave) / max(top - eave, 1e-9) > HALF_HIP:
+            halves += 1
+        elif surfaces[k].polygon.area >= END_SHARE * width**2:
+            wholes += 1
+    if halves + wholes == 0:
         return RoofType.GABLE
-    return RoofType.HALF_HIP if halves >= len(low) - halves else RoofType.HIP
+    return RoofType.HALF_HIP if halves >= wholes else RoofType.HIP
+
+
+def _width(outline: shapely.Geometry) -> float:
+    """Shorter side of the smallest rectangle around it, metres."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(outline))
+    return float(np.hypot(*np.diff(corners[:3], axis=0).T).min()) if len(corners) > 3 else 0.0
 
 
 def _is_mansard(surfaces: list[RoofSurface], inner: list[Border], outline: shapely.Geometry) -> bool:
-    """Slopes that go on less steep above a level line, along much of the outline."""
-    breaks = 0.0
+    """Slopes that go on less steep above a level line, on several sides and along much of the outline."""
+    length, aspects = 0.0, []
     for border in inner:
-        slopes = sorted(surfaces[k].plane.slope_deg for k in (border.a, border.b))
-        if border.meeting is Meeting.BREAK and slopes[1] >= STEEP_DEG:
-            breaks += border.length_m
-    return breaks >= MANSARD_PERIMETER * outline.length
+        steep = max((surfaces[k] for k in (border.a, border.b)), key=lambda s: s.plane.slope_deg)
+        if border.meeting is Meeting.BREAK and steep.plane.slope_deg >= STEEP_DEG:
+            length += border.length_m
+            aspects.append(steep.plane.aspect_deg)
+    several = any(_turn_deg(a, aspects[0]) > 90.0 - SAME_WAY_DEG for a in aspects)
+    return several and length >= MANSARD_PERIMETER * outline.length
 
 
 def _special(
