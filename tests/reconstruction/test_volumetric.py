@@ -13,7 +13,7 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction.volumetric import VolumetricParameters, reconstruct
+from cityflow.reconstruction.volumetric import VolumetricParameters, reconstruct, simpler
 from roof_scenes import ORIGIN, OUTLINE, SCENES, Height, gable, scan
 from storey_scenes import HEIGHT, VOID, VOLUME_M3, storeys
 
@@ -168,3 +168,11 @@ def test_many_surfaces_take_no_minutes() -> None:
     assert candidate.notes["surfaces"] == 36
     assert candidate.solid is not None
     assert check_polyhedron(candidate.solid) == []
+
+
+def test_simpler_parameters_give_simpler_hulls() -> None:
+    evidence = scan(SCENES["dormer"][0], OUTLINE, 20.0, 0.05, 11)
+    counts = [reconstruct(evidence, p).notes["surfaces"] for p in (DEFAULT, *simpler(DEFAULT))]
+    assert counts == [3, 2, 2]
+    arcade = [reconstruct(storeys("arcade", 0.05, 1), p).notes["voids"] for p in (DEFAULT, *simpler(DEFAULT))]
+    assert arcade == [1, 0, 0]

@@ -7,6 +7,7 @@ columns that the edges part: it is closed whatever surfaces were found.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import shapely
@@ -51,6 +52,26 @@ class VolumetricParameters(Parameters):
     columns: ColumnParameters = ColumnParameters()
     undersides: UndersideParameters = UndersideParameters()
     levels: LevelParameters = LevelParameters()
+
+
+def simpler(full: VolumetricParameters) -> Iterator[VolumetricParameters]:
+    """Parameters for simpler hulls: larger surfaces only, fewer of them, no voids, edges that must be worth more."""
+    for area, most, edge in ((2.0, 20, 2.0), (4.0, 8, 4.0)):
+        surfaces = {
+            "min_area_m2": min(full.surfaces.min_area_m2 * area, 100.0),
+            "max_surfaces": min(full.surfaces.max_surfaces, most),
+        }
+        columns = {
+            "edge_cost": min(full.columns.edge_cost * edge, 10.0),
+            "min_width": min(full.columns.min_width * edge, 5.0),
+        }
+        yield full.model_copy(
+            update={
+                "surfaces": full.surfaces.model_copy(update=surfaces),
+                "columns": full.columns.model_copy(update=columns),
+                "undersides": full.undersides.model_copy(update={"search": False}),
+            }
+        )
 
 
 def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candidate:
