@@ -78,7 +78,8 @@ def main() -> None:
                 if candidate.solid is None:
                     reasons["".join(c for c in candidate.reason if not c.isdigit())] += 1
                 if asked.verbose and what in ("wrong", "missed"):
-                    print(seed, kind, name, shape, what, f"{steps:.1f} m of steps", errors.planes, errors.true_planes, f"{errors.surface.within:.3f}", candidate.reason)  # fmt: skip
+                    figures = f"{steps:.1f} m of steps, {errors.planes} of {errors.true_planes} planes, within {errors.surface.within:.3f}"
+                    print(seed, kind, name, shape, what, figures, candidate.reason)
         rows = [[s, str(c.total()), *(str(c[o]) for o in OUTCOMES)] for s, c in sorted(counts.items())]
         table(f"monolithic, {kind} points, s median {np.median(seconds):.3f} worst {max(seconds):.3f}", ["shape", "units", *OUTCOMES], rows)  # fmt: skip
         for reason, count in reasons.most_common():

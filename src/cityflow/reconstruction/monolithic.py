@@ -16,7 +16,7 @@ from pydantic import Field
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import RoofPlane, Scalar, Status
+from cityflow.core.building import Polyhedron, RoofPlane, Scalar, Semantic, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
@@ -43,7 +43,7 @@ from cityflow.reconstruction.monolithic_parts.topology import SurfaceImage, find
 from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.planes.roof_cloud import local_origin, thin, typical_density
-from cityflow.reconstruction.solids.assemble import assemble
+from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "monolithic"
@@ -59,14 +59,19 @@ class MonolithicParameters(Parameters):
     """Grid, roof cells, skeleton, and what the result must agree with."""
 
     noise: VoxelFilterParameters = VoxelFilterParameters()
-    target_density_m2: float = Field(100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²")
-    slope_sigma: float = Field(0.08, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)")
+    target_density_m2: float = Field(
+        100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²"
+    )
+    slope_sigma: float = Field(
+        0.08, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)"
+    )
     cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that a typical cell holds")
     facades: FacadeLineParameters = FacadeLineParameters()
     cells: RoofCellParameters = RoofCellParameters()
     skeleton: SkeletonParameters = SkeletonParameters()
     faces: FaceParameters = FaceParameters()
     levels: LevelParameters = LevelParameters()
+    most_unseen: float = Field(0.3, ge=0, le=1, description="degraded where more of the roof (share) was not seen")
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +106,23 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     faults = check_polyhedron(solid)
     if faults:
         raise Inconsistency(f"the solid is not valid ({faults[0].code} {faults[0].name})")
+    _check_floor(solid, evidence.ground_height)
     blocks = block_levels(roof.partition, planes, *frame, parameters.levels)
-    return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, notes=notes)
+    unseen = float(notes["unseen"] or 0.0)
+    status, reason = Status.DONE, ""
+    if unseen > parameters.most_unseen:
+        status, reason = Status.DEGRADED, f"surfaces extended over {100 * unseen:.0f} % of the roof that was not seen"
+    return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, status, reason, notes)
+
+
+def _check_floor(solid: Polyhedron, floor: float) -> None:
+    """Roofs that would come down to the floor are laid level by `assemble`: then this is no roof."""
+    roofs = solid.of_semantic(Semantic.ROOF)
+    if (
+        any(face.plane < 0 for face in roofs)
+        or min(solid.ring(f.rings[0])[:, 2].min() for f in roofs) < floor + MIN_HEIGHT - 1e-3
+    ):
+        raise Inconsistency("a roof that comes down to the floor")
 
 
 def find_contour(
@@ -170,6 +190,7 @@ def _roof(
     """Cells, topology, geometry, faces."""
     shapely.prepare(outline)
     inside = shapely.contains_xy(outline, *cells.grid.centres())
+    notes["unseen"] = round(float(np.mean(cells.counts()[inside.ravel()] == 0)), 3) if inside.any() else 1.0
     found = roof_cells(cells, inside, noise, parameters.cells)
     notes |= {"planes_found": len(found.planes), "smooth": round(found.smooth, 3), "grown": round(found.grown, 3)}
     if len(found.planes) == 0:

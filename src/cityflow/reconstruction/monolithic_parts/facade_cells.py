@@ -26,7 +26,9 @@ class FacadeCellParameters(Parameters):
     """Which cells hold a piece of a façade."""
 
     cell_m: float = Field(0.5, ge=0.1, le=5, description="least edge of a cell (m)")
-    cell_sigmas: float = Field(10.0, ge=2, le=50, description="least edge of a cell, in standard deviations across a façade")
+    cell_sigmas: float = Field(
+        10.0, ge=2, le=50, description="least edge of a cell, in standard deviations across a façade"
+    )
     bin_m: float = Field(0.4, gt=0, le=5, description="class of the histogram of heights (m)")
     least_height_m: float = Field(1.2, gt=0, le=20, description="lowest façade (m)")
     filled: float = Field(0.5, gt=0, le=1, description="share of the classes between bottom and top that hold points")
@@ -174,7 +176,13 @@ def _lines(
 
 @njit(cache=True, nogil=True)
 def _fit_line(
-    points: FloatArray, first: int, count: int, line: FloatArray, middle: FloatArray, along: FloatArray, on_line: BoolArray
+    points: FloatArray,
+    first: int,
+    count: int,
+    line: FloatArray,
+    middle: FloatArray,
+    along: FloatArray,
+    on_line: BoolArray,
 ) -> None:
     """Regression line of the points in the band around a line."""
     n, sx, sy, sxx, sxy, syy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

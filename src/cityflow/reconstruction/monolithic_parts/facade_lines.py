@@ -28,12 +28,16 @@ class FacadeLineParameters(Parameters):
     """How cells become façades, and façades a contour."""
 
     cells: FacadeCellParameters = FacadeCellParameters()
-    angle_deg: float = Field(20.0, gt=0, le=60, description="lines of neighbouring cells of one façade differ by less (degrees)")
+    angle_deg: float = Field(
+        20.0, gt=0, le=60, description="lines of neighbouring cells of one façade differ by less (degrees)"
+    )
     offset_cells: float = Field(0.5, gt=0, le=3, description="and pass each other within this (cells)")
     min_length_m: float = Field(0.8, gt=0, le=20, description="shortest façade (m)")
     near_m: float = Field(1.0, gt=0, le=5, description="a façade so near an outline's edge (m) is that edge's")
     square_deg: float = Field(15.0, gt=0, le=60, description="flatter corners are not intersected (degrees)")
-    min_seen: float = Field(0.3, ge=0, le=1, description="a façade replaces an outline's edge that it covers to this share")
+    min_seen: float = Field(
+        0.3, ge=0, le=1, description="a façade replaces an outline's edge that it covers to this share"
+    )
 
 
 @dataclass(frozen=True, slots=True)

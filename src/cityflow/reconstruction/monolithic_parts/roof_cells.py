@@ -23,6 +23,8 @@ OUTSIDE = -2
 """Label of a cell whose middle is outside the outline."""
 CAP = 4.5
 """Cost of a point that lies at three sigma or more."""
+ROUNDS = 3
+"""So often surfaces are settled, fitted to their smooth cells and merged again."""
 CORE = 0.4
 """Share of the smallest surface that its smooth cells make up before it has grown."""
 
@@ -30,12 +32,20 @@ CORE = 0.4
 class RoofCellParameters(Parameters):
     """Which cells are roof, and which belong together."""
 
-    smooth_sigmas: float = Field(2.5, gt=1, le=10, description="a smooth cell's RMS exceeds the noise by so many of its own sigmas")
-    angle_deg: float = Field(15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)")
-    unevenness_m: float = Field(0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)")
+    smooth_sigmas: float = Field(
+        2.5, gt=1, le=10, description="a smooth cell's RMS exceeds the noise by so many of its own sigmas"
+    )
+    angle_deg: float = Field(
+        15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)"
+    )
+    unevenness_m: float = Field(
+        0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
+    )
     offset_sigmas: float = Field(3.0, gt=0, le=20, description="a cell's middle is no farther off its group's plane")
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper cells (degrees) are walls")
-    min_area_m2: float = Field(1.2, gt=0, le=100, description="smaller groups are roof installations and are grown over")
+    min_area_m2: float = Field(
+        1.2, gt=0, le=100, description="smaller groups are roof installations and are grown over"
+    )
     smoothness: float = Field(1.0, ge=0, le=20, description="cost of each neighbouring cell with another label")
     sweeps: int = Field(8, ge=0, le=100, description="most passes over the cells to settle their labels")
 
@@ -81,11 +91,24 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
     grown = float(np.mean(labels[inside.ravel()] == NONE)) if inside.any() else 1.0
     share = float(smooth.sum() / max(np.count_nonzero(inside.ravel() & (cells.sums[:, 0] > 0)), 1))
     image = np.where(inside.ravel(), labels, OUTSIDE)
-    if len(surfaces):
-        image = _closed(cells.points, cells.starts, image, surfaces, cells.grid.cols, sigma)
-        frame = sigma, parameters.smoothness, parameters.sweeps
-        image = _settled(cells.points, cells.starts, image, surfaces, cells.grid.cols, *frame)
+    for _ in range(ROUNDS):
+        if len(surfaces) == 0:
+            break
+        image = _settled_image(cells, image, surfaces, sigma, parameters)
+        labels, fitted = merged_groups(cells, np.where(smooth, image, NONE), limits[0], sigma, least)
+        if len(fitted) == len(surfaces):
+            break
+        surfaces, image = fitted, np.where(inside.ravel(), labels, OUTSIDE)
     return RoofCells(image.reshape(cells.grid.shape), surfaces, grown, share)
+
+
+def _settled_image(
+    cells: CellPoints, image: IntArray, surfaces: FloatArray, sigma: float, parameters: RoofCellParameters
+) -> IntArray:
+    """Labels of all cells after surfaces have grown over gaps and agreed on their borders."""
+    closed = closed_over(cells, image, surfaces, sigma)
+    frame = sigma, parameters.smoothness, parameters.sweeps
+    return np.asarray(_settled(cells.points, cells.starts, closed, surfaces, cells.grid.cols, *frame))
 
 
 def _largest_rms(count: FloatArray, sigma: float, parameters: RoofCellParameters) -> FloatArray:
@@ -138,9 +161,10 @@ def _grow_groups(
         # a single cell's plane leans with its noise: like neighbours make it steadier
         for step in steps:
             k = seed + step
-            if smooth[k] and labels[k] < 0 and _cosine(planes[seed], planes[k]) >= limits[0]:
-                if _offset(sums[k], planes[seed]) <= limits[1]:
-                    total += sums[k]
+            if not smooth[k] or labels[k] >= 0:
+                continue
+            if _cosine(planes[seed], planes[k]) >= limits[0] and _offset(sums[k], planes[seed]) <= limits[1]:
+                total += sums[k]
         if not plane_of_sums(total, plane):
             continue
         queue[0], head, tail = seed, 0, 1
@@ -191,7 +215,11 @@ def merged_groups(
         size[j] = 0
         leader[leader == j] = i
         wide[i] |= wide[j]
-        pairs = {(min(a, b), max(a, b)) for a, b in (((i if p == j else p), (i if q == j else q)) for p, q in pairs) if a != b}
+        pairs = {
+            (min(a, b), max(a, b))
+            for a, b in (((i if p == j else p), (i if q == j else q)) for p, q in pairs)
+            if a != b
+        }
     kept = [int(k) for k in np.argsort(-size, kind="stable") if size[k] >= least and wide[k]]
     number = np.full(count + 1, NONE)
     number[kept] = np.arange(len(kept))
@@ -224,7 +252,14 @@ def _rms_on(row: FloatArray, plane: FloatArray) -> float:
     """RMS (m) across a plane of the points that make up some sums."""
     a, b, c = plane[:3]
     n, x, y, z, xx, xy, yy, xz, yz, zz = row
-    square = zz - 2 * (a * xz + b * yz + c * z) + a * a * xx + b * b * yy + 2 * (a * b * xy + a * c * x + b * c * y) + n * c * c
+    square = (
+        zz
+        - 2 * (a * xz + b * yz + c * z)
+        + a * a * xx
+        + b * b * yy
+        + 2 * (a * b * xy + a * c * x + b * c * y)
+        + n * c * c
+    )
     return math.sqrt(max(square, 0.0) / n / (1 + a * a + b * b))
 
 

@@ -27,9 +27,15 @@ SAME_HEIGHT = 0.012
 class FaceParameters(Parameters):
     """What the finished roof must agree with."""
 
-    min_agreement: float = Field(0.85, ge=0, le=1, description="share of the cells that lie in their own surface's face")
-    off_m: float = Field(0.15, gt=0, le=5, description="cells farther off the roof than this and 3 sigma (m) are off it")
-    installation_m2: float = Field(2.0, ge=0, le=100, description="larger patches of cells off the roof (m²) are no installation")
+    min_agreement: float = Field(
+        0.85, ge=0, le=1, description="share of the cells that lie in their own surface's face"
+    )
+    off_m: float = Field(
+        0.15, gt=0, le=5, description="cells farther off the roof than this and 3 sigma (m) are off it"
+    )
+    installation_m2: float = Field(
+        2.0, ge=0, le=100, description="larger patches of cells off the roof (m²) are no installation"
+    )
     min_explained: float = Field(0.85, ge=0, le=1, description="share of the cells that lie on the roof")
 
 
@@ -51,7 +57,10 @@ def cut_in_faces(skeleton: Skeleton, frame: Frame) -> RoofPartition:
         if u == v or (u, v) in chords or (u, v) in division.left or (v, u) in division.left:
             raise Inconsistency("a face that has no area")
         chords[u, v], chords[v, u] = edge.left, edge.right
-    surfaces = sorted({s for e in topology.edges for s in (e.left, e.right) if s >= 0} | {s for p in topology.loops for s in p if s >= 0})
+    surfaces = sorted(
+        {s for e in topology.edges for s in (e.left, e.right) if s >= 0}
+        | {s for p in topology.loops for s in p if s >= 0}
+    )
     _check_plane_graph(chords, division, frame)
     parts = division.split(0, [e for e in chords if e[0] < e[1]]) if chords else [0]
     if len(parts) != len(surfaces):

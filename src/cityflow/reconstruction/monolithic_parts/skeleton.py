@@ -34,7 +34,9 @@ class SkeletonParameters(Parameters):
 
     reach_cells: float = Field(2.0, gt=0, le=20, description="a chain of cells is no farther from its line (cells)")
     node_cells: float = Field(4.0, gt=0, le=50, description="a node is no farther from where the cells have it (cells)")
-    level_m: float = Field(0.12, ge=0, le=2, description="planes that differ by less (m) along a chain may meet anywhere")
+    level_m: float = Field(
+        0.12, ge=0, le=2, description="planes that differ by less (m) along a chain may meet anywhere"
+    )
     same_node_m: float = Field(0.25, ge=0, le=2, description="nodes nearer than this (m) are one")
     corner_m: float = Field(0.25, ge=0, le=2, description="an edge that arrives so near a corner (m) arrives in it")
     tie_m: float = Field(0.15, gt=0, le=2, description="most that a plane moves at a node to pass through it (m)")
@@ -100,6 +102,7 @@ def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame, paramet
         if edge.inner():
             builder.explain(edge)
     builder.place_all()
+    builder.merge_near()
     builder.reorder()
     builder.merge_near()
     builder.tie()
@@ -206,9 +209,11 @@ class _Builder:
         """Flip short edges whose neighbours cross each other."""
         s = self.skeleton
         for _ in range(MOST_CHANGES):
-            wrong = next((e for e in s.topology.edges if self._twisted(e)), None)
-            if wrong is None:
+            twisted = [(len(e.chain), k) for k, e in enumerate(s.topology.edges) if self._twisted(e)]
+            if not twisted:
                 return
+            # a pair of edges that cross twists what is between them at either end: the shorter chain is the doubtful one
+            wrong = s.topology.edges[min(twisted)[1]]
             nodes = wrong.start, wrong.end
             if not flipped(s.topology, wrong):
                 raise Inconsistency("edges cross that cannot be put right")
@@ -221,7 +226,7 @@ class _Builder:
         s = self.skeleton
         if edge.start == edge.end or edge.start not in s.place or edge.end not in s.place:
             return False
-        if len(edge.chain) - 1 > 4 * self.parameters.node_cells:
+        if len(edge.chain) - 1 > 2 * self.parameters.node_cells:
             return False
         if edge.inner():
             ends = [n for n in (edge.start, edge.end) if not s.topology.on_contour(n)]

@@ -111,7 +111,8 @@ def surface_image(roof: RoofCells, cells: CellPoints, sigma: float, least: float
             break
         labels = closed_over(cells, np.where(specks, NONE, labels), roof.planes, sigma)
         labels = np.where(labels == NONE, OUTSIDE, labels)
-    surfaces, plane_of = np.full(labels.shape, OUTSIDE), []
+    surfaces = np.full(labels.shape, OUTSIDE)
+    plane_of: list[int] = []
     for label in range(len(roof.planes)):
         count, parts = cv2.connectedComponents((labels == label).astype(np.uint8), connectivity=4)
         for part in range(1, count):
@@ -276,6 +277,8 @@ def contracted(topology: Topology, edge: TopologicalEdge) -> None:
 
 def copied(topology: Topology) -> Topology:
     """A copy whose edges can be changed."""
-    result = Topology(dict(topology.nodes), [replace(e) for e in topology.edges], list(topology.loops), list(topology.plane_of))
+    result = Topology(
+        dict(topology.nodes), [replace(e) for e in topology.edges], list(topology.loops), list(topology.plane_of)
+    )
     result.refresh()
     return result
