@@ -8,7 +8,7 @@ import pytest
 from cityflow.core.building import Status
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction import monolithic, orientation_histogram
-from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.choose import ReconstructParameters, choose, independent_points
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 from roof_scenes import OUTLINE, SCENES, gable, scan
@@ -104,3 +104,16 @@ def test_a_method_without_an_answer_hands_over(monkeypatch: pytest.MonkeyPatch) 
     assert [s.method for s in choice.scores] == ["monolithic", "volumetric", "extruded"]
     assert choice.candidate.method == "volumetric"
     assert choice.status is Status.DONE
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_that_are_alike_make_few_points_of_many(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    xyz = np.column_stack([rng.uniform(0, 30, 9000), rng.uniform(0, 20, 9000), np.zeros(9000)])
+    alone = rng.normal(0, 0.15, 9000)
+    cell = np.floor(xyz[:, :2] / 1.5).astype(int)
+    waves = rng.normal(0, 0.15, (40, 40))[cell[:, 0], cell[:, 1]] + rng.normal(0, 0.05, 9000)
+    uneven = 0.3 * waves / 1.5 + rng.normal(0, 0.03, 9000)
+    assert independent_points(xyz, alone) > 6000
+    assert independent_points(xyz, waves) < 600
+    assert independent_points(xyz, uneven) > 4000

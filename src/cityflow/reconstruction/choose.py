@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import Field, field_validator
 from shapely.errors import GEOSException
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Semantic, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
@@ -26,6 +27,7 @@ from cityflow.reconstruction import extruded, monolithic, orientation_histogram,
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.monolithic import MonolithicParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from cityflow.reconstruction.precision import NO_PART_M, blocks
 from cityflow.reconstruction.roof_types import RoofTypesParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters
 
@@ -44,6 +46,10 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 """Where a method finds no valid solid, because it sees itself inconsistent or knows no type, the other is tried in its place."""
 
 BY_TYPE = "roof_types"
+ABOUT_AS_GOOD = 0.1
+"""Share of the points."""
+WAVE_M, UNEVEN_M = 1.5, 0.05
+"""Errors of matched heights are alike within a metre or so; real roofs are uneven by a few centimetres."""
 """The method that is asked where a person has set a roof type."""
 
 NUMERICAL_TROUBLE = (ArithmeticError, np.linalg.LinAlgError, GEOSException)
@@ -143,6 +149,7 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
             tried.extend(_climb_down(other, evidence, parameters))
     if not any(score.valid for _, score in tried) and not any(score.method == LAST_RESORT for _, score in tried):
         tried.extend(_climb_down(LAST_RESORT, evidence, parameters))
+    tried = _with_faces(tried, evidence, parameters.score)
     kept = min(range(len(tried)), key=lambda k: _rank(*tried[k], evidence))
     candidate, score = tried[kept]
     scores = tuple(s for _, s in tried)
@@ -206,11 +213,48 @@ def _scored(name: str, candidate: Candidate, evidence: Evidence, weights: ScoreP
         weights.unexplained * (1 - distances.within_20cm)
         + weights.uncovered * (1 - distances.covered)
         + weights.distance_per_m * (distances.nmad if distances.covered else 1.0)
-        + max(weights.face, least_face_penalty(evidence.observations)) * faces
         + weights.degraded * (candidate.status is not Status.DONE)
     )
     fault = f"{faults[0].code} {faults[0].name} {faults[0].where}".strip() if faults else ""
     return Score(name, not faults, fault, distances.covered, distances.within_20cm, distances.nmad, faces, penalty)
+
+
+def _with_faces(
+    tried: list[tuple[Candidate, Score]], evidence: Evidence, weights: ScoreParameters
+) -> list[tuple[Candidate, Score]]:
+    """The candidates with what their faces cost: one price for all of them, by what the simplest of the good ones leaves unexplained."""
+    good = [(c.solid, s) for c, s in tried if c.solid is not None and math.isfinite(s.nmad)]
+    n = evidence.observations
+    if good:
+        best = max(s.within_20cm for _, s in good)
+        simplest, _ = min(
+            ((c, s) for c, s in good if s.within_20cm >= best - ABOUT_AS_GOOD), key=lambda pair: pair[1].faces
+        )
+        n = min(n, independent_points(evidence.points.xyz, distances_to_roof(simplest, evidence.points.xyz)))
+    price = max(weights.face, least_face_penalty(n))
+    return [(c, replace(s, penalty=s.penalty + price * s.faces)) for c, s in tried]
+
+
+def independent_points(xyz: FloatArray, distance: FloatArray) -> float:
+    """How many points with independent errors the points are worth, whose distances to a model (metres) are alike among neighbours.
+
+    Means over squares of `WAVE_M` scatter by the noise over the root of their number, where errors are independent; by as much as they scatter
+    more, and more than roofs are uneven, the points are fewer than they seem.
+    """
+    known = np.isfinite(distance) & (np.abs(distance) <= NO_PART_M)
+    if known.sum() < 2:
+        return float(max(known.sum(), 1))
+    _, mean, count = blocks(xyz[known], distance[known], WAVE_M)
+    noise, waves = spread(distance[known]), spread(mean)
+    each = float(np.median(count))
+    waves = math.sqrt(max(waves**2 - UNEVEN_M**2, 0.0))
+    worth = noise**2 / max(waves**2 + noise**2 / each, 1e-12)
+    return float(len(mean) * np.clip(worth, 1.0, each))
+
+
+def spread(values: FloatArray) -> float:
+    """Robust standard deviation: the normalised median absolute deviation."""
+    return float(1.4826 * np.median(np.abs(values - np.median(values))))
 
 
 def least_face_penalty(observations: float) -> float:

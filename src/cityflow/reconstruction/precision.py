@@ -27,6 +27,7 @@ LEAST_BLOCKS = 5
 STEP_M = 0.5
 """Spacing of the places where it is asked whether a roof was seen."""
 SEEN_WITHIN_M = 0.75
+SEEN_AT_MOST_M = 3.0
 NO_PART_M = 1.0
 """Points farther from the model than this are no part of its roof: antennas, leaves, birds."""
 
@@ -45,19 +46,20 @@ class PrecisionParameters(Parameters):
 def with_precision(candidate: Candidate, evidence: Evidence, parameters: PrecisionParameters) -> Candidate:
     """The candidate whose planes have points, RMSE, standard deviations and the share seen, and which claims an RMSE in its notes.
 
-    `claimed_rmse_m` is the RMSE of the roof against the true one that is kept in nine of ten cases.
+    `claimed_rmse_m` is the RMSE of the roof against the true one that is kept in nine of ten cases; `unseen_share` the share of the roof's
+    area that no point is near: there planes are extended to their neighbours.
     """
     solid = candidate.solid
-    if solid is None or len(evidence.points) == 0:
+    xyz = evidence.points.xyz[np.all(np.isfinite(evidence.points.xyz), axis=1)]
+    if solid is None or len(xyz) == 0:
         return candidate
-    faces, distance = roof_hits(solid, evidence.points.xyz)
+    faces, distance = roof_hits(solid, xyz)
     of_face = np.array([f.plane if f.semantic is Semantic.ROOF else -1 for f in solid.faces])
     on = (faces >= 0) & (np.abs(distance) <= NO_PART_M)
     plane = np.where(on, of_face[faces], -1)
-    xyz = evidence.points.xyz
     planes = list(candidate.planes)
     tree = cKDTree(xyz[:, :2])
-    near = max(SEEN_WITHIN_M, 2.0 * math.sqrt(evidence.outline.area / len(xyz)))
+    near = min(max(SEEN_WITHIN_M, 2.0 * math.sqrt(evidence.outline.area / len(xyz))), SEEN_AT_MOST_M)
     areas, errors = [], []
     for k, known in enumerate(candidate.planes):
         mine = plane == k
@@ -72,7 +74,12 @@ def with_precision(candidate: Candidate, evidence: Evidence, parameters: Precisi
         if total
         else math.nan
     )
-    notes = {**candidate.notes, "claimed_rmse_m": round(claim, 3) if math.isfinite(claim) else None}
+    unseen = sum(a * (1.0 - p.seen) for a, p in zip(areas, planes, strict=True)) / total if total else None
+    notes = {
+        **candidate.notes,
+        "claimed_rmse_m": round(claim, 3) if math.isfinite(claim) else None,
+        "unseen_share": None if unseen is None else round(unseen, 3),
+    }
     return replace(candidate, planes=tuple(planes), notes=notes)
 
 
@@ -87,7 +94,7 @@ def _judged(plane: RoofPlane, xyz: FloatArray, distance: FloatArray, seen: float
 
 def _sigmas(plane: RoofPlane, xyz: FloatArray, distance: FloatArray) -> tuple[float, float]:
     """Standard deviations of the height in the middle of the points (metres) and of the slope (degrees), from means of blocks."""
-    found = [_sigmas_of_blocks(plane, *_blocks(xyz, distance, edge)[:2]) for edge in BLOCKS_M]
+    found = [_sigmas_of_blocks(plane, *blocks(xyz, distance, edge)[:2]) for edge in BLOCKS_M]
     known = np.array([pair for pair in found if pair is not None])
     if len(known) == 0:
         return float("nan"), float("nan")
@@ -118,7 +125,7 @@ def _misfit(
     unseen = parameters.unseen_m**2
     if len(xyz) == 0:
         return unseen
-    _, mean, count = _blocks(xyz, distance, BLOCK_M)
+    _, mean, count = blocks(xyz, distance, BLOCK_M)
     # the noise of single points is no error of the model
     noise = float(np.median(np.abs(distance - np.median(distance))) * 1.4826) ** 2
     found = float(np.sum(count * np.maximum(mean**2 - noise / count, 0.0)) / count.sum())
@@ -126,7 +133,7 @@ def _misfit(
     return seen * (found + sigma**2) + (1.0 - seen) * unseen
 
 
-def _blocks(xyz: FloatArray, distance: FloatArray, edge: float) -> tuple[FloatArray, FloatArray, IntArray]:
+def blocks(xyz: FloatArray, distance: FloatArray, edge: float) -> tuple[FloatArray, FloatArray, IntArray]:
     """Middle (B, 2), mean distance (B,) and number of points (B,) of squares of some edge."""
     key = np.floor(xyz[:, :2] / edge).astype(np.int64)
     _, block, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
