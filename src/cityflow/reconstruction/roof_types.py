@@ -13,25 +13,27 @@ import numpy as np
 from pydantic import Field
 from shapely import Polygon
 
-from cityflow.core.building import RoofPlane, Status
+from cityflow.core.building import RoofPlane, Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.core.roof_types import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.roof_types_parts import heights as heights_of
-from cityflow.reconstruction.roof_types_parts import roof_lines
+from cityflow.reconstruction.roof_types_parts import hypotheses as hypotheses_of
+from cityflow.reconstruction.roof_types_parts import ortho_shift, roof_lines
 from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, lifted, simple_roofs
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
-from cityflow.reconstruction.roof_types_parts.hypotheses import HypothesisParameters, hypotheses
+from cityflow.reconstruction.roof_types_parts.hypotheses import HypothesisParameters
 from cityflow.reconstruction.roof_types_parts.line_categories import (
     Category,
     CategoryParameters,
     SortedLines,
     categorise,
 )
-from cityflow.reconstruction.roof_types_parts.outline_sides import fills, sides_of, whole_quad
+from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters
+from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
 from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
 from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel, partition_of, roof_model
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of, with_noise_of
@@ -47,15 +49,23 @@ class RoofTypesParameters(Parameters):
 
     lines: LineParameters = LineParameters()
     categories: CategoryParameters = CategoryParameters()
+    shift: ShiftParameters = ShiftParameters()
     parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
     levels: LevelParameters = LevelParameters()
     straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
     margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
-    least_fill: float = Field(0.9, gt=0, le=1, description="an outline that fills its four sides so far (share) is one part")
+    least_fill: float = Field(
+        0.9, gt=0, le=1, description="an outline that fills its four sides so far (share) is one part"
+    )
     most_rest: float = Field(0.15, ge=0, lt=1, description="share of an outline that its parts may leave uncovered")
     least_cells: int = Field(4, ge=3, le=1000, description="fewer heights than this tell nothing")
-    most_off: float = Field(0.4, gt=0, le=1, description="a roof that leaves more of its heights (share) beyond three sigma is of unknown type")
+    most_off: float = Field(
+        0.4,
+        gt=0,
+        le=1,
+        description="a roof that leaves more of its heights (share) beyond three sigma is of unknown type",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +99,9 @@ def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidat
     model = roof_model(roof.parts)
     off = _share_off(reading, model)
     if off > parameters.most_off:
-        return _none(f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roof.type}): type unknown")
+        return _none(
+            f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roof.type}): type unknown"
+        )
     return _candidate(evidence, reading, model, roof, parameters)
 
 
@@ -107,7 +119,7 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
         none = SortedLines(roof_lines.joined([]), np.empty(0, np.int64), np.empty((0, 2)))
         return Reading(origin, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0))
     levels = heights_of.roof_levels(evidence, outline, origin, cells)
-    lines = find_lines(evidence, origin, parameters.lines)
+    lines = find_lines(evidence, origin, outline, levels, parameters)
     z = heights_of.height_at(evidence, origin, lines.ends.reshape(-1, 2)).reshape(-1, 2)
     kinds = categorise(lines, z, outline, levels, parameters.categories)
     inner = kinds.lines.take(kinds.category != Category.EAVE)
@@ -116,16 +128,35 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     return Reading(origin, outline, cells, levels, kinds, clues)
 
 
-def find_lines(evidence: Evidence, origin: Origin, parameters: LineParameters) -> RoofLines:
+def find_lines(
+    evidence: Evidence, origin: Origin, outline: Polygon, levels: RoofLevels, parameters: RoofTypesParameters
+) -> RoofLines:
     """Lines of all epochs in the local frame, joined within their epoch, duplicates of all together left out."""
-    found = [
-        roof_lines.merged(roof_lines.picture_lines(picture, k, evidence.outline, parameters), parameters)
-        for k, picture in enumerate(evidence.pictures)
-    ]
+    own, found = parameters.lines, []
+    for epoch, picture in enumerate(evidence.pictures):
+        lines = roof_lines.merged(roof_lines.picture_lines(picture, epoch, evidence.outline, own), own)
+        lines = lines.shifted(-np.asarray(origin[:2]))
+        found.append(lines if picture.true else _over_walls(evidence, lines, origin, outline, levels, parameters))
     if not found and evidence.heights is not None:
-        found = [roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, parameters), parameters)]
-    every = roof_lines.joined(found).shifted(-np.asarray(origin[:2]))
-    return roof_lines.without_duplicates(every, parameters)
+        lines = roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, own), own)
+        found = [lines.shifted(-np.asarray(origin[:2]))]
+    return roof_lines.without_duplicates(roof_lines.joined(found), own)
+
+
+def _over_walls(
+    evidence: Evidence,
+    lines: RoofLines,
+    origin: Origin,
+    outline: Polygon,
+    levels: RoofLevels,
+    parameters: RoofTypesParameters,
+) -> RoofLines:
+    """Lines of a plain ortho without the displacement of the roof."""
+    shift = ortho_shift.rim_shift(lines, sides_of(outline, parameters.straighten_m), parameters.shift)
+    ground = evidence.ground_height - origin[2]
+    z = heights_of.height_at(evidence, origin, lines.ends.mean(axis=1) - shift)
+    z = np.clip(np.nan_to_num(z, nan=levels.bottom), levels.bottom, levels.top)
+    return ortho_shift.brought_back(lines, shift, z - ground, levels.bottom - ground)
 
 
 def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) -> Composition | None:
@@ -143,9 +174,12 @@ def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) ->
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
     sides = sides_of(reading.outline, parameters.straighten_m)
     quad = whole_quad(reading.outline, sides)
+    if is_round(reading.outline, sides):
+        rounded = hypotheses_of.round_roofs(clues, quad, sides.lines(), parameters.roofs)
+        return simple_roofs([h for h in rounded if not wanted or h.skeleton.type == wanted])
     found: list[Composition] = []
     if fills(reading.outline, quad) >= parameters.least_fill:
-        tried = hypotheses(clues, quad, parameters.roofs)
+        tried = hypotheses_of.hypotheses(clues, quad, parameters.roofs)
         found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
     if len(sides) > 4 or not found:
         found += [
@@ -178,7 +212,7 @@ def _candidate(
     blocks = block_levels(
         partition, model.planes, evidence.ground_height, reading.origin, evidence.outline, parameters.levels
     )
-    notes = {
+    notes: dict[str, Scalar] = {
         "lines": len(reading.lines.lines),
         "parts": "+".join(p.skeleton.type.value for p in roof.parts),
         "cost": round(roof.cost, 3),

@@ -106,7 +106,9 @@ def drawn_house(shape: str, seed: int) -> DrawnHouse:
     height, slope, top = _cast(prisms, grid, ground)
     albedo = _albedo(rng, prisms, top)
     kind = TYPES.get(shape) or RoofType(shape)
-    return DrawnHouse(shape, kind, outline, roofs.visible_faces(prisms), grid, height, ground, slope, albedo, seed, prisms)
+    return DrawnHouse(
+        shape, kind, outline, roofs.visible_faces(prisms), grid, height, ground, slope, albedo, seed, prisms
+    )
 
 
 def disturbed(outline: Polygon, rng: np.random.Generator, rmse: float) -> Polygon:
@@ -206,7 +208,13 @@ def _cell_means(values: FloatArray, fine: Grid, coarse: Grid) -> FloatArray:
 def _size(rng: np.random.Generator) -> tuple[float, float, float, float, Overhang]:
     length, depth = float(rng.uniform(9, 17)), float(rng.uniform(7, 10))
     over = 0.0 if rng.random() < 0.3 else float(rng.uniform(0.1, 0.8))
-    return length, depth, float(rng.uniform(3, 8)), float(np.tan(np.radians(rng.uniform(22, 50)))), Overhang.all_round(over)
+    return (
+        length,
+        depth,
+        float(rng.uniform(3, 8)),
+        float(np.tan(np.radians(rng.uniform(22, 50)))),
+        Overhang.all_round(over),
+    )
 
 
 def _chimneys(rng: np.random.Generator, length: float, depth: float, ridge: float, slope: float) -> list[Volume]:
@@ -258,7 +266,7 @@ def _half_hip(rng: np.random.Generator) -> list[Volume]:
 
 
 def _pyramid(rng: np.random.Generator) -> list[Volume]:
-    _, depth, eave, slope, over = _size(rng)
+    _, _, eave, slope, over = _size(rng)
     side = float(rng.uniform(7, 11))
     return [shapes.hip_roof(side, side, eave, slope, over.left)]
 

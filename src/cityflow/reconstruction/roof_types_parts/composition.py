@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -139,7 +139,7 @@ def _placed_wings(
         flat = replace(parent, type=RoofType.FLAT, quad=wing.quad, rise=0.0)
         return [(PlacedSkeleton(flat, wing.quad.sides[:3]), 0.0)]
     slope = parent.rise / (parent.quad.width / 2) if parent.type in RIDGED else np.nan
-    found, seen = [], set[tuple[RoofType, bool]]()
+    found, seen = list[tuple[PlacedSkeleton, float]](), set[tuple[RoofType, bool]]()
     for h, runs_on in wing_hypotheses(own, joined, wing.quad, slope, parameters):
         if (h.skeleton.type, runs_on) in seen or len(found) == WINGS_TRIED:
             continue
@@ -184,18 +184,20 @@ def lifted(clues: Clues, roof: Composition) -> Composition:
         if not {parts[k].skeleton.type, parts[wing.parent].skeleton.type} <= set(RIDGED):
             continue
 
-        def moved(by: FloatArray, k: int = k, part: PlacedSkeleton = parts[k]) -> list[PlacedSkeleton]:
-            own = part.skeleton.with_heights(part.skeleton.eave + float(by[0]), part.skeleton.rise)
-            return [*parts[:k], replace(part, skeleton=own), *parts[k + 1 :]]
-
-        def cost(by: FloatArray, moved: Callable[[FloatArray], list[PlacedSkeleton]] = moved) -> float:
-            return height_cost(clues, roof_model(moved(by))) - _valley_gain(clues, layout, moved(by))
+        def cost(by: FloatArray, k: int = k, parts: list[PlacedSkeleton] = parts) -> float:
+            moved = _raised(parts, k, float(by[0]))
+            return height_cost(clues, roof_model(moved)) - _valley_gain(clues, layout, moved)
 
         limits = np.array([-LIFT_M]), np.array([LIFT_M])
         tries = [minimised(cost, np.array([start]), limits) for start in (-0.5 * LIFT_M, 0.0, 0.5 * LIFT_M)]
         by, least = min(tries, key=lambda t: t[1])
-        parts = moved(by) if least < cost(np.zeros(1)) - LIFT_GAIN else parts
+        parts = _raised(parts, k, float(by[0])) if least < cost(np.zeros(1)) - LIFT_GAIN else parts
     return replace(roof, parts=tuple(parts))
+
+
+def _raised(parts: list[PlacedSkeleton], k: int, by: float) -> list[PlacedSkeleton]:
+    own = parts[k].skeleton.with_heights(parts[k].skeleton.eave + by, parts[k].skeleton.rise)
+    return [*parts[:k], replace(parts[k], skeleton=own), *parts[k + 1 :]]
 
 
 def _linear_fit(
@@ -204,7 +206,9 @@ def _linear_fit(
     """Parts after one robust fit of all heights, and how many numbers were free; level parts and sheds share nothing."""
     cells = clues.cells
     owner = roof_model(parts).owners(cells.xy)
-    pure = np.array([cell_means((owner == k).astype(np.float64), cells.cell, len(cells)) > 0.999 for k in range(len(parts))])
+    pure = np.array(
+        [cell_means((owner == k).astype(np.float64), cells.cell, len(cells)) > 0.999 for k in range(len(parts))]
+    )
     ties = [p.skeleton.type in SHARING for p in parts]
     eave = _columns(ties, share_eave)
     rise = _columns(ties, share_slope)
@@ -241,10 +245,10 @@ def _columns(ties: list[bool], share: bool) -> list[int]:
 
 def _robust(rows: FloatArray, z: FloatArray, weight: FloatArray, sigma: float) -> FloatArray:
     w = weight.copy()
-    x = np.zeros(rows.shape[1])
+    x: FloatArray = np.zeros(rows.shape[1])
     for turn in range(5):
         normal = rows.T @ (w[:, None] * rows) + 1e-9 * np.eye(len(x))
-        x = np.linalg.solve(normal, rows.T @ (w * z))
+        x = np.asarray(np.linalg.solve(normal, rows.T @ (w * z)), np.float64)
         wide = ROBUST * sigma * (3 if turn == 0 else 1)
         w = weight / (1 + ((z - rows @ x) / wide) ** 2)
     return x
@@ -304,7 +308,11 @@ def type_of_whole(parts: Sequence[PlacedSkeleton], areas: Sequence[float]) -> Ro
     best = max(shares, key=lambda kind: shares[kind])
     if best is RoofType.FLAT:
         eave = parts[int(np.argmax(areas))].skeleton.eave
-        near = sum(a for p, a in zip(parts, areas, strict=True) if p.skeleton.type is best and abs(p.skeleton.eave - eave) <= STEP_M)
+        near = sum(
+            a
+            for p, a in zip(parts, areas, strict=True)
+            if p.skeleton.type is best and abs(p.skeleton.eave - eave) <= STEP_M
+        )
         flat = RoofType.FLAT if near >= LEVEL_SHARE * sum(areas) else RoofType.STEPPED_FLAT
         return flat if shares[best] >= LEVEL_SHARE else RoofType.COMPLEX
     rivals = sum(share for kind, share in shares.items() if kind not in (best, RoofType.FLAT))

@@ -27,7 +27,9 @@ SNAP_M = 1e-3
 class DecompositionParameters(Parameters):
     """What parts of an outline may be."""
 
-    square_deg: float = Field(20.0, gt=0, le=45, description="sides within this angle (degrees) of a main direction follow it")
+    square_deg: float = Field(
+        20.0, gt=0, le=45, description="sides within this angle (degrees) of a main direction follow it"
+    )
     same_m: float = Field(0.4, ge=0, le=5, description="sides in one line within this (m) are one")
     inside: float = Field(0.965, gt=0, le=1, description="share of a part that lies inside the outline")
     narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
@@ -137,7 +139,11 @@ def _with_wings(
 
 def _opened(outline: Polygon, part: Polygon) -> list[Polygon]:
     """What is left of an outline beside a part, without slivers, the largest first."""
-    rest = shapely.difference(outline, part, grid_size=SNAP_M).buffer(-0.5, join_style="mitre").buffer(0.5, join_style="mitre")
+    rest = (
+        shapely.difference(outline, part, grid_size=SNAP_M)
+        .buffer(-0.5, join_style="mitre")
+        .buffer(0.5, join_style="mitre")
+    )
     pieces = [p for p in shapely.get_parts(rest) if p.geom_type == "Polygon" and p.area > 1.0]
     return sorted(pieces, key=lambda p: (-round(p.area, 6), p.bounds))
 

@@ -60,7 +60,9 @@ class RoofLevels:
         return self.top - self.bottom
 
 
-def height_cells(evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], margin: float) -> HeightCells:
+def height_cells(
+    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], margin: float
+) -> HeightCells:
     """Cells well inside the outline (local); of the points where there is no raster."""
     if evidence.heights is None:
         return _point_cells(evidence, outline, origin)
@@ -116,7 +118,9 @@ def _point_cells(evidence: Evidence, outline: Polygon, origin: tuple[float, floa
     return HeightCells(local[:, :2].copy(), np.arange(len(local)), local[:, 2].copy(), weight, 0.0)
 
 
-def roof_levels(evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], cells: HeightCells) -> RoofLevels:
+def roof_levels(
+    evidence: Evidence, outline: Polygon, origin: tuple[float, float, float], cells: HeightCells
+) -> RoofLevels:
     """The paper's top and bottom; the bottom is that of the lowest cells where no raster goes beyond the outline."""
     top = float(np.percentile(cells.z, 95))
     if evidence.heights is None:

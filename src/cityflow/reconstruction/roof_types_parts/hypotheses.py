@@ -41,7 +41,9 @@ class HypothesisParameters(Parameters):
     mansard_deg: float = Field(48.0, ge=0, lt=90, description="and at least so steep (degrees) below")
     mansard_run_m: float = Field(0.7, gt=0, le=10, description="and bends no nearer to its eave than this (m)")
     shed_cost: float = Field(1.5, ge=0, le=50, description="cost of a shed beyond its numbers")
-    rare_cost: float = Field(6.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers")
+    rare_cost: float = Field(
+        6.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
+    )
     most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
 
 
@@ -72,12 +74,21 @@ class PartClues:
     def of_shape(self, shape: FloatArray) -> tuple[float, float, float, float]:
         c = self.clues
         return ridge_cost(
-            shape, self.quad.sides, self.d, c.cells.cell, c.cells.z, c.cells.weight, c.sigma, c.segments, c.trust, self.slope
-        )  # type: ignore[no-any-return]
+            shape,
+            self.quad.sides,
+            self.d,
+            c.cells.cell,
+            c.cells.z,
+            c.cells.weight,
+            c.sigma,
+            c.segments,
+            c.trust,
+            self.slope,
+        )
 
     def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
         c = self.clues
-        return fitted_heights(cell_means(t, c.cells.cell, len(c.cells)), c.cells.z, c.cells.weight, c.sigma)  # type: ignore[no-any-return]
+        return fitted_heights(cell_means(t, c.cells.cell, len(c.cells)), c.cells.z, c.cells.weight, c.sigma)
 
 
 def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
@@ -113,7 +124,23 @@ def wing_hypotheses(
         alike = ridge_roofs(PartClues(clues, joined, slope), parameters, (False, True))
         inside += [h.dearer(-clues.per_parameter()) for h in alike]
     found = [(h, False) for h in alone] + [(h, True) for h in inside]
-    return sorted((f for f in found if f[0].skeleton.rise >= 0 or f[0].skeleton.type is RoofType.SHED), key=lambda f: f[0].cost)
+    return sorted(
+        (f for f in found if f[0].skeleton.rise >= 0 or f[0].skeleton.type is RoofType.SHED), key=lambda f: f[0].cost
+    )
+
+
+def round_roofs(clues: Clues, quad: Quad, lines: FloatArray, parameters: HypothesisParameters) -> list[Hypothesis]:
+    """Level roof, cone and dome over an outline of many sides (K, 3), about round."""
+    found = [h for h in flat_and_sheds(clues, quad, parameters) if h.skeleton.type is RoofType.FLAT]
+    reach = lines[:, :2] @ quad.middle - lines[:, 2]
+    rim, shape = lines / reach[:, None], skeletons.ridge_shape(quad)
+    for kind in (RoofType.CONE, RoofType.DOME):
+        t = skeletons.round_heights(clues.cells.xy, rim, kind is RoofType.DOME)
+        cost, eave, rise = PartClues(clues, quad).of_heights(t)
+        if rise >= _least_rise(quad.width / 2, parameters):
+            skeleton = Skeleton(kind, quad, shape, eave, rise, rim=rim)
+            found.append(Hypothesis(skeleton, cost).dearer(clues.per_parameter()))
+    return sorted(found, key=lambda h: h.cost)
 
 
 def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:

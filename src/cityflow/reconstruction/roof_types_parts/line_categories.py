@@ -32,7 +32,9 @@ class CategoryParameters(Parameters):
 
     parallel_deg: float = Field(9.0, gt=0, le=45, description="lines within this angle (degrees) are parallel")
     eave_m: float = Field(1.0, gt=0, le=10, description="nearer to the outline than this (m) is an eave")
-    level_m: float = Field(2.0, gt=0, le=10, description="ends of ridges and eaves differ by no more (m), and lie so near to top or bottom")
+    level_m: float = Field(
+        2.0, gt=0, le=10, description="ends of ridges and eaves differ by no more (m), and lie so near to top or bottom"
+    )
     rising_m: float = Field(0.5, ge=0, le=10, description="ends of hips and valleys differ by at least this (m)")
     short_m: float = Field(2.5, ge=0, le=20, description="heights of shorter hips and valleys (m) are not asked")
     adjacent_m: float = Field(1.5, gt=0, le=10, description="a hip or valley meets a ridge within this distance (m)")

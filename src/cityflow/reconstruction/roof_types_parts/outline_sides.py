@@ -13,6 +13,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
+ROUND_SIDES, ROUNDNESS = 8, 0.93
+"""An outline of so many sides whose area is nearly that of a disc of the same perimeter is round."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sides:
@@ -99,3 +102,8 @@ def fills(outline: Polygon, quad: Quad) -> float:
     ring = Polygon(quad.ring())
     common = shapely.intersection(ring, outline, grid_size=1e-3).area
     return float(common / ring.area * common / outline.area)
+
+
+def is_round(outline: Polygon, sides: Sides) -> bool:
+    """Many sides around a disc."""
+    return len(sides) >= ROUND_SIDES and 4 * math.pi * outline.area >= ROUNDNESS * outline.length**2

@@ -18,6 +18,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import HeightRaster, Picture
 
+Pixels = NDArray[np.uint8] | NDArray[np.uint16]
 LUMA = (0.299, 0.587, 0.114)
 SUNS_DEG = (20.0, 110.0)
 """Directions from which a surface is lit where there is no picture of it."""
@@ -29,12 +30,16 @@ FINER, SMOOTH_CELLS = 2, 0.8
 class LineParameters(Parameters):
     """How line segments become roof edges."""
 
-    around_m: float = Field(2.5, ge=0, le=20, description="lines further outside the outline than this (m) do not matter")
+    around_m: float = Field(
+        2.5, ge=0, le=20, description="lines further outside the outline than this (m) do not matter"
+    )
     cell_m: float = Field(0.25, gt=0, le=2, description="finer pictures are averaged to about this cell (m)")
     shortest_m: float = Field(0.9, gt=0, le=10, description="shorter segments (m) are dropped before joining")
     join_deg: float = Field(9.0, gt=0, le=45, description="segments within this angle (degrees) may be joined")
     join_m: float = Field(1.25, gt=0, le=10, description="end points within this distance (m) may be joined")
-    duplicate_m: float = Field(1.0, gt=0, le=10, description="shorter parallels within this distance (m) are duplicates")
+    duplicate_m: float = Field(
+        1.0, gt=0, le=10, description="shorter parallels within this distance (m) are duplicates"
+    )
     finest_relief_m: float = Field(
         0.6, gt=0, le=5, description="without pictures, lines come from surfaces with cells up to this (m)"
     )
@@ -105,8 +110,8 @@ def picture_lines(picture: Picture, epoch: int, outline: Polygon, parameters: Li
     grey = luma(window)
     factor = max(1, round(parameters.cell_m / grid.cell))
     grey, cell = _averaged(grey, factor), grid.cell * factor / FINER
-    grey = cv2.resize(grey, None, fx=FINER, fy=FINER, interpolation=cv2.INTER_CUBIC)
-    grey = cv2.GaussianBlur(grey, (0, 0), SMOOTH_CELLS * FINER)
+    grey = np.asarray(cv2.resize(grey, None, fx=FINER, fy=FINER, interpolation=cv2.INTER_CUBIC), np.float64)
+    grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), SMOOTH_CELLS * FINER), np.float64)
     return _detected(_stretched(grey), (grid.x_min, grid.y_max, cell), epoch, outline, parameters)
 
 
@@ -130,7 +135,7 @@ def relief_lines(heights: HeightRaster, outline: Polygon, parameters: LineParame
     return joined(found)
 
 
-def luma(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> FloatArray:
+def luma(pixels: Pixels) -> FloatArray:
     """(rows, cols) grey values as the paper weighs the bands."""
     if len(pixels) < 3:
         return np.asarray(pixels[0], np.float64)
@@ -138,10 +143,12 @@ def luma(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> FloatArray:
     return LUMA[0] * red + LUMA[1] * green + LUMA[2] * blue
 
 
-def _cropped(picture: Picture, outline: Polygon, parameters: LineParameters) -> tuple[NDArray[np.generic], Grid]:
+def _cropped(picture: Picture, outline: Polygon, parameters: LineParameters) -> tuple[Pixels, Grid]:
     reach = parameters.around_m + 2.0
     x_min, y_min, x_max, y_max = outline.bounds
-    rows, cols = picture.grid.indices(np.array([x_min - reach, x_max + reach]), np.array([y_max + reach, y_min - reach]))
+    rows, cols = picture.grid.indices(
+        np.array([x_min - reach, x_max + reach]), np.array([y_max + reach, y_min - reach])
+    )
     top, bottom = max(int(rows[0]), 0), min(int(rows[1]) + 1, picture.grid.rows)
     left, right = max(int(cols[0]), 0), min(int(cols[1]) + 1, picture.grid.cols)
     g = picture.grid

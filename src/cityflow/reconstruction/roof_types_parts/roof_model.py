@@ -21,6 +21,7 @@ SHORT_M = 0.1
 SAME_SLOPE, SAME_M = 1e-4, 2e-3
 """Planes of several parts that differ by less are one."""
 MOST_CELLS = 400
+LATTICE_M, MOST_PLACES = 0.2, 40_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,9 @@ def roof_model(parts: Sequence[PlacedSkeleton]) -> RoofModel:
     for number, part in enumerate(parts):
         for rows, region, highest in plane_groups(part.skeleton):
             index = np.array([_index_of(row, planes) for row in rows], np.int64)
-            reach = part.region if region is None else np.concatenate([part.region.reshape(-1, 3), region.reshape(-1, 3)])
+            reach = (
+                part.region if region is None else np.concatenate([part.region.reshape(-1, 3), region.reshape(-1, 3)])
+            )
             groups.append(PlaneGroup(reach, index, highest))
             owner.append(number)
     return RoofModel(np.array(planes), tuple(groups), tuple(owner))
@@ -145,18 +148,15 @@ def _cell_labels(division: Subdivision, model: RoofModel) -> dict[int, int]:
 def _edge_lines(model: RoofModel, outline: Polygon) -> list[CutLine]:
     """Lines along which the plane that counts changes, with the stretches where it does, the longest first."""
     found: list[CutLine] = []
-    for nx, ny, offset in _unlike(_candidates(model)):
+    for nx, ny, offset in _unlike(_candidates(model, outline)):
         for start, end in _stretches(model, outline, (nx, ny, offset)):
             found.append(CutLine(nx, ny, offset, start, end, end - start, True))
     return sorted(found, key=lambda line: (-round(line.support, 6), line.nx, line.ny, line.offset))
 
 
-def _candidates(model: RoofModel) -> FloatArray:
-    """(K, 3) unit normal and offset of every crossing of two planes and every border of a region."""
-    i, k = np.triu_indices(len(model.planes), 1)
-    if len(model.groups) == 1:
-        own = model.groups[0].planes
-        i, k = own[i], own[k]
+def _candidates(model: RoofModel, outline: Polygon) -> FloatArray:
+    """(K, 3) unit normal and offset of every crossing of planes that are neighbours somewhere, and of borders of regions."""
+    i, k = _neighbours(model, outline).T
     crossing = (model.planes[i] - model.planes[k]) * np.array([1.0, 1.0, -1.0])
     borders = [g.region for g in model.groups if len(g.region)]
     lines = np.concatenate([crossing, *borders])
@@ -164,6 +164,23 @@ def _candidates(model: RoofModel) -> FloatArray:
     lines = lines[steep > 1e-4] / steep[steep > 1e-4, None]
     back = (lines[:, 0] < 0) | ((lines[:, 0] == 0) & (lines[:, 1] < 0))
     return np.where(back[:, None], -lines, lines)
+
+
+def _neighbours(model: RoofModel, outline: Polygon) -> IntArray:
+    """(K, 2) pairs of planes that count side by side on a lattice."""
+    x0, y0, x1, y1 = outline.bounds
+    step = max(LATTICE_M, math.sqrt((x1 - x0) * (y1 - y0) / MOST_PLACES))
+    x, y = np.meshgrid(np.arange(x0 - step, x1 + 2 * step, step), np.arange(y0 - step, y1 + 2 * step, step))
+    label = model.labels(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    pairs = [
+        (label[:-1], label[1:]),
+        (label[:, :-1], label[:, 1:]),
+        (label[:-1, :-1], label[1:, 1:]),
+        (label[:-1, 1:], label[1:, :-1]),
+    ]
+    both = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in pairs])
+    both = np.sort(both[both[:, 0] != both[:, 1]], axis=1)
+    return np.unique(both, axis=0).reshape(-1, 2)
 
 
 def _unlike(lines: FloatArray) -> list[tuple[float, float, float]]:

@@ -65,7 +65,9 @@ class Clues:
 
     def touching(self, inside: BoolArray) -> Clues:
         """Clues of the cells half of whose places (S,) are inside."""
-        return replace(self, cells=self.cells.take(cell_means(inside.astype(np.float64), self.cells.cell, len(self.cells)) >= 0.5))
+        return replace(
+            self, cells=self.cells.take(cell_means(inside.astype(np.float64), self.cells.cell, len(self.cells)) >= 0.5)
+        )
 
 
 def noise_of(cells: HeightCells) -> float:
@@ -90,7 +92,7 @@ def with_noise_of(clues: Clues, model: RoofModel) -> Clues:
     return replace(clues, sigma=float(np.clip(np.percentile(off, 68.3), clues.sigma, MOST_NOISE_M)))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def cell_means(t: FloatArray, cell: IntArray, count: int) -> FloatArray:
     """(C,) mean over the places of each cell."""
     total, n = np.zeros(count), np.zeros(count)
@@ -100,7 +102,7 @@ def cell_means(t: FloatArray, cell: IntArray, count: int) -> FloatArray:
     return total / np.maximum(n, 1)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def misfit(off: FloatArray, weight: FloatArray) -> float:
     """Cost of heights that lie (C,) sigma above a roof, or below."""
     cost = spared = total = 0.0
@@ -113,7 +115,7 @@ def misfit(off: FloatArray, weight: FloatArray) -> float:
     return cost - min(spared, STANDING_SHARE * total * (CUT - STANDING_COST))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def fitted_heights(
     t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan
 ) -> tuple[float, float, float]:
@@ -142,7 +144,7 @@ def fitted_heights(
     return misfit(off, weight), eave, rise
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def line_gain(edges: FloatArray, segments: FloatArray) -> float:
     """Log-likelihood ratio of the detected lines, given these edges against none."""
     gain = 0.0
@@ -160,7 +162,7 @@ def line_gain(edges: FloatArray, segments: FloatArray) -> float:
     return gain
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _nearest_line(x: float, y: float, ux: float, uy: float, segments: FloatArray) -> float:
     """How well the best line runs through a place in a direction, 0 to 1."""
     best = 0.0
@@ -177,7 +179,7 @@ def _nearest_line(x: float, y: float, ux: float, uy: float, segments: FloatArray
     return best
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def ridge_cost(
     shape: FloatArray,
     sides: FloatArray,

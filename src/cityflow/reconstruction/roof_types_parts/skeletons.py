@@ -10,7 +10,7 @@ pyramid, a bend in f a mansard, a negative rise a butterfly (Hron 2020, section 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,10 +22,10 @@ from cityflow.core.roof_types import RoofType
 D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)
 """Places of a shape's numbers: ridge distances (m), runs of the ends (m), their starts (share), bend of f (at share, to share)."""
 
-DOME_RINGS, ROUND_SIDES = 3, 16
+DOME_RINGS = 3
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def _meet(a: FloatArray, b: FloatArray) -> tuple[float, float]:
     """Where two lines a·(x, y) = a[2] meet."""
     det = a[0] * b[1] - a[1] * b[0]
@@ -92,6 +92,7 @@ class Skeleton:
     shape : (8,) float64 numbers of the family; of no meaning for flat roofs, sheds, sawtooth and round ones
     eave, rise : metres (local); z = eave + rise·t
     teeth : number of sheds of a sawtooth
+    rim : (K, 3) float64, sides of a round outline, nx, ny, c each, divided by the distance of the top: t of a cone is the lowest
     """
 
     type: RoofType
@@ -100,6 +101,7 @@ class Skeleton:
     eave: float
     rise: float
     teeth: int = 0
+    rim: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
     def with_heights(self, eave: float, rise: float) -> Skeleton:
         return replace(self, eave=eave, rise=rise)
@@ -111,7 +113,7 @@ def ridge_shape(quad: Quad, at: float = 0.5) -> FloatArray:
     return np.array([at * width, (1 - at) * width, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def ridge_heights(shape: FloatArray, d: FloatArray) -> FloatArray:
     """(S,) t of the family at places with (S, 4) distances to the sides."""
     t = np.empty(len(d))
@@ -135,12 +137,10 @@ def tooth_heights(d: FloatArray, length: float, teeth: int) -> FloatArray:
     return np.asarray(at - np.floor(at))
 
 
-def round_heights(d: FloatArray, quad: Quad, dome: bool) -> FloatArray:
-    """(S,) t of a cone or of a half ellipsoid over the quad's inscribed ellipse."""
-    u = (d[:, 2] - d[:, 3]) / quad.length
-    v = (d[:, 0] - d[:, 1]) / quad.width
-    rho = np.minimum(np.hypot(u, v), 1.0)
-    return np.asarray(np.sqrt(1 - rho**2) if dome else 1 - rho)
+def round_heights(xy: FloatArray, rim: FloatArray, dome: bool) -> FloatArray:
+    """(N,) t of a cone or of half an ellipsoid over a round outline."""
+    t = (xy @ rim[:, :2].T - rim[:, 2]).min(axis=1)
+    return np.asarray(np.sqrt(np.maximum(1 - (1 - np.maximum(t, 0)) ** 2, 0)) if dome else t)
 
 
 def shape_heights(skeleton: Skeleton, xy: FloatArray) -> FloatArray:
@@ -154,11 +154,11 @@ def shape_heights(skeleton: Skeleton, xy: FloatArray) -> FloatArray:
     if kind is RoofType.SAWTOOTH:
         return tooth_heights(d, skeleton.quad.length, skeleton.teeth)
     if kind in (RoofType.CONE, RoofType.DOME):
-        return round_heights(d, skeleton.quad, kind is RoofType.DOME)
+        return round_heights(xy, skeleton.rim, kind is RoofType.DOME)
     return np.asarray(ridge_heights(skeleton.shape, d))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, nogil=True)
 def skeleton_edges(shape: FloatArray, sides: FloatArray) -> FloatArray:
     """(E, 4) x, y of start and end of the skeleton's edges: ridge, hips, bends."""
     edges = np.full((9, 4), np.nan)
@@ -246,17 +246,12 @@ def _teeth(skeleton: Skeleton) -> list[tuple[FloatArray, FloatArray | None, bool
 
 
 def _round_planes(skeleton: Skeleton) -> FloatArray:
-    """Planes that touch a cone or dome in rings of facets."""
-    quad, dome = skeleton.quad, skeleton.type is RoofType.DOME
-    u_row = (quad.sides[2] - quad.sides[3]) / quad.length
-    v_row = (quad.sides[0] - quad.sides[1]) / quad.width
-    angles = (np.arange(ROUND_SIDES) + 0.5) * 2 * np.pi / ROUND_SIDES
-    planes = []
-    for rho in (np.arange(DOME_RINGS) + 0.5) / DOME_RINGS if dome else [0.5]:
-        t = np.sqrt(1 - rho**2) if dome else 1 - rho
-        slope = -rho / t if dome else -1.0
-        for angle in angles:
-            row = slope * (np.cos(angle) * u_row + np.sin(angle) * v_row)
-            row[2] -= t - slope * rho
-            planes.append(row)
-    return _raised(np.array(planes), skeleton)
+    """A plane from every side to the top; of a dome several, which touch it in rings."""
+    if skeleton.type is RoofType.CONE:
+        return _raised(skeleton.rim.copy(), skeleton)
+    rows = []
+    for rho in (np.arange(DOME_RINGS) + 0.5) / DOME_RINGS:
+        t = np.sqrt(1 - rho**2)
+        slope = rho / t
+        rows.append(slope * skeleton.rim + np.array([0, 0, slope * (1 - rho) - t]))
+    return _raised(np.concatenate(rows), skeleton)
