@@ -23,6 +23,7 @@ from cityflow.reconstruction.planes.local_orientation import local_orientation
 from cityflow.reconstruction.planes.plane_labels import LabelEnergy, relabel
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
+from cityflow.reconstruction.volumetric_parts.blur import without_ramps, without_strips
 from cityflow.reconstruction.volumetric_parts.cube_regions import cube_regions
 
 
@@ -46,6 +47,13 @@ class SurfaceParameters(Parameters):
     party_strip: float = Field(
         0.9, ge=0, le=5, description="surfaces that reach no farther (m) from a party wall are the blur of its step"
     )
+    ramp_width: float = Field(
+        1.2,
+        ge=0,
+        le=5,
+        description="narrower (m) steep surfaces between a higher and a lower one are the blur of a step",
+    )
+    ramp_slope_deg: float = Field(40.0, gt=0, lt=90, description="what is steep there (degrees)")
     rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
 
 
@@ -61,10 +69,14 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
     noise = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg))).noise
     energy = _energy(cloud, noise, parameters)
     labels, planes = _labelled(cloud, energy, parameters)
+    points = cloud.points
     if evidence.party and parameters.party_strip > 0:
         party = shapely.transform(shapely.union_all(list(evidence.party)), lambda xy: xy - np.asarray(origin[:2]))
-        labels, planes = _without_strips(cloud.points, labels, planes, party, parameters.party_strip)
-    return _segments(origin, cloud, labels, planes, noise), 1.0 - len(local) / before
+        points, labels, planes = without_strips(points, labels, planes, party, parameters.party_strip)
+    if parameters.ramp_width > 0:
+        stays, labels, planes = without_ramps(points, labels, planes, parameters.ramp_width, parameters.ramp_slope_deg)
+        points, labels = points[stays], labels[stays]
+    return _segments(origin, points, labels, planes, noise), 1.0 - len(local) / before
 
 
 def _energy(cloud: RoofCloud, noise: float, parameters: SurfaceParameters) -> LabelEnergy:
@@ -103,20 +115,6 @@ def _labelled(cloud: RoofCloud, energy: LabelEnergy, parameters: SurfaceParamete
     return labels, planes
 
 
-def _without_strips(
-    points: FloatArray, labels: IntArray, planes: FloatArray, party: shapely.Geometry, reach: float
-) -> tuple[IntArray, FloatArray]:
-    """Surfaces less those that lie along a party wall only: matching leans the rim of a roof towards the neighbour's."""
-    away = shapely.distance(shapely.points(points[:, :2]), party)
-    far = [float(np.percentile(away[labels == k], 80)) if np.any(labels == k) else 0.0 for k in range(len(planes))]
-    kept = np.flatnonzero(np.array(far) > reach)
-    if len(kept) in (0, len(planes)):
-        return labels, planes
-    number = np.full(len(planes) + 1, UNASSIGNED)
-    number[kept] = np.arange(len(kept))
-    return number[labels], planes[kept]
-
-
 def _in_cubes(
     points: FloatArray, edge: float, energy: LabelEnergy, parameters: SurfaceParameters
 ) -> tuple[IntArray, FloatArray]:
@@ -134,14 +132,14 @@ def _in_cubes(
 
 
 def _segments(
-    origin: tuple[float, float, float], cloud: RoofCloud, labels: IntArray, planes: FloatArray, noise: float
+    origin: tuple[float, float, float], points: FloatArray, labels: IntArray, planes: FloatArray, noise: float
 ) -> PlaneSegments:
     counts = np.bincount(labels[labels >= 0], minlength=len(planes))
     order = np.argsort(-counts, kind="stable")
     number = np.full(len(planes) + 1, UNASSIGNED)
     number[order] = np.arange(len(planes))
     labels, planes = number[labels], planes[order]
-    return with_planes(PlaneSegments(origin, cloud.points, labels, planes, np.zeros(len(planes)), noise), planes)
+    return with_planes(PlaneSegments(origin, points, labels, planes, np.zeros(len(planes)), noise), planes)
 
 
 def with_planes(segments: PlaneSegments, planes: FloatArray) -> PlaneSegments:
