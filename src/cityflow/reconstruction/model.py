@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from pydantic import Field
 
+from cityflow.core.building import Status
 from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.choose import LAST_RESORT, Choice, ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
@@ -20,6 +21,9 @@ class ModelParameters(ReconstructParameters):
     with_overhangs: bool = Field(True, description="roofs reach out as far as the surface model shows")
     overhangs: OverhangParameters = OverhangParameters()
     precision: PrecisionParameters = PrecisionParameters()
+    max_unseen: float = Field(
+        0.3, ge=0, le=1, description="degraded when no point is near more of the roof (share of its area)"
+    )
 
 
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
@@ -29,4 +33,8 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     if parameters.with_overhangs and best.method != LAST_RESORT:
         found = find_overhangs(evidence, best, parameters.overhangs)
         best = with_overhangs(best, found, evidence, parameters.overhangs)
+    unseen = best.notes.get("unseen_share")
+    if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
+        reason = f"{100 * unseen:.0f} % of the roof was not seen: its planes are extended"
+        return replace(choice, candidate=best, status=Status.DEGRADED, reason=reason)
     return replace(choice, candidate=best)

@@ -1,0 +1,90 @@
+"""Whatever evidence a unit has: a valid solid over its outline, a reason where it is less than asked for, bounded work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from bad_units import ORIGIN, bad_units, large_units
+from cityflow.core.building import Semantic, Status
+from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.choose import DEFAULT_METHODS, MODULES, Choice
+from cityflow.reconstruction.model import ModelParameters, model
+
+UNITS, LARGE = bad_units(), large_units()
+METHODS = {"default": DEFAULT_METHODS, "all": tuple(MODULES)}
+NOT_KNOWN = ("ten points", "one point", "on one line", "at one place", "half a roof missing", "below the floor")
+"""Units whose roof nobody can know from their points: they must say so."""
+KNOWN = ("chimneys and antenna", "tower of 200 m", "two roofs in one outline", "outline shifted by a metre")
+"""Units whose roof is known: nothing is to be excused."""
+
+
+def modelled(evidence: Evidence, methods: str) -> Choice:
+    choice = model(evidence, ModelParameters(methods=METHODS[methods]))
+    assert choice.status in (Status.DONE, Status.DEGRADED)
+    assert (choice.reason != "") == (choice.status is Status.DEGRADED)
+    assert choice.candidate.solid is not None
+    assert check_polyhedron(choice.candidate.solid) == []
+    return choice
+
+
+@pytest.mark.parametrize("methods", METHODS)
+@pytest.mark.parametrize("name", UNITS)
+def test_a_valid_solid_over_the_outline(name: str, methods: str) -> None:
+    evidence = UNITS[name]
+    choice = modelled(evidence, methods)
+    solid = choice.candidate.solid
+    assert solid is not None
+    floors = [shapely.Polygon(solid.ring(f.rings[0])[:, :2]) for f in solid.of_semantic(Semantic.GROUND)]
+    assert shapely.area(shapely.union_all(floors)) == pytest.approx(evidence.outline.area, rel=0.05)
+    assert solid.vertices[:, 2].min() == pytest.approx(evidence.ground_height, abs=0.01)
+
+
+@pytest.mark.parametrize("name", NOT_KNOWN)
+def test_says_that_the_roof_is_not_known(name: str) -> None:
+    assert modelled(UNITS[name], "default").status is Status.DEGRADED
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_nothing_to_excuse(name: str) -> None:
+    assert modelled(UNITS[name], "default").status is Status.DONE
+
+
+@pytest.mark.parametrize(
+    ("name", "planes"), [("chimneys and antenna", 2), ("tree over the roof", 2), ("rough and alike", 2)]
+)
+def test_clutter_makes_no_planes(name: str, planes: int) -> None:
+    assert len(modelled(UNITS[name], "default").candidate.planes) == planes
+
+
+def test_two_roofs_stand_at_their_heights() -> None:
+    choice = modelled(UNITS["two roofs in one outline"], "default")
+    x, y = ORIGIN[0] + np.array([3.0, 9.0]), ORIGIN[1] + np.array([3.0, 3.0])
+    heights = np.array([p.z(x, y) for p in choice.candidate.planes]) - ORIGIN[2]
+    assert np.abs(heights[:, 0] - 3.0).min() < 0.05
+    assert np.abs(heights[:, 1] - 8.4).min() < 0.05
+
+
+def test_a_tower_has_its_height() -> None:
+    solid = modelled(UNITS["tower of 200 m"], "default").candidate.solid
+    assert solid is not None
+    assert np.ptp(solid.vertices[:, 2]) == pytest.approx(200.0, abs=0.1)
+
+
+def test_150_planes_are_bounded_work() -> None:
+    """More planes than the bounds allow: a solid with as many as they do, and the reason."""
+    choice = modelled(LARGE["150 planes"], "default")
+    assert choice.status is Status.DEGRADED
+    assert "bounds" in choice.reason
+    limits = ModelParameters().orientation_histogram
+    assert len(choice.candidate.planes) <= limits.max_planes
+    assert int(str(choice.candidate.notes["cells"])) <= limits.partition.max_cells
+
+
+def test_a_million_points_are_thinned() -> None:
+    choice = modelled(LARGE["a million points"], "default")
+    assert choice.status is Status.DONE
+    assert len(choice.candidate.planes) == 2
+    assert int(str(choice.candidate.notes["points_used"])) < 4000
