@@ -38,7 +38,7 @@ def without_strips(
     away = shapely.distance(shapely.points(points[:, :2]), party)
     far = [float(np.percentile(away[labels == k], 80)) if np.any(labels == k) else 0.0 for k in range(len(planes))]
     kept = np.array(far) > reach
-    if kept.all() or not kept.any():
+    if kept.all() or not kept.any():  # also where there are no planes at all
         return points, labels, planes
     strip = (labels >= 0) & ~kept[labels]
     count = np.bincount(labels[labels >= 0], minlength=len(planes))
@@ -67,6 +67,8 @@ def without_ramps(
     slope_deg : degrees, above which it is steep
     """
     kept = np.ones(len(planes), bool)
+    if len(planes) == 0:
+        return np.ones(len(points), bool), labels, planes
     steep = np.hypot(planes[:, 0], planes[:, 1]) > math.tan(math.radians(slope_deg))
     for k in np.flatnonzero(steep):
         kept[k] = not _is_ramp(points, labels, planes[k], int(k), width)
