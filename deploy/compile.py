@@ -14,8 +14,8 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.reconstruction import Evidence
 from cityflow.io.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
-from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
+from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.ortho_sampling import OrthoImage
 from cityflow.surface.point_classes import classify_points
@@ -30,7 +30,8 @@ def reconstruct_houses() -> None:
     for number, building in enumerate(scene.buildings[:HOUSES]):
         points = scene.points.take(np.flatnonzero(scene.truth_building == number))
         evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
-        measure(choose(evidence, ReconstructParameters()), evidence)
+        for methods in (("orientation_histogram",), ("orientation_histogram", "volumetric")):
+            measure(model(evidence, ModelParameters(methods=methods)), evidence)
 
 
 def work_on_pictures() -> None:
