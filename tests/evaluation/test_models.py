@@ -11,7 +11,7 @@ from shapely import LineString, Polygon, box
 from cityflow.core.building import EdgeOverhang, Face, Polyhedron, RoofPlane, Semantic
 from cityflow.core.roof_types import RoofType
 from cityflow.evaluation.models import Model, ModelErrors, TrueModel, compare_model
-from cityflow.evaluation.models_planes import whole_planes
+from cityflow.evaluation.models_planes import slivers, whole_planes
 from cityflow.evaluation.models_points import match_points, outline_corners
 from cityflow.evaluation.models_ridges import true_ridge_ends
 from cityflow.evaluation.models_surface import distances_to_model
@@ -126,6 +126,12 @@ def test_planes_that_hang_together_are_one_and_small_ones_none() -> None:
     apart = [(box(0, 0, 4, 8), level), (box(6, 0, 10, 8), level), (box(4, 0, 6, 8), higher)]
     small = [(box(0, 0, 10, 8), level), (box(2, 2, 3.4, 3.4), higher)]
     assert [len(whole_planes(s, WALLS)) for s in (cut, apart, small)] == [1, 3, 1]
+
+
+def test_a_horn_is_a_sliver_and_a_small_dormer_none() -> None:
+    level = RoofPlane(0.0, 0.0, 6.0, (0.0, 0.0))
+    assert slivers([(box(0, 0, 2, 0.05), level), (box(0, 0, 0.6, 0.6), level), FRONT]) == 1
+    assert judged(house()).slivers == 0
 
 
 def test_a_chimney_on_the_ridge_does_not_cut_it() -> None:

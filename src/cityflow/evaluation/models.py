@@ -12,7 +12,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import EdgeOverhang, Polyhedron, RoofPlane, Semantic
 from cityflow.core.roof_types import RoofType
 from cityflow.evaluation.models_overhangs import OverhangErrors, overhang_errors
-from cityflow.evaluation.models_planes import model_surfaces, whole_planes
+from cityflow.evaluation.models_planes import model_surfaces, slivers, whole_planes
 from cityflow.evaluation.models_points import Matched, match_points, outline_corners
 from cityflow.evaluation.models_ridges import model_ridge_ends, true_ridge_ends
 from cityflow.evaluation.models_surface import SurfaceErrors, surface_errors
@@ -66,6 +66,7 @@ class ModelErrors:
     surface : heights of the roof
     ridge_ends : ends of level ridges, within the walls;  corners : of the ground, in plan
     overhangs : per edge of the walls
+    slivers : roof faces narrower than 0.1 m
     fault : first fault of the solid, empty for a valid one
     claimed_rmse_m : as in `Model`
     """
@@ -81,6 +82,7 @@ class ModelErrors:
     ridge_ends: Matched
     corners: Matched
     overhangs: OverhangErrors
+    slivers: int = 0
     fault: str = ""
     claimed_rmse_m: float = field(default=float("nan"))
 
@@ -101,7 +103,8 @@ class ModelErrors:
 def compare_model(truth: TrueModel, model: Model) -> ModelErrors:
     """All figures of one model. A unit without a solid has no planes, no type, and nothing of its roof is right."""
     right = tuple(t.value for t in truth.types)
-    planes = [] if model.solid is None else whole_planes(model_surfaces(model.solid), truth.walls)
+    surfaces = [] if model.solid is None else model_surfaces(model.solid)
+    planes = whole_planes(surfaces, truth.walls)
     ends = np.empty((0, 3)) if model.solid is None else model_ridge_ends(model.solid, truth.walls)
     found = np.empty((0, 2)) if model.solid is None else ground_corners(model.solid)
     return ModelErrors(
@@ -116,6 +119,7 @@ def compare_model(truth: TrueModel, model: Model) -> ModelErrors:
         match_points(true_ridge_ends(truth.surfaces, truth.walls), ends),
         match_points(outline_corners(truth.walls), found),
         overhang_errors(truth.walls, truth.roof, model.overhangs),
+        slivers(surfaces),
         _fault(model.solid),
         model.claimed_rmse_m,
     )

@@ -17,11 +17,17 @@ from cityflow.geometry.roof_surfaces import roof_surfaces
 ALIKE_DEG, ALIKE_M = 2.0, 0.05
 """Neighbouring faces whose planes differ less are one plane, cut."""
 TOUCH_M, LEAST_TOUCH_M = 0.01, 0.1
+SLIVER_M = 0.1
 
 
 def model_surfaces(solid: Polyhedron) -> list[RoofSurface]:
     """Roof faces in plan, and the planes through their corners."""
     return [(s.polygon, s.plane) for s in roof_surfaces(solid)]
+
+
+def slivers(surfaces: Sequence[RoofSurface]) -> int:
+    """Faces narrower than `SLIVER_M` on the whole: horns and fins that no roof has."""
+    return sum(2 * polygon.area < SLIVER_M * polygon.length for polygon, _ in surfaces)
 
 
 def whole_planes(surfaces: Sequence[RoofSurface], walls: Polygon) -> list[RoofSurface]:

@@ -25,6 +25,7 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
         "valid": _percent([not e.fault for e in errors]),
         "planes right (± 1)": _percent([e.planes_right for e in errors]),
         "planes exactly right": _percent([e.planes == e.true_planes for e in errors]),
+        "faces narrower than 0.1 m": str(sum(e.slivers for e in errors)),
         "type right": _percent([e.type_right for e in errors]),
         "area within 0.15 m": _share(
             sum(e.surface.within * e.surface.area_m2 for e in errors), sum(e.surface.area_m2 for e in errors)
