@@ -24,6 +24,8 @@ from cityflow.geometry.roof_distances import roof_hits
 BLOCK_M = 1.5
 BLOCKS_M = (BLOCK_M, 3.0)
 LEAST_BLOCKS = 5
+MOST_SQUARES = 1_000_000
+"""Over a greater area the squares are sorted rather than counted."""
 STEP_M = 0.5
 """Spacing of the places where it is asked whether a roof was seen."""
 SEEN_WITHIN_M = 0.75
@@ -136,8 +138,15 @@ def _misfit(
 def blocks(xyz: FloatArray, distance: FloatArray, edge: float) -> tuple[FloatArray, FloatArray, IntArray]:
     """Middle (B, 2), mean distance (B,) and number of points (B,) of squares of some edge."""
     key = np.floor(xyz[:, :2] / edge).astype(np.int64)
-    _, block, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    block = block.ravel()
+    key -= key.min(axis=0, initial=np.iinfo(np.int64).max)
+    flat = key[:, 0] * (key[:, 1].max(initial=0) + 1) + key[:, 1]
+    if len(flat) and flat.max() > MOST_SQUARES:
+        flat = np.unique(flat, return_inverse=True)[1]
+    every = np.bincount(flat)
+    full = np.flatnonzero(every)
+    number = np.empty(len(every), np.int64)
+    number[full] = np.arange(len(full))
+    block, count = number[flat], every[full]
     sums = [np.bincount(block, v, len(count)) for v in (xyz[:, 0], xyz[:, 1], distance)]
     return np.column_stack(sums[:2]) / count[:, None], sums[2] / count, count
 
