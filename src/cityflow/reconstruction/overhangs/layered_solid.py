@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
 from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, UnfitRoof
-from cityflow.reconstruction.solids.ring_tracing import Edge, Ring, group_rings, trace_rings
+from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, trace_rings
 from cityflow.reconstruction.solids.wall_merging import Corner, Wall, merge_walls
 
 TIED_M, TIED_OUTSIDE_M = 0.004, 0.015
@@ -153,8 +153,7 @@ class LayeredSolid:
 
     def _outline_edges(self) -> dict[Edge, int]:
         """Number of the outline edge, by its first vertex, on which each border edge lies."""
-        following = dict(self.plan.border())
-        after = {u: v for u, v in following}
+        after = dict(self.plan.border().keys())
         found: dict[Edge, int] = {}
         for first in sorted(self.plan.corners):
             u = first

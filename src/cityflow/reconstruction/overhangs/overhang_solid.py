@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from cityflow.core.building import Polyhedron, Scalar
-from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
+from cityflow.core.building import EdgeOverhang, Polyhedron, Scalar
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.overhangs.crossings import split_crossings
 from cityflow.reconstruction.overhangs.layered_solid import LayeredSolid
@@ -67,7 +67,7 @@ def _extended(
     if done is not None:
         return done, tuple(wanted), ""
     order = sorted(wanted, key=lambda k: (-overhangs[k].line.length, k))[:MOST_ATTEMPTS]
-    best, kept = solid, []
+    best, kept = solid, list[int]()
     for k in order:
         trial, _ = _attempt(solid, overhangs, [*kept, k], evidence, p)
         if trial is not None:
@@ -111,11 +111,14 @@ def _rims(
     reach = np.zeros(len(edges))
     for k in chosen:
         near = [shapely.dwithin(shapely.points(e), overhangs[k].line, BESIDE_M) for e in ends]
-        reach[near[0] & near[1]] = overhangs[k].reach_m
-    reach[party] = 0.0
+        own = near[0] & near[1] & ~party
+        if not own.any():
+            raise UnfitRoof("an overhang stands beside no wall of the solid")
+        reach[own] = overhangs[k].reach_m
     rims = rim_edges(plan, [float(r) for r in reach], [bool(b) for b in party], edges)
-    low = plan.floor + p.slab_m + WALL_LEFT_M
-    return [replace(r, reach=0.0) if min(r.tops) < low else r for r in rims]
+    if any(r.reach > 0 and min(r.tops) < plan.floor + p.slab_m + WALL_LEFT_M for r in rims):
+        raise UnfitRoof("a wall is too low for a roof that stands out")
+    return rims
 
 
 def _give_faces(plan: RoofPlan, cells: Sequence[PlanCell]) -> None:

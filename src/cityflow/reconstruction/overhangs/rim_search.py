@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import OutlineEdge
+from cityflow.core.building import EdgeOverhang, OutlineEdge
 from cityflow.core.grid import grown
-from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
 from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, cloud_around, point_rim
@@ -28,6 +28,8 @@ from cityflow.reconstruction.overhangs.wall_edges import (
 INWARD_M = 0.4
 """A rim may lie so far inside an outline that stands too far out."""
 APART_M, MOST_PROFILES = 0.08, 2000
+SEEN_WELL = 0.5
+NAN = float("nan")
 LEVEL_EAVE = 0.1
 """The roof rises along an eave by less than this; along a verge by more."""
 
@@ -41,6 +43,7 @@ class RimOfEdge:
     edge : the edge
     reach_m : metres beyond the wall, the surface's own widening taken off; NaN where it was not seen
     sigma_m : standard deviation of that, without that of the wall
+    chance_m : the part of it that other edges of the building do not have in common with this one
     seen : share of the profiles that show a rim
     eave : the roof is level along it
     """
@@ -48,6 +51,7 @@ class RimOfEdge:
     edge: WallEdge
     reach_m: float
     sigma_m: float
+    chance_m: float
     seen: float
     eave: bool
 
@@ -66,20 +70,20 @@ def find_overhangs(
     if candidate.solid is None:
         return tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
     if evidence.heights is not None and evidence.heights.grid.cell <= p.coarsest_cell_m:
-        cell, rims = _rims_of_surface(evidence, candidate, edges, p)
+        rims = _rims_of_surface(evidence, candidate, edges, p)
     else:
-        cell, rims = 0.0, _rims_of_points(evidence, candidate, edges, p)
-    return tuple(_decided(rim, rims, evidence, (cell, p)) for rim in rims)
+        rims = _rims_of_points(evidence, candidate, edges, p)
+    return tuple(_decided(rim, rims, evidence, p) for rim in rims)
 
 
 def _rims_of_surface(
     evidence: Evidence, candidate: Candidate, edges: Sequence[WallEdge], p: OverhangParameters
-) -> tuple[float, list[RimOfEdge]]:
-    """Cell of the surface model, and the rims that it and the orthos show."""
+) -> list[RimOfEdge]:
+    """Rims that the surface model and the orthos show."""
     near = grown(evidence.outline.bounds, p.most_reach_m + 1.0)
     surface = surface_edges(evidence.heights, near, p.smoothing_cells) if evidence.heights is not None else None
     if surface is None:
-        return 0.0, [RimOfEdge(edge, float("nan"), float("nan"), 0.0, False) for edge in edges]
+        return [RimOfEdge(edge, NAN, NAN, NAN, 0.0, False) for edge in edges]
     profiles, owner = _profiles(edges, candidate, surface)
     cell = surface.grid.cell
     limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
@@ -88,7 +92,7 @@ def _rims_of_surface(
     colours = colours_over(evidence.pictures, near, cell) if p.picture_window_cells > 0 else None
     if colours is not None:
         rims = [_refined(rim, profiles.foot[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
-    return cell, rims
+    return rims
 
 
 def _rims_of_points(
@@ -107,7 +111,7 @@ def _rims_of_points(
             beyond = (xyz[:, :2] - foot) @ edge.outward
             found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
             eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
-        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.seen, eave))
+        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.sigma_m, found.seen, eave))
     return rims
 
 
@@ -152,12 +156,13 @@ def _rim(
     rise = abs(float(height[-1] - height[0])) / edge.length if count > 1 else 0.0
     eave = bool(np.isfinite(rise) and rise < LEVEL_EAVE)
     if not len(found):
-        return RimOfEdge(edge, float("nan"), float("nan"), len(found) / max(count, 1), eave)
+        return RimOfEdge(edge, NAN, NAN, NAN, len(found) / max(count, 1), eave)
     middle = float(np.median(found))
     spread = max(1.4826 * float(np.median(np.abs(found - middle))), 0.15 * cell)
     patches = max(1.0, len(found) * edge.length / max(count, 1) / (p.patch_cells * cell))
-    sigma = float(np.hypot(1.25 * spread / np.sqrt(patches), p.widened_sigma_cells * cell))
-    return RimOfEdge(edge, middle - p.widened_cells * cell, sigma, len(found) / count, eave)
+    chance = 1.25 * spread / float(np.sqrt(patches))
+    sigma = float(np.hypot(chance, p.widened_sigma_cells * cell))
+    return RimOfEdge(edge, middle - p.widened_cells * cell, sigma, chance, len(found) / count, eave)
 
 
 def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]) -> RimOfEdge:
@@ -176,14 +181,11 @@ def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[floa
     return replace(rim, reach_m=reach, sigma_m=spread)
 
 
-def _decided(
-    rim: RimOfEdge, rims: Sequence[RimOfEdge], evidence: Evidence, how: tuple[float, OverhangParameters]
-) -> EdgeOverhang:
+def _decided(rim: RimOfEdge, rims: Sequence[RimOfEdge], evidence: Evidence, p: OverhangParameters) -> EdgeOverhang:
     """An edge's own value, drawn to those of edges like it as far as it is uncertain; 0 where that may be chance.
 
     The reach counts from the outline, as the walls of the solid do; whether there is an overhang at all depends on where the façade stands.
     """
-    cell, p = how
     if rim.edge.party or not np.isfinite(rim.reach_m) or rim.seen < p.least_seen:
         return EdgeOverhang(rim.edge.line, 0.0, seen=rim.seen)
     reach, sigma = _with_prior(rim, rims, p.eave_spread_m)
@@ -197,12 +199,13 @@ def _decided(
 
 
 def _with_prior(rim: RimOfEdge, rims: Sequence[RimOfEdge], spread_m: float) -> tuple[float, float]:
-    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m) and r.seen > 0.5]
+    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m) and r.seen > SEEN_WELL]
     if len(others) < 2:
         return rim.reach_m, rim.sigma_m
     prior = float(np.median([r.reach_m for r in others]))
-    own, alike = 1.0 / rim.sigma_m**2, 1.0 / spread_m**2
-    return (own * rim.reach_m + alike * prior) / (own + alike), float((own + alike) ** -0.5)
+    own, alike = 1.0 / rim.chance_m**2, 1.0 / spread_m**2
+    common = max(rim.sigma_m**2 - rim.chance_m**2, 0.0)
+    return (own * rim.reach_m + alike * prior) / (own + alike), float(np.sqrt(common + 1.0 / (own + alike)))
 
 
 def _wall_sigma(edge: WallEdge, known: Sequence[OutlineEdge], otherwise_m: float) -> float:

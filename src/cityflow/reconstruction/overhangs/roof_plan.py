@@ -91,7 +91,8 @@ class RoofPlan:
         return np.asarray(self.xy, np.float64).reshape(-1, 2) - self.origin[:2]
 
     def _cell(self, solid: Polyhedron, face: Face, number: int) -> PlanCell:
-        rings, tops = [], {}
+        rings: list[Ring] = []
+        tops: dict[int, float] = {}
         for ring in face.rings:
             plan = [self._vertex(solid, v) for v in ring]
             if len(set(plan)) < len(plan):

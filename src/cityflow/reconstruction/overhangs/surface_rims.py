@@ -69,17 +69,23 @@ def surface_edges(heights: HeightRaster, bounds: Bounds, smoothing_cells: float)
     low = float(np.nanmin(dsm))
     filled = _filled_low((dsm - low).astype(np.float32))
     size = 2 * int(np.ceil(3.5 * smoothing_cells)) + 1
-    smooth = cv2.GaussianBlur(filled, (size, size), smoothing_cells, borderType=cv2.BORDER_REPLICATE)
-    gy, gx = np.gradient(smooth)
-    gxy, gxx = np.gradient(gx)
-    gyy = np.gradient(gy, axis=0)
-    square = gx * gx + gy * gy
-    second = (gx * gx * gxx + 2.0 * gx * gy * gxy + gy * gy * gyy) / np.maximum(square, 1e-12)
+    smooth: Float32Array = np.asarray(
+        cv2.GaussianBlur(filled, (size, size), smoothing_cells, borderType=cv2.BORDER_REPLICATE), np.float32
+    )
+    gy, gx = _gradient(smooth)
+    (gxy, gxx), (gyy, _) = _gradient(gx), _gradient(gy)
+    square = np.maximum(gx * gx + gy * gy, np.float32(1e-12))
+    second: Float32Array = (gx * gx * gxx + np.float32(2.0) * gx * gy * gxy + gy * gy * gyy) / square
+    to_metres = np.float32(1.0 / grid.cell)
     # rows run south
-    return SurfaceEdges(
-        grid, low, smooth, second.astype(np.float32), -gx / np.float32(grid.cell), gy / np.float32(grid.cell),
-        smoothing_cells * grid.cell,
-    )  # fmt: skip
+    fall_x, fall_y = np.asarray(-to_metres * gx, np.float32), np.asarray(to_metres * gy, np.float32)
+    return SurfaceEdges(grid, low, smooth, second, fall_x, fall_y, smoothing_cells * grid.cell)
+
+
+def _gradient(values: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Change per row and per column."""
+    per_row, per_col = np.gradient(values)
+    return np.asarray(per_row, np.float32), np.asarray(per_col, np.float32)
 
 
 def _part(heights: HeightRaster, bounds: Bounds) -> tuple[Grid, FloatArray]:
