@@ -19,11 +19,13 @@ from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.partition.partition_values import RoofPartition
+from cityflow.reconstruction.partition.roof_partition import partition_along
 from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
-from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters, cut_in_columns
+from cityflow.reconstruction.solids.roof_solid import coarser
+from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters, TopEnergy
 from cityflow.reconstruction.volumetric_parts.facades import (
     Facade,
     FacadeCloud,
@@ -32,7 +34,7 @@ from cityflow.reconstruction.volumetric_parts.facades import (
     find_facades,
 )
 from cityflow.reconstruction.volumetric_parts.hull import build_hull, standing_columns
-from cityflow.reconstruction.volumetric_parts.hull_lines import LineParameters, cutting_lines, outline_walls
+from cityflow.reconstruction.volumetric_parts.hull_lines import cutting_lines, outline_walls
 from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters, find_nodes, through_nodes
 from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces, with_planes
 from cityflow.reconstruction.volumetric_parts.undersides import UndersideParameters, find_voids
@@ -48,7 +50,6 @@ class VolumetricParameters(Parameters):
     surfaces: SurfaceParameters = SurfaceParameters()
     facades: FacadeParameters = FacadeParameters()
     nodes: NodeParameters = NodeParameters()
-    lines: LineParameters = LineParameters()
     columns: ColumnParameters = ColumnParameters()
     undersides: UndersideParameters = UndersideParameters()
     levels: LevelParameters = LevelParameters()
@@ -87,7 +88,7 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
     planes, tied = through_nodes(segments, nodes, parameters.nodes.tie)
     segments = with_planes(segments, planes)
     scene = _Scene(evidence, segments, outline, cloud, facades)
-    lines = cutting_lines(outline, segments, facades, nodes, parameters.lines)
+    lines = cutting_lines(outline, segments, facades, nodes, parameters.columns)
     hull = scene.hull(lines, parameters)
     notes: dict[str, Scalar] = {
         "surfaces": len(segments),
@@ -134,8 +135,9 @@ class _Scene:
         """Columns and the hull around them; each further attempt asks more of every edge and of every polygon's width."""
         frame = self.evidence.ground_height, self.segments.origin, self.evidence.outline
         for attempt in range(ATTEMPTS):
-            columns = cut_in_columns(self.outline, self.segments, lines, coarser(parameters.columns, attempt))
-            partition = RoofPartition.of_subdivision(columns.division, columns.labels)
+            asked = coarser(parameters.columns, attempt)
+            energy = TopEnergy(self.segments, asked, self.outline.area)
+            partition = partition_along(self.outline, lines, energy, asked)
             solid = assemble(partition, self.segments.coefficients, *frame)
             if not check_polyhedron(solid):
                 break
@@ -156,17 +158,3 @@ class _Scene:
         if check_polyhedron(solid):
             return replace(hull, reason="the hull over a void was not valid: closed down to the ground")
         return replace(hull, solid=solid, voids=sum(c.bottom is not None for c in columns.values()))
-
-
-def coarser(parameters: ColumnParameters, times: int) -> ColumnParameters:
-    """Parameters that leave fewer and wider columns.
-
-    >>> coarser(ColumnParameters(min_width=0.4), 1).min_width
-    0.8
-    """
-    changed = {
-        "edge_cost": min(parameters.edge_cost * 3**times, 10.0),
-        "min_width": min(parameters.min_width * 2**times, 5.0),
-        "min_length": min(parameters.min_length * 1.5**times, 10.0),
-    }
-    return parameters.model_copy(update=changed)

@@ -7,8 +7,8 @@ from shapely import Polygon, box
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.partition.roof_partition import cut_cells
 from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
-from cityflow.reconstruction.volumetric_parts.columns import cut_all
 from cityflow.reconstruction.volumetric_parts.hull import build_hull, standing_columns
 
 FAR = (85_000.0, 447_000.0, 0.0)
@@ -18,7 +18,7 @@ Plane = tuple[float, float, float]
 def hull_of(lines: list[CutLine], planes: list[Plane], ceilings: dict[int, float], outline: Polygon) -> Polyhedron:
     """Cells in the order of their middles, west to east, then south to north; ceilings by that number."""
     division = Subdivision.of_polygon(outline)
-    cut_all(division, lines, 100)
+    cut_cells(division, lines, 100)
     order = sorted(
         division.cells, key=lambda n: (round(division.polygon(n).centroid.x, 3), division.polygon(n).centroid.y)
     )

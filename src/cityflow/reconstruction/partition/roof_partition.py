@@ -67,8 +67,14 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
         raise ValueError("a partition needs at least one plane")
     if len(segments) == 1:
         return single_cell(outline)
-    energy = _Energy(segments, parameters, outline.area)
-    lines = candidate_lines(outline, segments, parameters)
+    energy = PlaneEnergy(segments, parameters, outline.area)
+    return partition_along(outline, candidate_lines(outline, segments, parameters), energy, parameters)
+
+
+def partition_along(
+    outline: Polygon, lines: list[CutLine], energy: PlaneEnergy, parameters: PartitionParameters
+) -> RoofPartition:
+    """Cells between given lines, each with the plane that the energy gives it; lines earlier in the list cut first."""
     for _ in range(MAX_ROUNDS):
         division = Subdivision.of_polygon(outline)
         cut_cells(division, lines, parameters.max_cells)
@@ -82,7 +88,7 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
             break
         lines = useful
     labels = division.merge(labels)
-    labels = _without_slivers(division, labels, energy, parameters.min_width)
+    labels = without_slivers(division, labels, energy, parameters.min_width)
     labels = without_worthless(division, labels, energy, parameters.number_cost * energy.area_of_point)
     division.dissolve()
     return RoofPartition.of_subdivision(division, labels)
@@ -117,15 +123,28 @@ def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: Parti
 
 
 def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
-    """Cut every cell that a line's stretch crosses."""
+    """Cut every cell that a line's stretch crosses; boxes tell which these may be."""
+    boxes = {number: _bounds(division, number) for number in division.cells}
     for line in lines:
-        for number in list(division.cells):
+        numbers, box = np.array(list(boxes)), np.array(list(boxes.values()))
+        centre, half = (box[:, :2] + box[:, 2:]) / 2, (box[:, 2:] - box[:, :2]) / 2
+        across = np.abs(centre @ (line.nx, line.ny) - line.offset) - half @ (abs(line.nx), abs(line.ny))
+        along = np.abs(centre @ (-line.ny, line.nx) - (line.start + line.end) / 2) - half @ (abs(line.ny), abs(line.nx))
+        for number in numbers[(across < 0) & (along < (line.end - line.start) / 2)].tolist():
             if len(division.cells) >= most:
                 return
-            division.cut(number, line)
+            parts = division.cut(number, line)
+            if parts != [number]:
+                del boxes[number]
+                boxes.update({part: _bounds(division, part) for part in parts})
 
 
-class _Energy:
+def _bounds(division: Subdivision, number: int) -> tuple[float, float, float, float]:
+    x, y = zip(*(division.xy[v] for v in division.cells[number][0]), strict=True)
+    return min(x), min(y), max(x), max(y)
+
+
+class PlaneEnergy:
     """Cost of planes in cells, and of edges between cells of different planes."""
 
     def __init__(self, segments: PlaneSegments, parameters: PartitionParameters, area: float) -> None:
@@ -192,7 +211,7 @@ class _Energy:
         return (self.parameters.edge_cost * different + self.parameters.step_cost * step) * length[:, None, None]
 
 
-def _without_slivers(division: Subdivision, labels: dict[int, int], energy: _Energy, width: float) -> dict[int, int]:
+def without_slivers(division: Subdivision, labels: dict[int, int], energy: PlaneEnergy, width: float) -> dict[int, int]:
     """Labels after narrow cells have joined the neighbour that explains their points best, narrowest first."""
     for _ in range(len(division.cells)):
         numbers = list(division.cells)

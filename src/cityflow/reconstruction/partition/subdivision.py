@@ -250,6 +250,19 @@ class Subdivision:
         across = (self.left.get((v, u)) for ring in self.cells[number] for u, v in ring_edges(ring))
         return list(dict.fromkeys(c for c in across if c is not None and c != number))
 
+    def outline_edges(self) -> dict[Edge, int]:
+        """Number of the outline's edge, by its first vertex, on which each border edge lies."""
+        following = {u: v for u, v in sorted(self.left) if (v, u) not in self.left}
+        found: dict[Edge, int] = {}
+        for first in range(self.fixed):
+            u = first
+            while u in following and (u, following[u]) not in found:
+                found[u, following[u]] = first
+                u = following[u]
+                if u < self.fixed:
+                    break
+        return found
+
     def dissolve(self, tolerance: float = ON_LINE) -> None:
         """Remove vertices that are not the outline's, and where one straight edge merely goes on."""
         ends: dict[int, set[int]] = {}

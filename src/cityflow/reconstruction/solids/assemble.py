@@ -17,7 +17,7 @@ from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.corner_heights import OUTSIDE, CornerHeights
-from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, trace_rings
+from cityflow.reconstruction.solids.ring_tracing import group_rings, trace_rings
 from cityflow.reconstruction.solids.touching_rings import pulled_apart
 from cityflow.reconstruction.solids.wall_merging import Wall, merge_walls
 
@@ -142,7 +142,7 @@ class _Shell:
     def _walls(self) -> list[Wall]:
         """A wall for every edge, on the side of the higher cell, and the number of the outline edge it stands on."""
         division, walls = self.heights.division, []
-        edges_of_outline = self._outline_edges()
+        edges_of_outline = division.outline_edges()
         for u, v in sorted(division.left):
             left, right = division.left[u, v], division.left.get((v, u), OUTSIDE)
             start, end = self.heights.step(u, left, right), self.heights.step(v, left, right)
@@ -155,20 +155,6 @@ class _Shell:
         up = [(v, k) for k in range(level[v, low], level[v, high] + 1)]
         down = [(u, k) for k in range(level[u, high], level[u, low] - 1, -1)]
         return (*up, *down)
-
-    def _outline_edges(self) -> dict[Edge, int]:
-        """Number of the outline edge, by its first vertex, on which each border edge lies."""
-        division = self.heights.division
-        following = {u: v for u, v in sorted(division.left) if (v, u) not in division.left}
-        found: dict[Edge, int] = {}
-        for first in range(division.fixed):
-            u = first
-            while u in following and (u, following[u]) not in found:
-                found[u, following[u]] = first
-                u = following[u]
-                if u < division.fixed:
-                    break
-        return found
 
     def _numbered(self, faces: list[_CornerFace]) -> Polyhedron:
         """Faces over corners become faces over vertex numbers; corners within a straight edge are left out."""

@@ -9,6 +9,8 @@ loses the corner of one low cell, since four walls must not meet in one vertical
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,6 +29,9 @@ NO_WALL = 1e-3
 
 CORNER = 0.05
 """Legs (m) of the corner that a cell loses where four walls would meet."""
+
+S = TypeVar("S")
+"""Whose a height is."""
 
 OUTSIDE = -1
 """Number of the cell outside the outline."""
@@ -65,16 +70,7 @@ class CornerHeights:
         for cell in cells:
             a, b, c = (0.0, 0.0, self.floor) if cell == OUTSIDE else self.planes[cell]
             heights.append((float(a * x + b * y + c), cell))
-        heights.sort()
-        tolerance = max(NO_WALL, min(SAME_HEIGHT, SAME_SLOPE * self.shortest[vertex]))
-        groups: list[list[tuple[float, int]]] = []
-        for item in heights:
-            if groups and item[0] - groups[-1][0][0] <= tolerance:
-                groups[-1].append(item)
-            else:
-                groups.append([item])
-        for pair in self.tied.get(vertex, []):
-            groups = _joined(groups, pair)
+        groups = tied_groups(heights, self.shortest[vertex], self.tied.get(vertex, []))
         self.levels[vertex] = [sum(z for z, _ in group) / len(group) for group in groups]
         for k, group in enumerate(groups):
             for _, cell in group:
@@ -169,9 +165,32 @@ class CornerHeights:
         self.planes.update({cell: np.array(planes[label]) for cell, label in labels.items()})
 
 
-def _joined(groups: list[list[tuple[float, int]]], pair: tuple[int, int]) -> list[list[tuple[float, int]]]:
-    """Groups of heights, lowest first, with those of two cells and all between made one."""
-    places = [k for k, group in enumerate(groups) for _, cell in group if cell in pair]
+def tied_groups(
+    heights: list[tuple[float, S]], shortest: float, tied: Sequence[tuple[S, S]]
+) -> list[list[tuple[float, S]]]:
+    """Heights of surfaces over one place, grouped from below where they are one.
+
+    Parameters
+    ----------
+    heights : metres, and whose they are
+    shortest : metres, of the edges that meet there
+    tied : surfaces that are at one height there, with all between them
+    """
+    tolerance = max(NO_WALL, min(SAME_HEIGHT, SAME_SLOPE * shortest))
+    groups: list[list[tuple[float, S]]] = []
+    for item in sorted(heights):
+        if groups and item[0] - groups[-1][0][0] <= tolerance:
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    for pair in tied:
+        groups = _joined(groups, pair)
+    return groups
+
+
+def _joined(groups: list[list[tuple[float, S]]], pair: tuple[S, S]) -> list[list[tuple[float, S]]]:
+    """Groups of heights, lowest first, with those of two surfaces and all between made one."""
+    places = [k for k, group in enumerate(groups) for _, surface in group if surface in pair]
     if len(places) < 2 or places[0] == places[-1]:
         return groups
     first, last = places[0], places[-1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 from shapely import Polygon
 
@@ -13,6 +14,8 @@ from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
+
+P = TypeVar("P", bound=PartitionParameters)
 
 ATTEMPTS = 3
 """A fixed number, so that the result never depends on the clock."""
@@ -65,7 +68,7 @@ def _of_used_planes(
     return partition.renumbered(used), segments.take(used)
 
 
-def coarser(parameters: PartitionParameters, times: int) -> PartitionParameters:
+def coarser(parameters: P, times: int) -> P:
     """Parameters that leave fewer and wider roof polygons.
 
     >>> coarser(PartitionParameters(min_width=0.4), 1).min_width

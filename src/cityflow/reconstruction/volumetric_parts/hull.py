@@ -17,7 +17,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
 from cityflow.reconstruction.partition.subdivision import MIN_EDGE, Subdivision
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT
-from cityflow.reconstruction.solids.corner_heights import NO_WALL, SAME_HEIGHT, SAME_SLOPE
+from cityflow.reconstruction.solids.corner_heights import tied_groups
 from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, ring_edges, trace_rings
 from cityflow.reconstruction.solids.touching_rings import pulled_apart
 from cityflow.reconstruction.solids.wall_merging import Corner, Wall, merge_walls
@@ -112,20 +112,12 @@ class HullLevels:
                 around.setdefault(end, set()).add(cell)
                 shortest[end] = min(shortest.get(end, length), length)
         for vertex in sorted(around):
-            tolerance = max(NO_WALL, min(SAME_HEIGHT, SAME_SLOPE * shortest[vertex]))
-            self._cluster(vertex, sorted(around[vertex]), tolerance)
+            self._cluster(vertex, sorted(around[vertex]), shortest[vertex])
 
-    def _cluster(self, vertex: int, cells: list[int], tolerance: float) -> None:
+    def _cluster(self, vertex: int, cells: list[int], shortest: float) -> None:
         sheets = [FLOOR_SHEET, *((TOP, c) for c in cells), *((BOTTOM, c) for c in cells if self._is_void(c))]
-        ordered = sorted((self._z(vertex, sheet), sheet) for sheet in sheets)
-        groups: list[list[tuple[float, Sheet]]] = []
-        for item in ordered:
-            if groups and item[0] - groups[-1][0][0] <= tolerance:
-                groups[-1].append(item)
-            else:
-                groups.append([item])
-        for pair in self.tied.get(vertex, []):
-            groups = _joined(groups, pair)
+        ordered = [(self._z(vertex, sheet), sheet) for sheet in sheets]
+        groups = tied_groups(ordered, shortest, self.tied.get(vertex, []))
         self.heights[vertex] = []
         for k, group in enumerate(groups):
             on_floor = any(sheet == FLOOR_SHEET for _, sheet in group)
@@ -163,14 +155,6 @@ class HullLevels:
         (x1, y1), (x2, y2) = division.xy[u], division.xy[v]
         vertex = division.insert(edge, x1 + t * (x2 - x1), y1 + t * (y2 - y1))
         self.tied[vertex] = [(one, other)]
-
-
-def _joined(groups: list[list[tuple[float, Sheet]]], pair: tuple[Sheet, Sheet]) -> list[list[tuple[float, Sheet]]]:
-    places = [k for k, group in enumerate(groups) for _, sheet in group if sheet in pair]
-    if len(places) < 2 or places[0] == places[-1]:
-        return groups
-    first, last = min(places), max(places)
-    return [*groups[:first], [item for group in groups[first : last + 1] for item in group], *groups[last + 1 :]]
 
 
 def build_hull(
@@ -247,7 +231,7 @@ class _Hull:
 
     def _walls(self) -> list[Wall]:
         division, walls = self.levels.division, []
-        on_outline = self._outline_edges()
+        on_outline = division.outline_edges()
         for edge in sorted(division.left):
             own = self.levels.span(edge, division.left[edge])
             other = self.levels.span(edge, division.left.get((edge[1], edge[0])))
@@ -256,20 +240,6 @@ class _Hull:
                 if low != high:
                     walls.append(Wall(_wall_ring(edge, low, high), edge, on_outline.get(edge, -1)))
         return walls
-
-    def _outline_edges(self) -> dict[Edge, int]:
-        """Number of the outline edge, by its first vertex, on which each border edge lies."""
-        division = self.levels.division
-        following = {u: v for u, v in sorted(division.left) if (v, u) not in division.left}
-        found: dict[Edge, int] = {}
-        for first in range(division.fixed):
-            u = first
-            while u in following and (u, following[u]) not in found:
-                found[u, following[u]] = first
-                u = following[u]
-                if u < division.fixed:
-                    break
-        return found
 
     def _position(self, corner: Corner) -> tuple[float, float, float]:
         vertex, level = corner

@@ -6,10 +6,8 @@ import itertools
 import math
 
 import numpy as np
-from pydantic import Field
 from shapely import Polygon
 
-from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.partition.borders import find_borders
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
@@ -21,18 +19,9 @@ from cityflow.reconstruction.partition.cut_lines import (
 from cityflow.reconstruction.partition.step_lines import step_lines
 from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
+from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters
 from cityflow.reconstruction.volumetric_parts.facades import Facade, facade_lines
 from cityflow.reconstruction.volumetric_parts.nodes import Nodes, edge_lines
-
-
-class LineParameters(Parameters):
-    """Which lines may become edges."""
-
-    reach: float = Field(1.0, gt=0, le=5, description="surfaces nearer than this (m) are neighbours")
-    gap: float = Field(4.0, gt=0, le=50, description="so far (m) are surfaces extended over parts that nobody saw")
-    extend: float = Field(2.5, ge=0, le=50, description="metres that an edge may run on to reach a node")
-    min_length: float = Field(0.7, gt=0, le=10, description="shortest line (m)")
-    most: int = Field(400, ge=1, le=5000, description="most lines that cut the outline")
 
 
 def outline_walls(outline: Polygon) -> list[CutLine]:
@@ -48,13 +37,13 @@ def outline_walls(outline: Polygon) -> list[CutLine]:
 
 
 def cutting_lines(
-    outline: Polygon, segments: PlaneSegments, facades: list[Facade], nodes: Nodes, parameters: LineParameters
+    outline: Polygon, segments: PlaneSegments, facades: list[Facade], nodes: Nodes, parameters: ColumnParameters
 ) -> list[CutLine]:
     """Walls first, then all others by the length of what supports them; local frame."""
     borders = find_borders(segments, parameters.reach, parameters.gap)
     crossings, explained = intersection_lines(segments, borders, parameters.min_length, parameters.reach)
     crossings = edge_lines(crossings, nodes, parameters.extend)
-    steps = step_lines(borders.take(~explained), main_directions(outline), parameters.min_length, parameters.most)
+    steps = step_lines(borders.take(~explained), main_directions(outline), parameters.min_length, parameters.max_lines)
     guessed = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
     guessed.sort(key=lambda line: -line.support)
-    return without_doubles([*facade_lines(facades, 0.5), *guessed], 0.1)[: parameters.most]
+    return without_doubles([*facade_lines(facades, 0.5), *guessed], 0.1)[: parameters.max_lines]

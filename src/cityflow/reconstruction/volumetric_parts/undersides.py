@@ -19,10 +19,11 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.partition.cell_evidence import points_in_cells
 from cityflow.reconstruction.partition.cut_lines import main_directions
+from cityflow.reconstruction.partition.roof_partition import cut_cells
 from cityflow.reconstruction.partition.step_lines import angle_between
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
-from cityflow.reconstruction.volumetric_parts.columns import cut_all, inner_edges
+from cityflow.reconstruction.volumetric_parts.columns import inner_edges
 from cityflow.reconstruction.volumetric_parts.expansion import min_cut
 from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud, end_lines
 
@@ -149,7 +150,7 @@ def _is_under_roof(
 def _cut(division: Subdivision, surface: dict[int, int], behind: list[Facade]) -> dict[int, int]:
     """Cut along the façades and square to their ends; surfaces of the parts."""
     before = {number: division.polygon(number) for number in division.cells}
-    cut_all(division, [*(f.line for f in behind), *end_lines(behind)], 20 * len(before) + 200)
+    cut_cells(division, [*(f.line for f in behind), *end_lines(behind)], 20 * len(before) + 200)
     shapes, owner = shapely.STRtree(list(before.values())), list(before)
     out = {}
     for number in division.cells:
