@@ -7,7 +7,7 @@ determined anew from the surface model.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import Field
@@ -41,6 +41,8 @@ from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "roof_types"
+LADDER = 4
+"""So many roofs are tried until one gives a valid solid."""
 Origin = tuple[float, float, float]
 
 
@@ -93,16 +95,33 @@ def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidat
     reading = read(evidence, parameters)
     if len(reading.cells) < parameters.least_cells:
         return _none(f"{len(reading.cells)} heights inside the outline, {parameters.least_cells} needed")
-    roof = best_roof(reading, evidence.wanted_type, parameters)
-    if roof is None:
+    roofs = best_roofs(reading, evidence.wanted_type, parameters)
+    if not roofs:
         return _none("no roof type fits the outline")
-    model = roof_model(roof.parts)
-    off = _share_off(reading, model)
+    off = _share_off(reading, roof_model(roofs[0].parts))
     if off > parameters.most_off:
         return _none(
-            f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roof.type}): type unknown"
+            f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roofs[0].type}): type unknown"
         )
-    return _candidate(evidence, reading, model, roof, parameters)
+    return _first_valid(evidence, reading, roofs, parameters)
+
+
+def _first_valid(
+    evidence: Evidence, reading: Reading, roofs: list[Composition], parameters: RoofTypesParameters
+) -> Candidate:
+    """The best roof; where its solid has faults, the next one, marked."""
+    tried = 0
+    faults = "none tried"
+    while faults and tried < min(len(roofs), LADDER):
+        candidate, faults = _candidate(evidence, reading, roofs[tried], parameters)
+        tried += 1
+    if faults:
+        return _none(f"no valid solid of the best {min(len(roofs), LADDER)} roofs: {faults}")
+    margin = roofs[tried].cost - roofs[tried - 1].cost if len(roofs) > tried else 0.0
+    notes = {**candidate.notes, "margin": round(float(margin), 3)}
+    if tried == 1:
+        return replace(candidate, notes=notes)
+    return replace(candidate, notes=notes, status=Status.DEGRADED, reason=f"{tried - 1} better roofs gave no valid solid")
 
 
 def _none(reason: str) -> Candidate:
@@ -159,16 +178,19 @@ def _over_walls(
     return ortho_shift.brought_back(lines, shift, z - ground, levels.bottom - ground)
 
 
-def best_roof(reading: Reading, wanted: str, parameters: RoofTypesParameters) -> Composition | None:
-    """The cheapest roof of all types, layouts and directions; of the wanted type where one is wanted."""
+def best_roofs(reading: Reading, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
+    """The cheapest roofs over all types, layouts and directions, one of each type; of the wanted type where one is wanted."""
     found = _roofs(reading, reading.clues, wanted, parameters)
     if not found:
-        return None
-    best = min(found, key=lambda c: c.cost)
-    clues = with_noise_of(reading.clues, roof_model(best.parts))
+        return []
+    clues = with_noise_of(reading.clues, roof_model(min(found, key=lambda c: c.cost).parts))
     if clues.sigma > 1.1 * reading.clues.sigma:
-        best = min(_roofs(reading, clues, wanted, parameters), key=lambda c: c.cost)
-    return lifted(clues, best)
+        found = _roofs(reading, clues, wanted, parameters)
+    kept: dict[tuple[str, int], Composition] = {}
+    for roof in sorted(found, key=lambda c: c.cost):
+        kept.setdefault((roof.type.value, len(roof.parts)), roof)
+    best, *others = kept.values()
+    return [lifted(clues, best), *others]
 
 
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
@@ -198,17 +220,15 @@ def _share_off(reading: Reading, model: RoofModel) -> float:
 
 
 def _candidate(
-    evidence: Evidence,
-    reading: Reading,
-    model: RoofModel,
-    roof: Composition,
-    parameters: RoofTypesParameters,
-) -> Candidate:
+    evidence: Evidence, reading: Reading, roof: Composition, parameters: RoofTypesParameters
+) -> tuple[Candidate, str]:
+    """The solid of a roof, and its first fault."""
+    model = roof_model(roof.parts)
     partition = partition_of(model, reading.outline)
     solid = assemble(partition, model.planes, evidence.ground_height, reading.origin, evidence.outline)
     faults = check_polyhedron(solid)
     if faults:
-        return _none(f"the {roof.type} roof gives no valid solid: {faults[0].code} {faults[0].name}")
+        return _none("faults"), f"{roof.type} {faults[0].code} {faults[0].name}"
     blocks = block_levels(
         partition, model.planes, evidence.ground_height, reading.origin, evidence.outline, parameters.levels
     )
@@ -219,7 +239,7 @@ def _candidate(
         "noise": round(reading.clues.sigma, 3),
     }
     planes = _roof_planes(reading, model)
-    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=roof.type.value)
+    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=roof.type.value), ""
 
 
 def _roof_planes(reading: Reading, model: RoofModel) -> tuple[RoofPlane, ...]:

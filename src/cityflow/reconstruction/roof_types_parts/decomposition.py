@@ -21,7 +21,9 @@ from cityflow.reconstruction.roof_types_parts.outline_sides import Sides, main_a
 from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
-SNAP_M = 1e-3
+SNAP_M, MOST_SIDES = 1e-3, 8
+EXACT = 0.99
+"""Share of a rectangle inside an outline that is drawn well."""
 
 
 class DecompositionParameters(Parameters):
@@ -81,17 +83,19 @@ def rectangles(outline: Polygon, sides: Sides, angle: float, parameters: Decompo
     towards = [_facing(sides, angle + k * math.pi / 2, parameters) for k in range(4)]
     if not all(towards):
         return []
-    prepared = outline.buffer(0)
-    shapely.prepare(prepared)
-    found: list[tuple[float, Quad, Polygon]] = []
-    for left, front, right, back in product(*towards):
-        quad = Quad(np.array([front, back, left, right]))
-        if quad.width < parameters.narrowest_m or quad.length < parameters.narrowest_m:
-            continue
-        ring = Polygon(quad.ring())
-        common = shapely.intersection(ring, prepared, grid_size=SNAP_M).area
-        if common >= parameters.inside * ring.area and common >= parameters.least_main * outline.area:
-            found.append((ring.area, quad, ring))
+    tried = [Quad(np.array([front, back, left, right])) for left, front, right, back in product(*towards)]
+    wide = [q for q in tried if min(q.width, q.length) >= parameters.narrowest_m]
+    rings = [Polygon(q.ring()) for q in wide]
+    sound = [(r.area, q, r) for q, r in zip(wide, rings, strict=True) if r.is_valid]
+    found = [f for f in sound if parameters.least_main * outline.area <= f[0] <= outline.area / parameters.inside]
+    shares = [shapely.intersection(r, outline, grid_size=SNAP_M).area / a for a, _, r in found]
+    large = [a * s >= parameters.least_main * outline.area for (a, _, _), s in zip(found, shares, strict=True)]
+    # Outlines drawn badly hold no rectangle wholly; of those drawn well only true ones count.
+    for least in (EXACT, parameters.inside):
+        chosen = [f for f, s, big in zip(found, shares, large, strict=True) if big and s >= least]
+        if chosen:
+            break
+    found = chosen
     found.sort(key=lambda item: -item[0])
     kept: list[tuple[float, Quad, Polygon]] = []
     for area, quad, ring in found:
@@ -105,13 +109,13 @@ def _facing(sides: Sides, angle: float, parameters: DecompositionParameters) -> 
     lines, length = sides.lines(), sides.length
     inwards = np.arctan2(lines[:, 1], lines[:, 0])
     turn = np.abs((inwards - angle + math.pi) % (2 * math.pi) - math.pi)
-    chosen = [k for k in np.argsort(-length, kind="stable") if turn[k] <= math.radians(parameters.square_deg)]
+    chosen = [int(k) for k in np.argsort(-length, kind="stable") if turn[k] <= math.radians(parameters.square_deg)]
     direction = np.array([math.cos(angle), math.sin(angle)])
     place = sides.ends.mean(axis=1) @ direction
     kept: list[int] = []
-    for k in chosen:
+    for k in chosen[:MOST_SIDES]:
         if all(abs(place[k] - place[other]) > parameters.same_m for other in kept):
-            kept.append(int(k))
+            kept.append(k)
     return [lines[k] for k in kept]
 
 

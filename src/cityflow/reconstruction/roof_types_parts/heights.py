@@ -12,6 +12,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.reconstruction import Evidence, HeightRaster
 
+COARSE_M = 1.25
 FINEST_M = 0.25
 """Places at which a cell is looked at stand no further apart than twice this."""
 MOST_CELLS = 1500
@@ -66,6 +67,8 @@ def height_cells(
     """Cells well inside the outline (local); of the points where there is no raster."""
     if evidence.heights is None:
         return _point_cells(evidence, outline, origin)
+    # Coarse cells are few, and what little the rim spoils is lost in their means.
+    margin = margin if evidence.heights.grid.cell <= COARSE_M else 0.0
     cells = _raster_cells(evidence.heights, outline, origin, margin)
     if len(cells) < 8:
         cells = _raster_cells(evidence.heights, outline, origin, 0.0, 0.6)

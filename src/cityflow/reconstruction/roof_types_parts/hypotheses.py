@@ -176,7 +176,9 @@ def ridge_roofs(
     best = min(found, key=lambda h: h.cost)
     if best.skeleton.rise > 0:
         found += _mansards(part, best, parameters)
-    return [h for h in found if abs(h.skeleton.rise) >= _least_rise(part.quad.width / 2, parameters)]
+    # Runs that nearly meet leave a ridge of centimetres: `pyramid` has its faces meet exactly.
+    ridged = [h for h in found if h.skeleton.type is not RoofType.PYRAMID]
+    return [h for h in ridged if abs(h.skeleton.rise) >= _least_rise(part.quad.width / 2, parameters)]
 
 
 def _measured(part: PartClues, shape: FloatArray, paid: float, parameters: HypothesisParameters) -> Hypothesis:
@@ -331,7 +333,9 @@ def _is_mansard(bend: FloatArray, half: float, rise: float, parameters: Hypothes
 def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
     """Four faces that meet over the middle."""
     shape = skeletons.ridge_shape(part.quad)
-    shape[[R2, R3]], shape[[S2, S3]] = part.quad.length / 2, 0.0
+    # Distances of one place to all four sides, so that the faces meet there exactly, however skewed the sides are.
+    shape[[D0, D1, R2, R3]] = part.quad.distances(part.quad.middle[None])[0]
+    shape[[S2, S3]] = 0.0
     fit = _measured(part, shape, part.clues.per_parameter(), parameters)
     slender = max(0.0, part.quad.length / part.quad.width - 1.25)
     low = fit.skeleton.rise < _least_rise(part.quad.width / 2, parameters)
