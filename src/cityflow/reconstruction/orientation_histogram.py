@@ -36,8 +36,8 @@ from cityflow.reconstruction.solids.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
 
-MOST_LEFT_OUT = 0.1
-"""A roof is simpler than its points ask for where more of the points on planes (share) lie on planes that no polygon has."""
+MOST_LEFT_OUT = 0.3
+"""A roof is simpler than its points ask for where more of the points (share) lie on planes that no polygon has."""
 
 
 class OrientationHistogramParameters(Parameters):
