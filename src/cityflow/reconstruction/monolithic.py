@@ -63,11 +63,14 @@ class MonolithicParameters(Parameters):
         100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²"
     )
     slope_sigma: float = Field(
-        0.08, gt=0, le=1, description="a cell is so large that its slope is known to this (rise over run)"
+        0.08, gt=0, le=1, description="2×2 cells are so large that their slope is known to this (rise over run)"
     )
-    cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that a typical cell holds")
+    cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that 2×2 cells typically hold")
     facades: FacadeLineParameters = FacadeLineParameters()
     cells: RoofCellParameters = RoofCellParameters()
+    worse_again: float = Field(
+        1.5, gt=1, le=5, description="`cells.worse` of the second attempt at an inconsistent roof"
+    )
     skeleton: SkeletonParameters = SkeletonParameters()
     faces: FaceParameters = FaceParameters()
     levels: LevelParameters = LevelParameters()
@@ -99,7 +102,7 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     cells, noise = _cells(evidence, outline, origin, parameters)
     notes |= {"cell_m": round(cells.grid.cell, 3), "noise": round(noise, 4)}
     notes |= _contour_notes(find_contour(evidence, outline, origin, parameters.facades), outline)
-    roof = _roof(cells, outline, noise, parameters, notes)
+    roof = _first_consistent(cells, outline, noise, parameters, notes)
     planes = roof.skeleton.planes
     frame = evidence.ground_height, origin, evidence.outline
     solid = assemble(roof.partition, planes, *frame)
@@ -175,13 +178,34 @@ def _cells(
     local = local[np.all(np.isfinite(local), axis=1)]
     if typical_density(local) > parameters.target_density_m2:
         local = thin(local, 1 / math.sqrt(parameters.target_density_m2))
+    # the filter looks at some points by their numbers: so these must not depend on the reader
+    local = local[np.lexsort((local[:, 2], local[:, 1], local[:, 0]))]
     filtering = filter_noise(local, parameters.noise)
     local = local[filtering.keep]
     noise = filtering.noise_m
     if len(local) < 3 * parameters.cell_points or not np.isfinite(noise):
         raise Inconsistency(f"{len(local)} points are too few for a roof")
     cell = spacing(typical_density(local), noise, parameters.slope_sigma, parameters.cell_points)
-    return CellPoints.of(CellGrid.over(outline.bounds, cell), local), noise
+    return CellPoints.of(CellGrid.over(outline.bounds, cell / 2), local), noise
+
+
+def _first_consistent(
+    cells: CellPoints, outline: Polygon, noise: float, parameters: MonolithicParameters, notes: dict[str, Scalar]
+) -> _Roof:
+    """The roof; where it is inconsistent, that of surfaces that were merged more boldly, since one surface may have come in two parts."""
+    try:
+        return _roof(cells, outline, noise, parameters, notes)
+    except Inconsistency:
+        bolder = parameters.cells.model_copy(update={"worse": parameters.worse_again})
+        again: dict[str, Scalar] = {}
+        try:
+            roof = _roof(cells, outline, noise, parameters.model_copy(update={"cells": bolder}), again)
+        except Inconsistency:
+            roof = None
+        if roof is None:
+            raise
+        notes |= again | {"merged_again": True}
+        return roof
 
 
 def _roof(

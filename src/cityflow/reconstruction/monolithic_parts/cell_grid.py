@@ -13,7 +13,8 @@ from cityflow.core.arrays import FloatArray, IntArray
 SUMS = 10
 """Number, sums of x, y, z, and of their products xx, xy, yy, xz, yz, zz."""
 
-LEAST_CELL_M, LARGEST_CELL_M = 0.25, 1.5
+LEAST_CELL_M, LARGEST_CELL_M = 0.5, 1.5
+"""Errors of matched heights are alike over some pixels, so that a smaller cell is flat and leans, however many points it holds."""
 MOST_CELLS = 400_000
 FLAT_ROUND = 1e-4
 """Points whose spread across is less than this share of that along (squared) stand on a line."""

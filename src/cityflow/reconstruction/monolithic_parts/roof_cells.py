@@ -33,7 +33,7 @@ class RoofCellParameters(Parameters):
     """Which cells are roof, and which belong together."""
 
     smooth_sigmas: float = Field(
-        2.5, gt=1, le=10, description="a smooth cell's RMS exceeds the noise by so many of its own sigmas"
+        2.5, gt=1, le=10, description="a smooth window's RMS exceeds the noise by so many of its own sigmas"
     )
     angle_deg: float = Field(
         15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)"
@@ -42,6 +42,9 @@ class RoofCellParameters(Parameters):
         0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
     )
     offset_sigmas: float = Field(3.0, gt=0, le=20, description="a cell's middle is no farther off its group's plane")
+    worse: float = Field(
+        1.15, gt=1, le=5, description="groups are one where neither lies so many times worse on the plane of both"
+    )
     max_slope_deg: float = Field(72.0, gt=45, lt=90, description="steeper cells (degrees) are walls")
     min_area_m2: float = Field(
         1.2, gt=0, le=100, description="smaller groups are roof installations and are grown over"
@@ -78,16 +81,17 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
     noise : standard deviation of points across their surface, metres
     """
     sigma = math.hypot(noise, parameters.unevenness_m)
-    planes, known = _cell_planes(cells.sums)
+    planes, ratio = _cell_planes(cells.sums, inside.ravel(), cells.grid.cols, sigma, parameters.smooth_sigmas)
     steep = np.hypot(planes[:, 0], planes[:, 1]) > math.tan(math.radians(parameters.max_slope_deg))
-    smooth = known & ~steep & inside.ravel() & (planes[:, 3] <= _largest_rms(cells.sums[:, 0], sigma, parameters))
+    smooth = ~steep & inside.ravel() & (ratio <= 1.0)
     limits = np.array([math.cos(math.radians(parameters.angle_deg)), parameters.offset_sigmas * sigma])
     seeds = np.flatnonzero(smooth)
-    seeds = seeds[np.argsort(planes[seeds, 3], kind="stable")]
+    seeds = seeds[np.argsort(ratio[seeds], kind="stable")]
     labels = _grow_groups(cells.sums, planes, smooth, seeds.astype(np.int64), cells.grid.cols, limits)
+    alike = float(limits[0]), sigma
     # mixed cells at its rim are not yet a group's own
     least = max(CORE * parameters.min_area_m2 / cells.grid.cell**2, 4.0)
-    labels, surfaces = merged_groups(cells, labels, limits[0], sigma, least)
+    labels, surfaces = merged_groups(cells, labels, alike, parameters.worse, least)
     grown = float(np.mean(labels[inside.ravel()] == NONE)) if inside.any() else 1.0
     share = float(smooth.sum() / max(np.count_nonzero(inside.ravel() & (cells.sums[:, 0] > 0)), 1))
     image = np.where(inside.ravel(), labels, OUTSIDE)
@@ -95,7 +99,7 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
         if len(surfaces) == 0:
             break
         image = _settled_image(cells, image, surfaces, sigma, parameters)
-        labels, fitted = merged_groups(cells, np.where(smooth, image, NONE), limits[0], sigma, least)
+        labels, fitted = merged_groups(cells, np.where(smooth, image, NONE), alike, parameters.worse, least)
         if len(fitted) == len(surfaces):
             break
         surfaces, image = fitted, np.where(inside.ravel(), labels, OUTSIDE)
@@ -111,11 +115,6 @@ def _settled_image(
     return np.asarray(_settled(cells.points, cells.starts, closed, surfaces, cells.grid.cols, *frame))
 
 
-def _largest_rms(count: FloatArray, sigma: float, parameters: RoofCellParameters) -> FloatArray:
-    """RMS (m) of a cell of so many points on one surface that chance does not exceed."""
-    return np.asarray(sigma * (1.0 + parameters.smooth_sigmas / np.sqrt(2.0 * np.maximum(count - 3.0, 1.0))))
-
-
 def closed_over(cells: CellPoints, image: IntArray, planes: FloatArray, sigma: float) -> IntArray:
     """The image after surfaces have grown over cells labelled `NONE`."""
     flat = _closed(cells.points, cells.starts, image.ravel(), planes, cells.grid.cols, sigma)
@@ -123,12 +122,28 @@ def closed_over(cells: CellPoints, image: IntArray, planes: FloatArray, sigma: f
 
 
 @njit(cache=True, nogil=True)
-def _cell_planes(sums: FloatArray) -> tuple[FloatArray, BoolArray]:
-    planes, known = np.zeros((len(sums), 4)), np.zeros(len(sums), np.bool_)
+def _cell_planes(
+    sums: FloatArray, inside: BoolArray, cols: int, sigma: float, sigmas: float
+) -> tuple[FloatArray, FloatArray]:
+    """Plane of each cell with points, and its RMS over what chance allows; infinite where no plane is known.
+
+    Of the four windows of 2×2 cells that hold a cell the flattest speaks for it: beside a ridge that is the one on its own side.
+    """
+    planes, ratio = np.zeros((len(sums), 4)), np.full(len(sums), np.inf)
+    total, plane = np.empty(SUMS), np.empty(4)
     for k in range(len(sums)):
-        if sums[k, 0] >= 4:
-            known[k] = plane_of_sums(sums[k], planes[k])
-    return planes, known
+        if not inside[k] or sums[k, 0] < 1:
+            continue
+        for corner in (-cols - 1, -cols, -1, 0):
+            first = k + corner
+            total[:] = sums[first] + sums[first + 1] + sums[first + cols] + sums[first + cols + 1]
+            if total[0] < 4 or not plane_of_sums(total, plane):
+                continue
+            allowed = sigma * (1.0 + sigmas / np.sqrt(2.0 * max(total[0] - 3.0, 1.0)))
+            if plane[3] / allowed < ratio[k]:
+                ratio[k] = plane[3] / allowed
+                planes[k] = plane
+    return planes, ratio
 
 
 @njit(cache=True, nogil=True)
@@ -192,9 +207,16 @@ def _grow_groups(
 
 
 def merged_groups(
-    cells: CellPoints, labels: IntArray, cosine: float, sigma: float, least: float
+    cells: CellPoints, labels: IntArray, limits: tuple[float, float], worse: float, least: float
 ) -> tuple[IntArray, FloatArray]:
-    """Groups after neighbours on one plane have joined and small ones are gone, largest first, and their planes."""
+    """Groups after neighbours on one plane have joined and small ones are gone, largest first, and their planes.
+
+    Parameters
+    ----------
+    limits : cosine between normals, noise (m)
+    worse : most by which a group may lie worse on a common plane than on its own
+    least : fewest cells of a group
+    """
     count = int(labels.max()) + 1 if len(labels) else 0
     if count == 0:
         return labels, np.empty((0, 3))
@@ -205,8 +227,8 @@ def merged_groups(
     wide = _wide_groups(labels.reshape(cells.grid.shape), count)
     pairs = _neighbours(labels.reshape(cells.grid.shape), 2)
     while True:
-        gains = [(_joint_rms(sums, i, j, cosine), i, j) for i, j in sorted(pairs)]
-        fits = [g for g in gains if g[0] <= 1.15 * sigma]
+        gains = [(_joint_misfit(sums, i, j, limits), i, j) for i, j in sorted(pairs)]
+        fits = [g for g in gains if g[0] <= worse]
         if not fits:
             break
         _, i, j = min(fits)
@@ -239,13 +261,17 @@ def _wide_groups(image: IntArray, count: int) -> BoolArray:
     return found
 
 
-def _joint_rms(sums: FloatArray, i: int, j: int, cosine: float) -> float:
-    """RMS (m) of the worse of two groups on the plane of both; infinite where their directions differ."""
+def _joint_misfit(sums: FloatArray, i: int, j: int, limits: tuple[float, float]) -> float:
+    """How much worse two groups lie on the plane of both than on their own; infinite where their directions differ.
+
+    Limits are the cosine between their normals and the noise (m), below which no plane needs to fit.
+    """
     planes = np.zeros((3, 4))
     known = [plane_of_sums(row, planes[k]) for k, row in enumerate((sums[i], sums[j], sums[i] + sums[j]))]
-    if not known[2] or (known[0] and known[1] and _cosine(planes[0], planes[1]) < cosine):
+    if not known[2] or (known[0] and known[1] and _cosine(planes[0], planes[1]) < limits[0]):
         return math.inf
-    return max(_rms_on(sums[i], planes[2]), _rms_on(sums[j], planes[2]))
+    own = [max(limits[1], planes[k, 3] if known[k] else 0.0) for k in range(2)]
+    return max(_rms_on(sums[k], planes[2]) / own[m] for m, k in enumerate((i, j)))
 
 
 def _rms_on(row: FloatArray, plane: FloatArray) -> float:

@@ -32,8 +32,8 @@ class Inconsistency(Exception):
 class SkeletonParameters(Parameters):
     """How well nodes, edges and planes must agree."""
 
-    reach_cells: float = Field(2.0, gt=0, le=20, description="a chain of cells is no farther from its line (cells)")
-    node_cells: float = Field(4.0, gt=0, le=50, description="a node is no farther from where the cells have it (cells)")
+    reach_cells: float = Field(3.0, gt=0, le=20, description="a chain of cells is no farther from its line (cells)")
+    node_cells: float = Field(6.0, gt=0, le=50, description="a node is no farther from where the cells have it (cells)")
     level_m: float = Field(
         0.12, ge=0, le=2, description="planes that differ by less (m) along a chain may meet anywhere"
     )
