@@ -29,6 +29,9 @@ class ColumnParameters(PartitionParameters):
 
     near: float = Field(4.0, gt=0, le=100, description="surfaces with points nearer than this (m) may top a column")
     extend: float = Field(2.5, ge=0, le=50, description="metres that an edge may run on to reach a node")
+    number_cost: float = Field(
+        1.2, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
+    )
     max_lines: int = Field(400, ge=1, le=5000, description="most lines that cut the outline")
     max_cells: int = Field(1500, ge=1, le=20_000, description="cutting ends at this number of columns")
 
