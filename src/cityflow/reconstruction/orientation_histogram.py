@@ -30,6 +30,7 @@ from cityflow.reconstruction.planes.orientation_regions import (
 )
 from cityflow.reconstruction.planes.plane_labels import LabelEnergy, relabel
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
+from cityflow.reconstruction.planes.prior_directions import with_prior
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 from cityflow.reconstruction.solids.roof_solid import build_roof
@@ -64,6 +65,9 @@ class OrientationHistogramParameters(Parameters):
         2.0, ge=0, le=20, description="cost of a point among points of another plane (3σ miss: 4.5)"
     )
     max_planes: int = Field(100, ge=1, le=1000, description="most planes of one unit")
+    prior: bool = Field(
+        False, description="planes near a principal direction or slope of the evidence take it as one more observation"
+    )
     rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
     partition: PartitionParameters = PartitionParameters()
     levels: LevelParameters = LevelParameters()
@@ -130,6 +134,8 @@ def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) 
     surface = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg)))
     energy = _energy(cloud, surface.noise, parameters)
     labels, planes = _surfaces(cloud, surface, energy, parameters)
+    if parameters.prior and (evidence.aspects or evidence.slopes):
+        planes = with_prior(cloud.points, labels, planes, evidence.aspects, evidence.slopes)
     return _segments(origin, cloud, labels, planes, surface.noise)
 
 
