@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from roof_scenes import ORIGIN, OUTLINE, gable, gable_with_dormer, hip, parallel_slopes, scan, two_levels
 from shapely import Polygon, box, contains_xy, get_coordinates
 
 from cityflow.core.building import Semantic, Status
@@ -17,6 +16,7 @@ from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.monolithic import INCONSISTENT, MonolithicParameters, reconstruct
+from roof_scenes import ORIGIN, OUTLINE, gable, gable_with_dormer, hip, parallel_slopes, scan, two_levels
 
 Array = NDArray[np.float64]
 P = MonolithicParameters()

@@ -22,6 +22,8 @@ from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.monolithic_parts.facade_cells import FacadeCellParameters, FacadeCells
 
 FACADE, OUTLINE, PARTY = "facade", "outline", "party"
+TRIMMED = 5
+"""So often the points far from a line are left out and it is fitted again."""
 
 
 class FacadeLineParameters(Parameters):
@@ -42,11 +44,11 @@ class FacadeLineParameters(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class FacadeLine:
-    """A façade in plan: end points (2,), metres, and how many points stand on it."""
+    """A façade in plan: end points (2,) and the points on it (N, 2), metres."""
 
     start: FloatArray
     end: FloatArray
-    points: int
+    xy: FloatArray
 
     @property
     def length(self) -> float:
@@ -129,7 +131,7 @@ def _regression_line(xy: FloatArray) -> FacadeLine:
     angle = 0.5 * math.atan2(2.0 * float(off[:, 0] @ off[:, 1]), float(off[:, 0] @ off[:, 0] - off[:, 1] @ off[:, 1]))
     along = np.array([math.cos(angle), math.sin(angle)])
     low, high = np.percentile(off @ along, (1, 99))
-    return FacadeLine(middle + low * along, middle + high * along, len(xy))
+    return FacadeLine(middle + low * along, middle + high * along, xy)
 
 
 def close_contour(
@@ -173,7 +175,7 @@ def _facade_along(
     """The façade along an edge, in the edge's direction, and the metres that its pieces cover; None where these are few."""
     length = float(np.hypot(*(b - a)))
     along = (b - a) / max(length, 1e-9)
-    ends, weights = [], []
+    found, covered = [], 0.0
     for line in lines:
         direction = (line.end - line.start) / line.length
         if abs(float(direction @ along)) < math.cos(math.radians(parameters.angle_deg)):
@@ -182,24 +184,24 @@ def _facade_along(
         middle = (line.start + line.end) / 2 - a
         common = min(float(reach[1]), length) - max(float(reach[0]), 0.0)
         if common > 0 and abs(float(middle[0] * along[1] - middle[1] * along[0])) <= parameters.near_m:
-            ends += [line.start, line.end]
-            weights += [common, common]
-    covered = min(sum(weights) / 2, length)
+            found.append(line.xy)
+            covered += common
+    covered = min(covered, length)
     if covered <= parameters.min_seen * length:
         return None, covered
-    return _common_line(np.array(ends), np.array(weights), along), covered
+    return _common_line(np.concatenate(found), along), covered
 
 
-def _common_line(ends: FloatArray, weights: FloatArray, along: FloatArray) -> Piece:
-    """One line through pieces of a façade, given by their ends, which count by the pieces' lengths."""
-    middle = weights @ ends / weights.sum()
-    off = ends - middle
-    xx, yy, xy = weights @ off[:, 0] ** 2, weights @ off[:, 1] ** 2, weights @ (off[:, 0] * off[:, 1])
-    angle = 0.5 * math.atan2(2.0 * float(xy), float(xx - yy))
-    direction = np.array([math.cos(angle), math.sin(angle)])
-    direction = direction if direction @ along > 0 else -direction
-    places = off @ direction
-    return middle + places.min() * direction, middle + places.max() * direction
+def _common_line(xy: FloatArray, along: FloatArray) -> Piece:
+    """One regression line through the points of all pieces of a façade; cells at corners hold some of the next one, which go."""
+    line = _regression_line(xy)
+    for _ in range(TRIMMED):
+        direction = (line.end - line.start) / line.length
+        off = np.abs((xy - line.start) @ np.array([-direction[1], direction[0]]))
+        near = off <= max(2.5 * 1.4826 * float(np.median(off)), 1e-3)
+        line = _regression_line(xy[near])
+    direct = (line.end - line.start) @ along > 0
+    return (line.start, line.end) if direct else (line.end, line.start)
 
 
 def _outwards(a: FloatArray, b: FloatArray, facade: Piece) -> float:
