@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
+import shapely
 from shapely import Polygon
 
+from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.partition.borders import find_borders
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
@@ -22,6 +25,9 @@ from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters
 from cityflow.reconstruction.volumetric_parts.facades import Facade, facade_lines
 from cityflow.reconstruction.volumetric_parts.nodes import Nodes, edge_lines
+
+NEAR_CORNER, SAME_LINE = 0.02, 0.005
+"""A wall or step nearer to a corner (m) than the first goes through it; corners nearer to one line than the second are on it."""
 
 
 def outline_walls(outline: Polygon) -> list[CutLine]:
@@ -46,4 +52,16 @@ def cutting_lines(
     steps = step_lines(borders.take(~explained), main_directions(outline), parameters.min_length, parameters.max_lines)
     guessed = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
     guessed.sort(key=lambda line: -line.support)
-    return without_doubles([*facade_lines(facades, 0.5), *guessed], 0.1)[: parameters.max_lines]
+    lines = without_doubles([*facade_lines(facades, 0.5), *guessed], 0.1)[: parameters.max_lines]
+    corners = shapely.get_coordinates(outline)
+    return [line if line.is_crossing else _onto_corner(line, corners) for line in lines]
+
+
+def _onto_corner(line: CutLine, corners: FloatArray) -> CutLine:
+    """The line moved by centimetres through the outline's corner that it nearly meets: a line that passes it leaves a sliver."""
+    along = corners @ (-line.ny, line.nx)
+    side = (corners @ (line.nx, line.ny) - line.offset)[(along > line.start - 0.1) & (along < line.end + 0.1)]
+    if len(side) == 0 or np.abs(side).min() > NEAR_CORNER:
+        return line
+    nearest = side[np.argmin(np.abs(side))]
+    return replace(line, offset=line.offset + float(side[np.abs(side - nearest) < SAME_LINE].mean()))

@@ -94,12 +94,12 @@ def _energy(cloud: RoofCloud, noise: float, parameters: SurfaceParameters) -> La
 def _labelled(cloud: RoofCloud, energy: LabelEnergy, parameters: SurfaceParameters) -> tuple[IntArray, FloatArray]:
     """Surfaces of all points; surfaces of the points left over, in smaller cubes; levels of those left then."""
     labels, planes = np.full(len(cloud.points), UNASSIGNED), np.empty((0, 3))
-    for attempt in range(3):
+    for attempt in range(4):
         left = np.flatnonzero(labels == UNASSIGNED)
         if len(left) < energy.min_points:
             break
-        if attempt < 2:
-            found, more = _in_cubes(cloud.points[left], cloud.cell * (1.0, 0.75)[attempt], energy, parameters)
+        if attempt < 3:
+            found, more = _in_cubes(cloud.points[left], cloud.cell * (1.0, 2.5, 0.75)[attempt], energy, parameters)
         else:
             found, more = level_regions(
                 cloud, labels == UNASSIGNED, 2.0 * energy.sigma, energy.min_points, parameters.max_surfaces
