@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from bad_units import ORIGIN, bad_units, large_units
+from bad_units import HOUSE, ORIGIN, bad_units, gable, large_units, scanned, unit
 from cityflow.core.building import Semantic, Status
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.validity import check_polyhedron
@@ -57,6 +57,21 @@ def test_nothing_to_excuse(name: str) -> None:
 )
 def test_clutter_makes_no_planes(name: str, planes: int) -> None:
     assert len(modelled(UNITS[name], "default").candidate.planes) == planes
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.15, 0.3])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_planes_reach_over_what_nobody_saw_and_say_so(hidden: float, seed: int) -> None:
+    """A gable whose lower end lies in shadow: both planes stay right to the walls, and know what share was seen."""
+    points = scanned(gable, HOUSE, 12.0, 0.04, seed)
+    choice = modelled(unit(points[points[:, 0] < 12 * (1 - hidden)]), "default")
+    assert len(choice.candidate.planes) == 2
+    x, y = ORIGIN[0] + np.array([11.9, 11.9]), ORIGIN[1] + np.array([0.1, 7.9])
+    heights = np.sort([p.z(x, y) for p in choice.candidate.planes], axis=0)[0] - ORIGIN[2]
+    assert np.abs(heights - gable(x - ORIGIN[0], y - ORIGIN[1])).max() < 0.15
+    # a place counts as seen as far as 0.75 m beyond the last points
+    for plane in choice.candidate.planes:
+        assert plane.seen == pytest.approx(1.0 - max(hidden - 0.75 / 12, 0.0), abs=0.03)
 
 
 def test_two_roofs_stand_at_their_heights() -> None:
