@@ -57,3 +57,16 @@ def test_strays_do_not_tilt_planes() -> None:
     for a, b, _ in segments.coefficients:
         assert abs(a) < 0.01
         assert abs(b) == pytest.approx(np.tan(np.radians(40)), abs=0.01)
+
+
+@pytest.mark.parametrize("slope", [2.2, 3.2])
+def test_spires_are_surfaces(slope: float) -> None:
+    """A tower's spire of 66 and 73 degrees: as seen from above its points stand metres apart in height."""
+
+    def spire(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(40 - slope * np.maximum(np.abs(x - 6) / 1.5, np.abs(y - 4)))
+
+    segments, _ = roof_surfaces(scan(spire, OUTLINE, 30.0, 0.03, 5), DEFAULT)
+    assert len(segments) == 4
+    steepest = np.sort(np.hypot(*segments.coefficients[:, :2].T))
+    assert steepest == pytest.approx([slope / 1.5, slope / 1.5, slope, slope], rel=0.03)
