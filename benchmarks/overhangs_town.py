@@ -18,10 +18,10 @@ import shapely
 import zarr
 from shapely import LineString, Polygon
 
-from cityflow.core.building import OutlineEdge
+from cityflow.core.building import EdgeOverhang, OutlineEdge
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.points import BUILDING, PointCloud
-from cityflow.core.reconstruction import Candidate, EdgeOverhang, Evidence, HeightRaster, Picture
+from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.evaluation.models_overhangs import true_overhang
 from cityflow.geometry.validity import is_valid

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+import shapely.errors
 
 from cityflow.core.building import EdgeOverhang, Polyhedron, Scalar
 from cityflow.core.reconstruction import Candidate, Evidence
@@ -91,7 +92,7 @@ def _attempt(
         _give_faces(plan, cells)
         split_crossings(plan, p.slab_m)
         extended = LayeredSolid(plan, p.slab_m).polyhedron()
-    except UnfitRoof as problem:
+    except (UnfitRoof, shapely.errors.GEOSException) as problem:
         return None, str(problem)
     faults = sorted({fault.name for fault in check_polyhedron(extended)})
     return (None, ", ".join(faults).lower()) if faults else (extended, "")
