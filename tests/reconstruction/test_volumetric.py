@@ -10,6 +10,7 @@ from shapely import Polygon, box
 from cityflow.core.building import Lod, Semantic, Status
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.faults import Fault
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
@@ -176,3 +177,11 @@ def test_simpler_parameters_give_simpler_hulls() -> None:
     assert counts == [3, 2, 2]
     arcade = [reconstruct(storeys("arcade", 0.05, 1), p).notes["voids"] for p in (DEFAULT, *simpler(DEFAULT))]
     assert arcade == [1, 0, 0]
+
+
+def test_a_hull_that_stays_invalid_is_no_hull(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cityflow.reconstruction.volumetric.check_polyhedron", lambda _: [Fault.of(302)])
+    candidate = reconstruct(scan(gable, OUTLINE, 10.0, 0.03, 1), DEFAULT)
+    assert candidate.solid is None
+    assert candidate.status is Status.FAILED
+    assert "302" in candidate.reason

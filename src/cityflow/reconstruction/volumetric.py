@@ -90,6 +90,8 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
     scene = _Scene(evidence, segments, outline, cloud, facades)
     lines = cutting_lines(outline, segments, facades, nodes, parameters.columns)
     hull = scene.hull(lines, parameters)
+    if isinstance(hull, str):
+        return Candidate(METHOD, None, status=Status.FAILED, reason=f"no valid hull in {ATTEMPTS} attempts: {hull}")
     notes: dict[str, Scalar] = {
         "surfaces": len(segments),
         "facades": len(facades),
@@ -131,16 +133,22 @@ class _Scene:
     cloud: FacadeCloud
     facades: list[Facade]
 
-    def hull(self, lines: list[CutLine], parameters: VolumetricParameters) -> _Hull:
-        """Columns and the hull around them; each further attempt asks more of every edge and of every polygon's width."""
+    def hull(self, lines: list[CutLine], parameters: VolumetricParameters) -> _Hull | str:
+        """Columns and the hull around them, or the fault that remains.
+
+        Each further attempt asks more of every edge and of every polygon's width.
+        """
         frame = self.evidence.ground_height, self.segments.origin, self.evidence.outline
         for attempt in range(ATTEMPTS):
             asked = coarser(parameters.columns, attempt)
             energy = TopEnergy(self.segments, asked, self.outline.area)
             partition = partition_along(self.outline, lines, energy, asked)
             solid = assemble(partition, self.segments.coefficients, *frame)
-            if not check_polyhedron(solid):
+            faults = check_polyhedron(solid)
+            if not faults:
                 break
+        if faults:
+            return str(faults[0])
         reason = f"edges made dearer {attempt} times until the solid was valid" if attempt else ""
         return self._with_voids(_Hull(solid, partition, 0, attempt, reason), parameters)
 
