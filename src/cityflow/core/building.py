@@ -214,7 +214,8 @@ class Building:
     solids : closed polyhedra by level of detail (LoD1.2, 1.3, 2.2)
     planes : roof planes of LoD2.2
     attributes : attributes of the source and measured ones
-    overhangs : edges beyond which the roof of LoD2.2 stands out
+    overhangs : edges beyond which the roof stands out
+    beyond : its surfaces there, an open polyhedron: roofs in the planes of LoD2.2, rims, outer ceilings; the solids end at the walls
     """
 
     id: str
@@ -226,6 +227,7 @@ class Building:
     status: Status = Status.DONE
     reason: str = ""
     overhangs: tuple[EdgeOverhang, ...] = ()
+    beyond: Polyhedron | None = None
 
     def with_attributes(self, more: Mapping[str, Scalar]) -> Building:
         return replace(self, attributes={**self.attributes, **more})

@@ -108,7 +108,8 @@ class Candidate:
     status : DONE, or DEGRADED for a simpler roof than the points ask for
     reason : why degraded, or why there is no solid
     notes : figures worth recording (numbers of regions, iterations, …)
-    overhangs : as far as they are known; the solid's roof reaches out by them
+    overhangs : as far as they are known
+    beyond : surfaces of the roof beyond the walls, an open polyhedron beside the solid, which ends at the walls
     roof_type : what the method itself found, by the names of `core.roof_types`; empty where it does not know
     """
 
@@ -120,4 +121,5 @@ class Candidate:
     reason: str = ""
     notes: Mapping[str, Scalar] = field(default_factory=dict)
     overhangs: tuple[EdgeOverhang, ...] = ()
+    beyond: Polyhedron | None = None
     roof_type: str = ""

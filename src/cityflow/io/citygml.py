@@ -93,10 +93,13 @@ def _building(building: Building) -> str:
     if not building.footprint.is_empty:
         parts.append(_footprint(building))
     if Lod.LOD12 in building.solids:
-        members = _polygons(building.id, Lod.LOD12, building.solids[Lod.LOD12])
+        members = _polygons(building.id, "1", building.solids[Lod.LOD12])
         parts.append(_solid("bldg:lod1Solid", ncname("solid1", building.id), members))
     if Lod.LOD22 in building.solids:
         parts += _lod2(building, building.solids[Lod.LOD22])
+    if building.beyond is not None:
+        polygons = list(_polygons(building.id, "b", building.beyond))
+        parts += _boundary_surfaces(building, building.beyond, polygons, "b")
     parts.append("</bldg:Building>\n")
     return "".join(parts)
 
@@ -122,16 +125,21 @@ def _footprint(building: Building) -> str:
 
 def _lod2(building: Building, solid: Polyhedron) -> Iterator[str]:
     """The solid, by reference to the polygons of the boundary surfaces that follow it."""
-    polygons = list(_polygons(building.id, Lod.LOD22, solid))
+    polygons = list(_polygons(building.id, "2", solid))
     name = ncname("p", building.id)
     links = "".join(f'<gml:surfaceMember xlink:href="#{name}-2-{i}"/>' for i in range(len(polygons)))
     yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
-    for number, faces in enumerate(_surfaces(solid.faces)):
-        first = solid.faces[faces[0]]
+    yield from _boundary_surfaces(building, solid, polygons)
+
+
+def _boundary_surfaces(building: Building, shell: Polyhedron, polygons: Sequence[str], mark: str = "") -> Iterator[str]:
+    """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the solid."""
+    for number, faces in enumerate(_surfaces(shell.faces)):
+        first = shell.faces[faces[0]]
         kind = f"bldg:{first.semantic.value}"
         members = _members([polygons[i] for i in faces])
         yield (
-            f'<bldg:boundedBy><{kind} gml:id="{ncname("s", building.id)}-{number}">\n'
+            f'<bldg:boundedBy><{kind} gml:id="{ncname("s", building.id)}-{mark}{number}">\n'
             f"{_generic(_said_of(first, building))}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
             f"</gml:MultiSurface></bldg:lod2MultiSurface></{kind}></bldg:boundedBy>\n"
         )
@@ -155,9 +163,9 @@ def _said_of(face: Face, building: Building) -> dict[str, Scalar]:
     return scalars(said)
 
 
-def _polygons(identifier: str, lod: Lod, solid: Polyhedron) -> Iterator[str]:
+def _polygons(identifier: str, mark: str, solid: Polyhedron) -> Iterator[str]:
     texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (solid.vertices + 0.0).tolist()]
-    name = f"{ncname('p', identifier)}-{lod.value[0]}"
+    name = f"{ncname('p', identifier)}-{mark}"
     for i, face in enumerate(solid.faces):
         yield _polygon(f"{name}-{i}", [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings])
 

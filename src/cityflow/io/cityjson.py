@@ -101,13 +101,14 @@ def feature_line(building: Building, transform: Transform = ORIGIN) -> bytes:
     vertices = _Vertices(transform)
     solids = {lod: _solid(building, lod, vertices) for lod in reversed(_SOLID_LODS) if lod in building.solids}
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
+    beyond = [] if building.beyond is None else [_surfaces_of(building.beyond, building, Lod.LOD22, vertices)]
     attributes: dict[str, Json] = {**described(building), PLANES_KEY: [_plane_json(p) for p in building.planes]}
     if building.overhangs:
         attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
     city_object: dict[str, Json] = {
         "type": "Building",
         "attributes": attributes,
-        "geometry": footprint + [solids[lod] for lod in _SOLID_LODS if lod in solids],
+        "geometry": footprint + [solids[lod] for lod in _SOLID_LODS if lod in solids] + beyond,
     }
     if solids or footprint:
         city_object["geographicalExtent"] = vertices.extent
@@ -125,7 +126,8 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
     attributes = dict(city_object["attributes"])
     planes = tuple(_plane(p) for p in attributes.pop(PLANES_KEY))
     overhangs = tuple(map(_overhang, attributes.pop(OVERHANGS_KEY, ())))
-    geometry = {g["lod"]: g for g in city_object["geometry"]}
+    geometry = {g["lod"]: g for g in city_object["geometry"] if g["lod"] == "0" or g["type"] == "Solid"}
+    beyond = [g for g in city_object["geometry"] if g["lod"] != "0" and g["type"] == "MultiSurface"]
     return Building(
         id=feature["id"],
         footprint=_polygon(geometry["0"], vertices) if "0" in geometry else Polygon(),
@@ -136,6 +138,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
         reason=attributes.pop(REASON_KEY),
         attributes=attributes,
         overhangs=overhangs,
+        beyond=_polyhedron(beyond[0], vertices) if beyond else None,
     )
 
 
@@ -152,16 +155,22 @@ def _overhang(row: Sequence[Json]) -> EdgeOverhang:
 
 
 def _solid(building: Building, lod: Lod, vertices: _Vertices) -> Json:
-    solid = building.solids[lod]
+    surfaces = _surfaces_of(building.solids[lod], building, lod, vertices)
+    semantics = {**surfaces["semantics"], "values": [surfaces["semantics"]["values"]]}
+    return {**surfaces, "type": "Solid", "boundaries": [surfaces["boundaries"]], "semantics": semantics}
+
+
+def _surfaces_of(solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices) -> dict[str, Json]:
+    """The faces as a MultiSurface with their semantics."""
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
     kinds: dict[tuple[Semantic, int, str | None], int] = {}
     values = [kinds.setdefault((f.semantic, f.plane, f.neighbour), len(kinds)) for f in solid.faces]
     return {
-        "type": "Solid",
+        "type": "MultiSurface",
         "lod": lod.value,
-        "boundaries": [[[[index[i] for i in ring] for ring in face.rings] for face in solid.faces]],
-        "semantics": {"surfaces": [_surface(*kind, building.planes) for kind in kinds], "values": [values]},
+        "boundaries": [[[index[i] for i in ring] for ring in face.rings] for face in solid.faces],
+        "semantics": {"surfaces": [_surface(*kind, building.planes) for kind in kinds], "values": values},
     }
 
 
@@ -201,11 +210,12 @@ def _polygon(geometry: Json, vertices: FloatArray) -> Polygon:
 
 
 def _polyhedron(geometry: Json, vertices: FloatArray) -> Polyhedron:
-    shell = geometry["boundaries"][0]
+    """The shell of a Solid, or the surfaces of a MultiSurface."""
+    is_solid, semantics = geometry["type"] == "Solid", geometry["semantics"]
+    shell, values = (g[0] if is_solid else g for g in (geometry["boundaries"], semantics["values"]))
     used = sorted({i for face in shell for ring in face for i in ring})
     index = {old: new for new, old in enumerate(used)}
-    semantics = geometry["semantics"]
-    surfaces = [semantics["surfaces"][value] for value in semantics["values"][0]]
+    surfaces = [semantics["surfaces"][value] for value in values]
     faces = tuple(
         Face(
             rings=tuple(tuple(index[i] for i in ring) for ring in face),

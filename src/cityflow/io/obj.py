@@ -57,8 +57,11 @@ def write_obj(
     used = 0
     for building in buildings:
         if lod in building.solids:
-            lines += _object(building, building.solids[lod], origin, used)
-            used += len(building.solids[lod].vertices)
+            lines.append(f"o {ncname('b', building.id)}")
+            beyond = building.beyond if lod is Lod.LOD22 else None
+            for shell in (building.solids[lod], *(() if beyond is None else (beyond,))):
+                lines += _faces(shell, origin, used)
+                used += len(shell.vertices)
     for tin in tins:
         lines += _terrain(tin, origin, used)
         used += len(tin[1])
@@ -75,8 +78,7 @@ def _head(name: str, reference: Reference, origin: Transform) -> Iterator[str]:
     yield f"mtllib {name}.mtl"
 
 
-def _object(building: Building, solid: Polyhedron, origin: Transform, used: int) -> Iterator[str]:
-    yield f"o {ncname('b', building.id)}"
+def _faces(solid: Polyhedron, origin: Transform, used: int) -> Iterator[str]:
     yield from _vertices(solid.vertices, origin)
     material = ""
     for face, polygons in zip(solid.faces, _drawable(solid), strict=True):

@@ -21,8 +21,6 @@ DECIMALS = 3
 def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
     """Attributes of one unit, snake_case with units (metres where none is named); None where unknown."""
     solid, candidate = choice.candidate.solid, choice.candidate
-    # without overhangs, whose rims hang lower than the eaves stand on the walls
-    walled = choice.tried[choice.kept].solid if choice.tried else solid
     chosen: dict[str, Scalar] = {
         "method": candidate.method,
         "roof_points": len(evidence.points),
@@ -37,10 +35,10 @@ def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
         "lod": str(Lod.LOD12 if candidate.method == "extruded" else Lod.LOD22),
         "planes": len(used_planes(solid, candidate.planes)),
         "roof_faces": len(solid.of_semantic(Semantic.ROOF)),
-        "roof_type": roof_type(solid, candidate.planes),
+        "roof_type": candidate.roof_type or str(roof_type(solid, candidate.planes)),
         **_fit(solid, evidence),
         "claimed_rmse_m": candidate.notes.get("claimed_rmse_m"),
-        **_heights(walled or solid, evidence.points.xyz[:, 2]),
+        **_heights(solid, evidence.points.xyz[:, 2]),
         **_overhangs(candidate),
         **_sizes(solid),
     }

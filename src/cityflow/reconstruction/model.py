@@ -9,6 +9,7 @@ from pydantic import Field
 from cityflow.core.building import Status
 from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.choose import LAST_RESORT, Choice, ReconstructParameters, choose
+from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
@@ -32,7 +33,9 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     best = with_precision(choice.candidate, evidence, parameters.precision)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         found = find_overhangs(evidence, best, parameters.overhangs)
-        best = with_overhangs(best, found, evidence, parameters.overhangs)
+        extended = with_overhangs(best, found, evidence, parameters.overhangs)
+        beyond = beyond_walls(extended.solid, evidence.outline) if extended.solid is not None else None
+        best = replace(extended, solid=best.solid, beyond=beyond)
     unseen = best.notes.get("unseen_share")
     if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
         reason = f"{100 * unseen:.0f} % of the roof was not seen: its planes are extended"

@@ -112,7 +112,7 @@ def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: 
     return Building(
         outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
         with_source(outline.attributes, {**attributes, **remark}), choice.status, choice.reason,
-        tuple(o for o in candidate.overhangs if o.reach_m > 0),
+        tuple(o for o in candidate.overhangs if o.reach_m > 0), candidate.beyond,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from cityflow.core.arrays import ByteArray, FloatArray
-from cityflow.core.building import Lod, Status
+from cityflow.core.building import Building, Lod, Polyhedron, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -52,7 +52,7 @@ def model_pictures(
     spot = densest_spot(np.array(list(known.values())))
     chosen = nearest(known, spot, MOST_MODELS)
     models = surfaces_of(
-        read_feature(data).solids[Lod.LOD22] for _, data in store.read_many([hulls[u] for u in chosen])
+        shell for _, data in store.read_many([hulls[u] for u in chosen]) for shell in _shells(read_feature(data))
     )
     all_bounds = _around(models)
     count = (
@@ -73,6 +73,13 @@ def model_pictures(
         yield _drawn(
             "Models, closer", f"The densest {CLOSE_M:.0f} × {CLOSE_M:.0f} m.", models.within(close), rasters, close
         )
+
+
+def _shells(building: Building) -> Iterator[Polyhedron]:
+    """The solid, and what of its roof lies beyond the walls."""
+    yield building.solids[Lod.LOD22]
+    if building.beyond is not None:
+        yield building.beyond
 
 
 def _hull(record: Record) -> list[str]:

@@ -1,0 +1,89 @@
+"""The surfaces of a roof beyond the walls, beside a solid that ends at them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from shapely import LineString, Polygon
+
+from cityflow.core.building import Building, EdgeOverhang, Lod, Semantic
+from cityflow.io.cityjson import feature_line, read_feature
+from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
+from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
+from roof_scenes import OUTLINE as PLAN
+from roof_scenes import gable, scan
+
+REACH_M = 0.6
+EVIDENCE = scan(gable, PLAN, 8.0, 0.02, 1)
+OUTLINE = EVIDENCE.outline
+
+
+def _overhangs(reach: float) -> tuple[EdgeOverhang, ...]:
+    return tuple(EdgeOverhang(LineString(ends), reach, 0.02, 1.0) for ends in pairwise(OUTLINE.exterior.coords))
+
+
+@pytest.fixture(scope="module")
+def building() -> Building:
+    best = choose(EVIDENCE, ReconstructParameters()).candidate
+    extended = with_overhangs(best, _overhangs(REACH_M), EVIDENCE)
+    assert best.solid is not None
+    assert extended.solid is not None
+    beyond = beyond_walls(extended.solid, OUTLINE)
+    return Building(
+        "a", OUTLINE, EVIDENCE.ground_height, {Lod.LOD22: best.solid}, best.planes,
+        overhangs=_overhangs(REACH_M), beyond=beyond,
+    )  # fmt: skip
+
+
+def _plans(building: Building, semantic: Semantic) -> list[Polygon]:
+    assert building.beyond is not None
+    return [Polygon(building.beyond.ring(f.rings[0])[:, :2]) for f in building.beyond.of_semantic(semantic)]
+
+
+def test_the_roofs_lie_in_their_planes_and_fill_the_ring_around_the_walls(building: Building) -> None:
+    assert building.beyond is not None
+    ring = shapely.buffer(OUTLINE, REACH_M, join_style="mitre").difference(OUTLINE)
+    assert shapely.union_all(_plans(building, Semantic.ROOF)).symmetric_difference(ring).area < 0.01 * ring.area
+    assert (
+        shapely.union_all(_plans(building, Semantic.OUTER_CEILING)).symmetric_difference(ring).area < 0.01 * ring.area
+    )
+    for face in building.beyond.of_semantic(Semantic.ROOF):
+        corners = building.beyond.ring(face.rings[0])
+        plane = building.planes[face.plane]
+        assert np.abs(corners[:, 2] - plane.z(corners[:, 0], corners[:, 1])).max() < 0.005
+
+
+def test_they_meet_the_solid_at_its_own_vertices(building: Building) -> None:
+    assert building.beyond is not None
+    of_solid = set(map(tuple, building.solids[Lod.LOD22].vertices.tolist()))
+    roofs = {
+        tuple(v) for f in building.beyond.of_semantic(Semantic.ROOF) for v in building.beyond.ring(f.rings[0]).tolist()
+    }
+    at_walls = [v for v in roofs if shapely.dwithin(shapely.Point(v[:2]), OUTLINE.exterior, 1e-6)]
+    assert len(at_walls) >= 4
+    corners = set(map(tuple, OUTLINE.exterior.coords))
+    for vertex in at_walls:
+        if vertex[:2] in corners:
+            assert min(math.dist(vertex, other) for other in of_solid) < 0.003
+
+
+def test_they_go_with_the_building_and_come_back(building: Building) -> None:
+    again = read_feature(feature_line(building))
+    assert again.beyond is not None
+    assert building.beyond is not None
+    assert [f.semantic for f in again.beyond.faces] == [f.semantic for f in building.beyond.faces]
+    for mine, theirs in zip(building.beyond.faces, again.beyond.faces, strict=True):
+        assert np.array_equal(building.beyond.ring(mine.rings[0]), again.beyond.ring(theirs.rings[0]))
+    assert np.array_equal(
+        np.sort(again.solids[Lod.LOD22].vertices, axis=0), np.sort(building.solids[Lod.LOD22].vertices, axis=0)
+    )
+    assert [o.reach_m for o in again.overhangs] == [REACH_M] * len(building.overhangs)
+
+
+def test_without_overhangs_there_is_nothing(building: Building) -> None:
+    assert beyond_walls(building.solids[Lod.LOD22], OUTLINE) is None
