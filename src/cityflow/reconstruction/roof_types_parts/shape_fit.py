@@ -27,6 +27,8 @@ STANDING_COST, STANDING_SHARE = 1.5, 0.12
 """Heights far above a roof cost so much where no more than this share is: dormers, chimneys and trees stand on roofs."""
 SEEN, UNSEEN = 3.0, 1.0
 """Log-likelihood ratio of a line, and of none, along an independent stretch of an edge."""
+MISSED, USUAL_SLOPE = 2.5, 0.7
+"""Cost of an edge of which nothing is seen, however long: both its sides may be lit alike; slope that roofs with ridges have."""
 STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
 """Length of such a stretch; places along it; how far beside an edge its line may run (sigma)."""
 TURN_COS = math.cos(math.radians(12.0))
@@ -117,9 +119,12 @@ def misfit(off: FloatArray, weight: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def fitted_heights(
-    t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan
+    t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan, usual: float = 0.0
 ) -> tuple[float, float, float]:
-    """Cost, eave and rise of z = eave + rise·t, robustly; the eave alone where the rise is known."""
+    """Cost, eave and rise of z = eave + rise·t, robustly; the eave alone where the rise is known.
+
+    A usual rise, where it is not 0, counts as one more observation with a sigma of half of it.
+    """
     w = weight.copy()
     eave = rise = 0.0
     for turn in range(5):
@@ -130,6 +135,9 @@ def fitted_heights(
             sz += w[i] * z[i]
             stt += w[i] * t[i] * t[i]
             stz += w[i] * t[i] * z[i]
+        if usual > 0.0:
+            stt += (sigma / (0.5 * usual)) ** 2
+            stz += (sigma / (0.5 * usual)) ** 2 * usual
         det = sw * stt - st * st
         rise = (sw * stz - st * sz) / det if det > 1e-9 * sw * sw else 0.0
         rise = rise if np.isnan(known) else known
@@ -141,7 +149,8 @@ def fitted_heights(
     off = np.empty(len(z))
     for i in range(len(z)):
         off[i] = (z[i] - eave - rise * t[i]) / sigma
-    return misfit(off, weight), eave, rise
+    rare = 0.5 * ((rise - usual) / (0.5 * usual)) ** 2 if usual > 0.0 and np.isnan(known) else 0.0
+    return misfit(off, weight) + rare, eave, rise
 
 
 @njit(cache=True, nogil=True)
@@ -154,11 +163,12 @@ def line_gain(edges: FloatArray, segments: FloatArray) -> float:
         length = math.sqrt(dx * dx + dy * dy)
         if not (length > 0.3 and length < 500.0):
             continue
-        steps = max(int(length / STEP_M), 1)
+        steps, own = max(int(length / STEP_M), 1), 0.0
         for k in range(steps):
             t = (k + 0.5) / steps
             best = _nearest_line(x0 + t * dx, y0 + t * dy, dx / length, dy / length, segments)
-            gain += length / steps / STRETCH_M * (best * SEEN - (1.0 - best) * UNSEEN)
+            own += length / steps / STRETCH_M * (best * SEEN - (1.0 - best) * UNSEEN)
+        gain += max(own, -MISSED)
     return gain
 
 
@@ -194,6 +204,8 @@ def ridge_cost(
 ) -> tuple[float, float, float, float]:
     """Cost, eave and rise of a shape of the ridge family, and what lines gave of the cost; NaN where the slope is not known."""
     t = cell_means(ridge_heights(shape, d), cell, len(z))
-    cost, eave, rise = fitted_heights(t, z, weight, sigma, slope * 0.5 * (shape[0] + shape[1]))
+    cost, eave, rise = fitted_heights(
+        t, z, weight, sigma, slope * 0.5 * (shape[0] + shape[1]), USUAL_SLOPE * 0.5 * (shape[0] + shape[1])
+    )
     gain = trust * line_gain(skeleton_edges(shape, sides), segments) if trust > 0.0 else 0.0
     return cost - gain, eave, rise, gain
