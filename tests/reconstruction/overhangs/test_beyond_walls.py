@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +13,10 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.building import Building, EdgeOverhang, Lod, Semantic
-from cityflow.io.cityjson import feature_line, read_feature
+from cityflow.io.citygml import write_citygml
+from cityflow.io.cityjson import Transform, feature_line, read_feature
+from cityflow.io.obj import write_obj
+from cityflow.io.reference import resolve
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
@@ -87,3 +92,22 @@ def test_they_go_with_the_building_and_come_back(building: Building) -> None:
 
 def test_without_overhangs_there_is_nothing(building: Building) -> None:
     assert beyond_walls(building.solids[Lod.LOD22], OUTLINE) is None
+
+
+def test_every_format_writes_them(building: Building) -> None:
+    reference = resolve("EPSG:7415")
+    buffer = io.BytesIO()
+    write_citygml(buffer, [building], reference)
+    gml = buffer.getvalue().decode()
+    ids = re.findall(r'gml:id="([^"]+)"', gml)
+    assert len(ids) == len(set(ids))
+    assert building.beyond is not None
+    ceilings = len(building.beyond.of_semantic(Semantic.OUTER_CEILING))
+    assert gml.count("<bldg:OuterCeilingSurface") == ceilings > 0
+    solid = gml[gml.index("<bldg:lod2Solid") : gml.index("</bldg:lod2Solid")]
+    assert solid.count("xlink:href") == len(building.solids[Lod.LOD22].faces)
+    obj = write_obj("a", [building], reference, Transform.over(OUTLINE.bounds))["a.obj"].decode()
+    assert obj.count("usemtl outer_ceiling") >= 1
+    vertices = sum(line.startswith("v ") for line in obj.splitlines())
+    used = {int(i) for line in obj.splitlines() if line.startswith("f ") for i in line.split()[1:]}
+    assert used == set(range(1, vertices + 1))
