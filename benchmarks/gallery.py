@@ -24,7 +24,7 @@ from cityflow.evaluation.models_planes import model_surfaces
 from delft_reconstruction import read_units
 from reconstruct_methods import method_of
 from town_models import CACHE, model_of, unit_names, unit_of
-from unit_pictures import side_view
+from unit_pictures import parts_of, side_view
 
 TOWNS = ((7, 200), (11, 200), (13, 200), (1, 400), (2, 400))
 TILE_PX, TEXT_PX = 240, 26
@@ -53,7 +53,7 @@ def row_of(title: str, evidence: Evidence, candidate: Candidate) -> ByteArray:
     """(rows, cols, 3): a line of text above plan and three sides."""
     assert candidate.solid is not None
     tiles = [_fitted(plan_of(evidence, candidate))]
-    tiles += [_fitted(side_view(candidate.solid, turn, 2 * TILE_PX)) for turn in SIDES_DEG]
+    tiles += [_fitted(side_view(parts_of(candidate), turn, 2 * TILE_PX)) for turn in SIDES_DEG]
     strip = np.concatenate(tiles, axis=1)
     text = np.full((TEXT_PX, strip.shape[1], 3), 255, np.uint8)
     cv2.putText(text, title, (6, TEXT_PX - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (30, 30, 30), 1, cv2.LINE_AA)
@@ -77,7 +77,7 @@ def plan_of(evidence: Evidence, candidate: Candidate) -> ByteArray:
     else:
         canvas = _points(evidence, (x_0, y_1), scale, (rows, cols))
     assert candidate.solid is not None
-    for polygon, _ in model_surfaces(candidate.solid):
+    for polygon, _ in [s for part in parts_of(candidate) for s in model_surfaces(part)]:
         for ring in (polygon.exterior, *polygon.interiors):
             xy = shapely.get_coordinates(ring)
             corners = np.column_stack([(xy[:, 0] - x_0) * scale, (y_1 - xy[:, 1]) * scale])

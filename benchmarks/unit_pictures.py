@@ -8,15 +8,13 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-import shapely
 
 from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.evaluation.models import TrueModel
 from cityflow.evaluation.models_planes import model_surfaces
-from cityflow.evaluation.models_surface import true_samples
-from cityflow.evaluation.roof_planes import RoofSurface
+from cityflow.evaluation.models_surface import raised, true_samples
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.viewer.model_view import draw_models, surfaces_of
 
@@ -41,9 +39,9 @@ def draw_unit(path: Path, evidence: Evidence, truth: TrueModel, candidate: Candi
     axes[1, 0].set_aspect("equal")
     true_solid = raised(truth.surfaces, evidence.ground_height)
     for column, turn in enumerate(SIDES_DEG, start=1):
-        for row, solid in enumerate((candidate.solid, true_solid)):
-            if solid is not None:
-                axes[row, column].imshow(side_view(solid, turn, 500))
+        for row, drawn in enumerate((parts_of(candidate), [true_solid])):
+            if drawn:
+                axes[row, column].imshow(side_view(drawn, turn, 500))
             axes[row, column].axis("off")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=70)
@@ -64,28 +62,14 @@ def _plan(axes: matplotlib.axes.Axes, evidence: Evidence, truth: TrueModel, cand
     axes.set_aspect("equal")
 
 
-def raised(surfaces: Sequence[RoofSurface], floor: float) -> Polyhedron:
-    """Roof surfaces with walls below all of their edges, for the eye only."""
-    vertices: list[FloatArray] = []
-    faces: list[Face] = []
-    for polygon, plane in surfaces:
-        rings = []
-        for ring in (polygon.exterior, *polygon.interiors):
-            xy = shapely.get_coordinates(ring)[:-1]
-            top = np.column_stack([xy, plane.z(xy[:, 0], xy[:, 1])])
-            first, n = sum(map(len, vertices)), len(xy)
-            vertices += [top, np.column_stack([xy, np.full(n, floor)])]
-            rings.append(tuple(range(first, first + n)))
-            for k in range(n):
-                j = (k + 1) % n
-                faces.append(Face(((first + k, first + n + k, first + n + j, first + j),), Semantic.WALL))
-        faces.append(Face(tuple(rings), Semantic.ROOF))
-    return Polyhedron(np.concatenate(vertices), tuple(faces))
+def parts_of(candidate: Candidate) -> list[Polyhedron]:
+    """The solid, and what of its roof stands out beyond the walls."""
+    return [p for p in (candidate.solid, candidate.beyond) if p is not None]
 
 
-def side_view(solid: Polyhedron, turn_deg: float, pixels: int) -> ByteArray:
-    """(rows, cols, 3) the solid turned about a vertical axis."""
-    drawn = surfaces_of([solid])
+def side_view(parts: Sequence[Polyhedron], turn_deg: float, pixels: int) -> ByteArray:
+    """(rows, cols, 3) polyhedra turned about a vertical axis."""
+    drawn = surfaces_of(parts)
     turn = np.radians(turn_deg)
     rotation = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
     middle = drawn.corners.reshape(-1, 3).mean(axis=0)

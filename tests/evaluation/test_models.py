@@ -72,6 +72,20 @@ def test_a_roof_too_high_is_not_within_reach_and_breaks_its_claim() -> None:
     assert not e.keeps_claim
 
 
+def test_an_invented_tower_breaks_the_claim_though_the_true_roof_is_there() -> None:
+    """Places of the true roof below the tower's foot are near its walls; the tower's top is near nothing."""
+    solid = house()
+    square = np.array([(4, 1), (5, 1), (5, 2), (4, 2)], np.float64)
+    low = np.column_stack([square, EAVE + SLOPE * square[:, 1]])
+    corners = np.concatenate([solid.vertices, low, np.column_stack([square, np.full(4, 15.0)])])
+    n = len(solid.vertices)
+    sides = [Face(((n + k, n + (k + 1) % 4, n + 4 + (k + 1) % 4, n + 4 + k),), Semantic.WALL) for k in range(4)]
+    tower = Polyhedron(corners, (*solid.faces, *sides, Face((tuple(range(n + 4, n + 8)),), Semantic.ROOF)))
+    e = judged(tower, claimed_rmse_m=0.05)
+    assert e.surface.rmse_3d_m > 0.5
+    assert not e.keeps_claim
+
+
 def test_a_hip_in_the_place_of_a_gable() -> None:
     e = judged(house(ridge_end=1.0), roof_type="hip")
     assert (e.planes, e.planes_right, e.type_right) == (4, False, False)

@@ -11,7 +11,7 @@ from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.evaluation.roof_planes import RoofSurface
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.roof_distances import distances_to_roof
@@ -29,7 +29,7 @@ class SurfaceErrors:
     area_m2 : of the roof in plan, without what is not looked at
     within : share of it where the model is within 0.15 m of the truth, vertically; no model is not
     rmse_m : of vertical distances, where there is a model
-    rmse_3d_m : of the distances from the true roof to the nearest place of the model, its walls included
+    rmse_3d_m : of the distances from the true roof to the nearest place of the model, walls included, or from the model's roof to the truth: the greater
     """
 
     area_m2: float
@@ -50,7 +50,34 @@ def surface_errors(
     known = vertical[np.isfinite(vertical)]
     within = np.count_nonzero(np.abs(known) <= WITHIN_M) / len(xyz)
     rmse = float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
-    return SurfaceErrors(area, float(within), rmse, float(np.sqrt(np.mean(distances_to_model(solid, xyz) ** 2))))
+    there = _rms(distances_to_model(solid, xyz))
+    seen = np.isfinite(vertical)
+    own = np.column_stack([xyz[seen, :2], xyz[seen, 2] - vertical[seen]])
+    back = _rms(distances_to_model(raised(surfaces, float(solid.vertices[:, 2].min())), own)) if len(own) else 0.0
+    return SurfaceErrors(area, float(within), rmse, max(there, back))
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def raised(surfaces: Sequence[RoofSurface], floor: float) -> Polyhedron:
+    """Roof surfaces with walls below all of their edges, so that steps are surfaces, too."""
+    vertices: list[FloatArray] = []
+    faces: list[Face] = []
+    for polygon, plane in surfaces:
+        rings = []
+        for ring in (polygon.exterior, *polygon.interiors):
+            xy = shapely.get_coordinates(ring)[:-1]
+            top = np.column_stack([xy, plane.z(xy[:, 0], xy[:, 1])])
+            first, n = sum(map(len, vertices)), len(xy)
+            vertices += [top, np.column_stack([xy, np.full(n, floor)])]
+            rings.append(tuple(range(first, first + n)))
+            for k in range(n):
+                j = (k + 1) % n
+                faces.append(Face(((first + k, first + n + k, first + n + j, first + j),), Semantic.WALL))
+        faces.append(Face(tuple(rings), Semantic.ROOF))
+    return Polyhedron(np.concatenate(vertices), tuple(faces))
 
 
 def true_samples(surfaces: Sequence[RoofSurface], walls: Polygon, unjudged: Sequence[Polygon]) -> FloatArray:

@@ -39,6 +39,7 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
         "overhang within 2 GSD": _percent(overhang <= 2 * gsd_m),
         "edges without overhang": str(sum(len(e.overhangs.bare_m) for e in errors)),
         "edges with invented overhang": str(sum(e.overhangs.invented for e in errors)),
+        "greatest of them m": _number(max((float(e.overhangs.bare_m.max(initial=0.0)) for e in errors), default=0.0)),
         "claims (RMSE ≤ 0.1 m)": str(sum(e.claims for e in errors)),
         "claims kept": _percent([e.keeps_claim for e in errors if e.claims]),
         "have it": _percent([e.surface.rmse_3d_m <= 0.1 for e in errors]),
