@@ -66,8 +66,10 @@ def _ortho(rng: np.random.Generator) -> tuple[np.ndarray, Grid]:
 def catalog(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, rng, rd = tmp_path_factory.mktemp("ortho"), np.random.default_rng(5), resolve("EPSG:28992")
     (folder / "dsm.tif").write_bytes(write_cog(*_dsm(rng), rd))
-    for name in ("2024.tif", "2021.tif"):
-        (folder / name).write_bytes(write_cog(*_ortho(rng), rd, nodata=None))
+    colours, grid = _ortho(rng)
+    (folder / "2024.tif").write_bytes(write_cog(colours, grid, rd, nodata=None))
+    grey = _ortho(rng)[0][:1].astype(np.uint16) * 200
+    (folder / "2021.tif").write_bytes(write_cog(grey, grid, rd, nodata=None))
     outlines = geopandas.GeoDataFrame({"id": list(MIDDLES)}, geometry=[_outline(k) for k in MIDDLES], crs=28992)
     outlines.to_file(folder / "outlines.gpkg")
     create_catalog(

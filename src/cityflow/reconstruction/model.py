@@ -7,8 +7,8 @@ from dataclasses import replace
 from pydantic import Field
 
 from cityflow.core.building import Status
-from cityflow.core.reconstruction import Evidence
-from cityflow.reconstruction.choose import LAST_RESORT, Choice, ReconstructParameters, choose
+from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.reconstruction.choose import LAST_RESORT, NUMERICAL_TROUBLE, Choice, ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
@@ -32,12 +32,20 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     choice = choose(evidence, parameters)
     best = with_precision(choice.candidate, evidence, parameters.precision)
     if parameters.with_overhangs and best.method != LAST_RESORT:
-        found = find_overhangs(evidence, best, parameters.overhangs)
-        extended = with_overhangs(best, found, evidence, parameters.overhangs)
-        beyond = beyond_walls(extended.solid, evidence.outline) if extended.solid is not None else None
-        best = replace(extended, solid=best.solid, beyond=beyond)
+        best = _with_eaves(best, evidence, parameters.overhangs)
     unseen = best.notes.get("unseen_share")
     if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
         reason = f"{100 * unseen:.0f} % of the roof was not seen: its planes are extended"
         return replace(choice, candidate=best, status=Status.DEGRADED, reason=reason)
     return replace(choice, candidate=best)
+
+
+def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParameters) -> Candidate:
+    """The candidate with what of its roof lies beyond the walls; without, and with the reason, where that comes to nothing."""
+    try:
+        found = find_overhangs(evidence, best, parameters)
+        extended = with_overhangs(best, found, evidence, parameters)
+        beyond = beyond_walls(extended.solid, evidence.outline) if extended.solid is not None else None
+    except NUMERICAL_TROUBLE as error:
+        return replace(best, notes={**best.notes, "overhang_reason": f"{type(error).__name__}: {error}"})
+    return replace(extended, solid=best.solid, beyond=beyond)
