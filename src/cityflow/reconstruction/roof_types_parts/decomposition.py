@@ -22,8 +22,8 @@ from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
 SNAP_M, MOST_SIDES = 1e-3, 8
-EXACT = 0.99
-"""Share of a rectangle inside an outline that is drawn well."""
+EXACT, LOOSE = 0.99, 0.9
+"""Share of a rectangle inside an outline that is drawn well, and badly."""
 
 
 class DecompositionParameters(Parameters):
@@ -87,11 +87,11 @@ def rectangles(outline: Polygon, sides: Sides, angle: float, parameters: Decompo
     wide = [q for q in tried if min(q.width, q.length) >= parameters.narrowest_m]
     rings = [Polygon(q.ring()) for q in wide]
     sound = [(r.area, q, r) for q, r in zip(wide, rings, strict=True) if r.is_valid]
-    found = [f for f in sound if parameters.least_main * outline.area <= f[0] <= outline.area / parameters.inside]
+    found = [f for f in sound if parameters.least_main * outline.area <= f[0] <= outline.area / LOOSE]
     shares = [shapely.intersection(r, outline, grid_size=SNAP_M).area / a for a, _, r in found]
     large = [a * s >= parameters.least_main * outline.area for (a, _, _), s in zip(found, shares, strict=True)]
     # Outlines drawn badly hold no rectangle wholly; of those drawn well only true ones count.
-    for least in (EXACT, parameters.inside):
+    for least in (EXACT, parameters.inside, LOOSE):
         chosen = [f for f, s, big in zip(found, shares, large, strict=True) if big and s >= least]
         if chosen:
             break
