@@ -12,6 +12,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -297,7 +298,7 @@ def with_matched(run: Path, survey: Path, parameters: OverhangParameters) -> Non
     """A town that was photographed and matched."""
     made = SynthParameters.model_validate(json.loads((survey / "synth.json").read_text())["parameters"])
     town = make_town(made.seed, made.whole_town)
-    store = zarr.open(str(run / "surface.zarr"), mode="r")
+    store: Any = zarr.open(str(run / "surface.zarr"), mode="r")
     a = dict(store.attrs)
     grid = Grid(a["x_min"], a["y_max"], a["cell"], a["rows"], a["cols"])
     dsm, ortho = store["dsm"][:], store["ortho"][:]

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 import shapely
 
+from cityflow.core.arrays import ByteArray
 from cityflow.core.grid import grown
 from cityflow.core.splitting import SplitEvidence, Splitting
 from cityflow.evaluation.borders import Border
@@ -105,10 +106,12 @@ def measure(seeds: Sequence[int], case: str, pictures: Path | None) -> Counts:
 def picture(evidence: SplitEvidence, row: Row, result: Splitting, path: Path) -> None:
     """Shaded surface, true borders white, accepted lines red, rejected blue."""
     cell, scale = 0.2, 3
+    assert evidence.points is not None
     raster = lidar_raster(evidence.points.xyz, grown(row.outline.bounds, AROUND_M), cell, REACH_M)
     gy, gx = np.gradient(raster.dsm, cell)
     shade = np.clip(140 + 60 * (gx * 0.8 + gy * 0.5), 20, 235)
-    image = cv2.resize(np.nan_to_num(shade).astype(np.uint8), None, fx=scale, fy=scale)
+    grey: ByteArray = np.asarray(np.nan_to_num(shade), np.uint8)
+    image = cv2.resize(grey, None, fx=scale, fy=scale)
     image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
 
     def draw(xy: np.ndarray, colour: tuple[int, int, int], width: int) -> None:

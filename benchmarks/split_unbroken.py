@@ -106,7 +106,7 @@ def row(rng: np.random.Generator) -> Scene:
 
 
 def _other(rng: np.random.Generator, of: FloatArray, than: FloatArray) -> FloatArray:
-    return of[rng.choice(np.flatnonzero((of != than).any(axis=1)))]
+    return np.asarray(of[rng.choice(np.flatnonzero((of != than).any(axis=1)))])
 
 
 def _seams(rng: np.random.Generator, length: float) -> tuple[tuple[float, float, FloatArray], ...]:
@@ -161,8 +161,8 @@ def _house(house: House, scene: Scene) -> FloatArray:
     for v in (0.0, scene.depth):
         uz = _lattice((house.u_0, house.u_1), (0.0, house.eaves))
         wall = np.tile(house.wall, (len(uz), 1))
-        at, height = (uz[:, 0] - house.u_0) % 3.0, uz[:, 1] % 2.8
-        wall[(np.abs(at - 1.5) < 0.7) & (height > 0.9) & (height < 2.2)] = (50, 55, 62)
+        at, above = (uz[:, 0] - house.u_0) % 3.0, uz[:, 1] % 2.8
+        wall[(np.abs(at - 1.5) < 0.7) & (above > 0.9) & (above < 2.2)] = (50, 55, 62)
         if scene.balconies:
             bay = (uz[:, 0] // 6.0).astype(np.int64) % 3 == int(v > 0)
             wall[bay & (height < 1.1)] = house.wall * 0.7

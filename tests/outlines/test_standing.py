@@ -43,7 +43,7 @@ def found(grid: Grid, ndsm: np.ndarray, trees: np.ndarray | None = None, holes: 
 
 @pytest.mark.parametrize("cell", [0.1, 0.2])
 @pytest.mark.parametrize(("angle", "length", "height"), [(0, 12, 3.1), (33, 10, 2.7), (71, 18, 3.9), (90, 8, 3.2)])
-def test_vehicles_are_no_buildings(cell: float, angle: float, length: float, height: float) -> None:
+def test_vehicles_are_no_buildings(cell: float, angle: int, length: float, height: float) -> None:
     assert found(*heights(rectangle(2.5, length, angle), height, cell, angle)) == 0
 
 

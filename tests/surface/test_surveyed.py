@@ -60,10 +60,10 @@ def test_specks_far_from_the_rest_are_no_survey_and_corners_and_sparse_parts_are
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(GRID.x_centres() - GRID.x_min, GRID.y_max - GRID.y_centres())
     # every fourth point seen in the west, one in twelve among crowns, specks of blunders in the east
-    count = (x < 120) & (rng.random(GRID.shape) < np.where(y < 150, 0.25, 1 / 12))
+    count = ((x < 120) & (rng.random(GRID.shape) < np.where(y < 150, 0.25, 1 / 12))).astype(np.int64)
     for _ in range(60):
         r, c = rng.integers(5, GRID.rows - 5), rng.integers(560, GRID.cols - 5)
-        count[r : r + 4, c : c + 3] = True
+        count[r : r + 4, c : c + 3] = 1
     before, after = surveyed(count, GRID, P), surveyed(count, GRID, dense)
     assert before[:, 500:].mean() > 0.1
     assert not after[:, 500:].any()

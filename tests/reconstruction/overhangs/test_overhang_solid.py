@@ -91,10 +91,8 @@ def evidence(outline: Polygon, party: Sequence[LineString] = ()) -> Evidence:
 
 
 def plan_area(solid: Polyhedron, semantic: Semantic) -> float:
-    return sum(
-        Polygon(solid.ring(f.rings[0])[:, :2], [solid.ring(r)[:, :2] for r in f.rings[1:]]).area
-        for f in solid.of_semantic(semantic)
-    )
+    faces = [Polygon(solid.ring(f.rings[0])[:, :2], [solid.ring(r)[:, :2] for r in f.rings[1:]]) for f in solid.of_semantic(semantic)]  # fmt: skip
+    return float(sum(f.area for f in faces))
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))
