@@ -28,6 +28,8 @@ from cityflow.reconstruction.volumetric_parts.expansion import min_cut
 from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud, end_lines
 
 RASTER_M = 0.25
+LEAST_ABOVE = 10
+"""Points that the outer wall over a void must show."""
 SCALE = 1e6
 
 
@@ -255,7 +257,7 @@ def _connected(division: Subdivision, is_void: dict[int, bool]) -> list[list[int
 
 
 def _ceiling(division: Subdivision, part: list[int], seen: tuple[FacadeCloud, list[Facade], BoolArray]) -> float | None:
-    """Height of the underside: where the outer wall above the void begins, else where the wall behind it ends."""
+    """Height of the underside, where the outer wall above the void begins; None where no such wall is seen."""
     cloud, behind, outer = seen
     shape = shapely.union_all([division.polygon(n) for n in part])
     wall = np.concatenate([f.points for f in behind])
@@ -268,8 +270,8 @@ def _ceiling(division: Subdivision, part: list[int], seen: tuple[FacadeCloud, li
     above = above[
         shapely.contains_xy(shapely.buffer(shape, -0.25), *(cloud.xyz[above, :2] - 0.7 * cloud.normal[above]).T)
     ]
-    if len(above) < 10:
-        return top
+    if len(above) < LEAST_ABOVE:
+        return None  # an outline that is too large, rather than a storey that stands out
     fourth, further = np.percentile(cloud.xyz[above, 2], (4, 24))
     begins = float(fourth - 0.2 * (further - fourth))  # where points that stand evenly on the wall begin
     return begins if begins >= top - 0.8 else None
