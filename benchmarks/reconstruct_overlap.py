@@ -31,13 +31,17 @@ PIECE_M = 1.5
 ROUGH_PER_M2, ROUGH_SIGMA_M, ALIKE_M = 100.0, 0.15, 0.5
 NEAR_WALL_M, WALL_STEP_M = 0.5, 0.5
 PRIOR_SIGMA_DEG = 1.0
+MATCHED_SEEDS, MATCHED_SIZE = (7,), 120
+"""Made by matched_models.py."""
 PARAMETERS = ModelParameters(with_overhangs=False)
 
 
-def units(seeds: Sequence[int], sample: int) -> Iterator[tuple[int, Evidence, TrueModel]]:
+def units(
+    seeds: Sequence[int], sample: int, kind: str = "drawn", size: int = 200
+) -> Iterator[tuple[int, Evidence, TrueModel]]:
     for seed in seeds:
-        for name, _ in unit_names(seed, "drawn", 200, CACHE, None)[::sample]:
-            yield seed, *unit_of(seed, "drawn", name, 200, CACHE, None)
+        for name, _ in unit_names(seed, kind, size, CACHE, None)[::sample]:
+            yield seed, *unit_of(seed, kind, name, size, CACHE, None)
 
 
 def one_side(xyz: FloatArray, share: float, rng: np.random.Generator) -> BoolArray:
@@ -171,11 +175,14 @@ def study_rough(seeds: Sequence[int], sample: int) -> None:
 def study_prior(seeds: Sequence[int], sample: int) -> None:
     on = PARAMETERS.orientation_histogram.model_copy(update={"prior": True})
     rows = []
-    for kind in ("drawn", "rough"):
+    for kind in ("drawn", "rough", "matched"):
+        chosen = units(seeds, sample)
+        if kind == "matched":
+            chosen = units(MATCHED_SEEDS, max(sample // 2, 1), "matched", MATCHED_SIZE)
         without, with_prior = Tally(), Tally()
-        for seed, evidence, truth in units(seeds, sample):
+        for seed, evidence, truth in chosen:
             rng = np.random.default_rng([seed, len(evidence.points)])
-            seen = with_directions(evidence if kind == "drawn" else rough(evidence, truth, rng), truth, rng)
+            seen = with_directions(rough(evidence, truth, rng) if kind == "rough" else evidence, truth, rng)
             without.add(seen, truth)
             with_prior.add(seen, truth, PARAMETERS.model_copy(update={"orientation_histogram": on}))
         rows += [[kind, "off", *without.row()], [kind, "on", *with_prior.row()]]

@@ -37,9 +37,6 @@ from cityflow.reconstruction.solids.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
 
-MOST_LEFT_OUT = 0.3
-"""A roof is simpler than its points ask for where more of the points (share) lie on planes that no polygon has."""
-
 
 class OrientationHistogramParameters(Parameters):
     """How roof planes are found; thresholds follow from density and noise of the points."""
@@ -78,7 +75,7 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
     segments = find_planes(evidence, parameters)
     if len(segments) == 0:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"no roof plane in {len(evidence.points)} points")
-    found, on_planes = len(segments), float(np.mean(segments.labels >= 0))
+    found = len(segments)
     roof = build_roof(evidence.outline, segments, evidence.ground_height, parameters.partition)
     segments = roof.segments
     blocks = block_levels(
@@ -97,13 +94,12 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
         "points_used": len(segments.points),
         "share_on_planes": round(float(np.mean(segments.labels >= 0)), 4),
     }
-    left_out = on_planes - float(np.mean(segments.labels >= 0))
     status, reason = Status.DONE, ""
     if roof.simplified:
         status, reason = Status.DEGRADED, f"edges made dearer {roof.simplified} times until the solid was valid"
-    elif found >= parameters.max_planes or left_out > MOST_LEFT_OUT:
+    elif found >= parameters.max_planes:
         status = Status.DEGRADED
-        reason = f"{found} planes found, {len(segments)} used: too many for the bounds of lines, polygons and planes"
+        reason = f"{found} planes found, {len(segments)} used: no more were sought, by the bounds of the work"
     return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, status, reason, notes)
 
 
