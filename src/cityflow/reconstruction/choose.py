@@ -46,11 +46,13 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 """Where a method finds no valid solid, because it sees itself inconsistent or knows no type, the other is tried in its place."""
 
 BY_TYPE = "roof_types"
+"""The method that is asked where a person has set a roof type."""
+
 ABOUT_AS_GOOD = 0.1
-"""Share of the points."""
+"""A candidate is about as good as the best where it explains less by no more than this share of the points."""
+
 WAVE_M, UNEVEN_M = 1.5, 0.05
 """Errors of matched heights are alike within a metre or so; real roofs are uneven by a few centimetres."""
-"""The method that is asked where a person has set a roof type."""
 
 NUMERICAL_TROUBLE = (ArithmeticError, np.linalg.LinAlgError, GEOSException)
 """What the data of a single unit can provoke in a method; it becomes that candidate's reason. Anything else is a bug, and fails the unit."""

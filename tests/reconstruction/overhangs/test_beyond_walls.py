@@ -17,11 +17,14 @@ from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line, read_feature
 from cityflow.io.obj import write_obj
 from cityflow.io.reference import resolve
+from cityflow.reconstruction import volumetric
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
+from cityflow.reconstruction.volumetric import VolumetricParameters
 from roof_scenes import OUTLINE as PLAN
 from roof_scenes import gable, scan
+from storey_scenes import storeys
 
 REACH_M = 0.6
 EVIDENCE = scan(gable, PLAN, 8.0, 0.02, 1)
@@ -111,3 +114,10 @@ def test_every_format_writes_them(building: Building) -> None:
     vertices = sum(line.startswith("v ") for line in obj.splitlines())
     used = {int(i) for line in obj.splitlines() if line.startswith("f ") for i in line.split()[1:]}
     assert used == set(range(1, vertices + 1))
+
+
+def test_the_ceiling_over_a_passage_is_the_solids_own() -> None:
+    solid = volumetric.reconstruct(storeys("passage", 0.05, 1), VolumetricParameters()).solid
+    assert solid is not None
+    assert len(solid.of_semantic(Semantic.OUTER_CEILING)) == 1
+    assert beyond_walls(solid, storeys("passage", 0.05, 1).outline) is None

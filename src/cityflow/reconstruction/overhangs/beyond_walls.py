@@ -21,7 +21,7 @@ Ring = list[tuple[float, float, float]]
 def beyond_walls(solid: Polyhedron, outline: Polygon) -> Polyhedron | None:
     """The surfaces beyond the outline of a closed solid with overhangs; None where there are none.
 
-    Roof faces are cut at the outline: the parts lie in the plane of their roof. Undersides and rims are taken as they are.
+    Roof faces are cut at the outline: the parts lie in the plane of their roof. Undersides and rims are taken as they are, those within the outline left out.
 
     Parameters
     ----------
@@ -45,14 +45,13 @@ def _pieces(solid: Polyhedron, outline: Polygon) -> Iterator[tuple[Face, list[Ri
     for face in solid.faces:
         if face.semantic is Semantic.ROOF:
             yield from ((face, rings) for rings in _cut_off(solid, face, outline))
-        elif face.semantic is Semantic.OUTER_CEILING or (
-            face.semantic is Semantic.WALL and not shapely.covers(inside, _foot(solid, face))
-        ):
+        elif face.semantic is not Semantic.GROUND and not shapely.covers(inside, _foot(solid, face)):
+            # undersides and rims; ceilings over a void of the building itself are the solid's
             yield face, [_points(solid.ring(ring)) for ring in face.rings]
 
 
 def _foot(solid: Polyhedron, face: Face) -> shapely.LineString:
-    """Where a wall stands, in plan."""
+    """The border of a face in plan."""
     xy = solid.ring(face.rings[0])[:, :2]
     return shapely.LineString(np.concatenate([xy, xy[:1]]))
 
