@@ -72,7 +72,7 @@ def plan_of(evidence: Evidence, candidate: Candidate) -> ByteArray:
             (x - picture.grid.x_min) / picture.grid.cell - 0.5,
             (picture.grid.y_max - y) / picture.grid.cell - 0.5,
         )
-        pixels = np.ascontiguousarray(np.moveaxis(picture.pixels[:3], 0, -1))
+        pixels = np.ascontiguousarray(np.moveaxis(picture.pixels[:3], 0, -1)).astype(np.uint8)
         canvas = cv2.remap(pixels, col.astype(np.float32), row.astype(np.float32), cv2.INTER_LINEAR)
     else:
         canvas = _points(evidence, (x_0, y_1), scale, (rows, cols))

@@ -201,7 +201,7 @@ class Neighbourhood:
             beside = self.roof_z(others, *(at + 0.02 * outward).T)
             free = (z < top) & ~(z < beside)
             spots.append(np.column_stack([at, z])[free])
-            normals.append(np.broadcast_to(outward, (np.count_nonzero(free), 2)))
+            normals.append(np.tile(outward, (int(np.count_nonzero(free)), 1)))
         xyz = np.concatenate(spots)
         xyz = xyz + rng.normal(0, EXACT_SIGMA_M, xyz.shape)
         sigma, views = np.full(len(xyz), EXACT_SIGMA_M, np.float32), np.full(len(xyz), 3, np.uint8)
