@@ -45,7 +45,7 @@ LOWEST_ROOF_M = 1.5
 AROUND_M = 2.0
 """What stands this near to an outline belongs to its unit's surroundings: eaves, balconies, the outline's own error."""
 
-RASTER_MARGIN_M = 4.0
+RASTER_MARGIN_M = 5.0
 """The widest eaves, and a stretch of ground beyond them."""
 
 LOW_M = 0.5

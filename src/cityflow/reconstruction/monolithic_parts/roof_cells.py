@@ -313,7 +313,7 @@ def _cost(points: FloatArray, starts: IntArray, cell: int, plane: FloatArray, si
     scale, total = 1.0 / (2.0 * sigma * sigma * (1.0 + plane[0] ** 2 + plane[1] ** 2)), 0.0
     for i in range(starts[cell], starts[cell + 1]):
         off = points[i, 2] - plane[0] * points[i, 0] - plane[1] * points[i, 1] - plane[2]
-        total += min(off * off * scale, 4.5)
+        total += min(off * off * scale, CAP)
     return total / n * min(float(n), 8.0)
 
 

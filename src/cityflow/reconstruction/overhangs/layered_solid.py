@@ -8,7 +8,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS, Face, Polyhedron, Semantic
-from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, UnfitRoof
+from cityflow.reconstruction.overhangs.roof_plan import RoofPlan, UnfitRoof
 from cityflow.reconstruction.solids.ring_tracing import Edge, group_rings, trace_rings
 from cityflow.reconstruction.solids.wall_merging import Corner, Wall, merge_walls
 
@@ -200,8 +200,3 @@ class LayeredSolid:
         here, a, b = (np.array(self._position(c, xy)) for c in (corner, *sorted(around)))
         line = b - a
         return bool(np.linalg.norm(np.cross(here - a, line)) > STRAIGHT_M * np.linalg.norm(line))
-
-
-def cells_of(plan: RoofPlan, inside: bool) -> list[PlanCell]:
-    """The cells over the outline, or those beyond it."""
-    return [cell for cell in plan.cells if cell.inside == inside]

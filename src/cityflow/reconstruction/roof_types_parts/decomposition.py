@@ -18,7 +18,6 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.roof_types_parts.outline_sides import Sides, main_angle
-from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
 SNAP_M, MOST_SIDES = 1e-3, 8
@@ -206,10 +205,3 @@ def ridge_line(quad: Quad, at: float) -> FloatArray:
     line = quad.sides[0] * (1 - share) - quad.sides[1] * share
     norm = math.hypot(line[0], line[1])
     return np.asarray(line / norm)
-
-
-def is_along(quad: Quad, direction: FloatArray) -> bool:
-    """Whether a quad's ridge runs about parallel to a direction."""
-    own = quad.direction
-    turn = turn_between(math.atan2(own[1], own[0]), math.atan2(direction[1], direction[0]))
-    return bool(turn < math.pi / 4)

@@ -277,13 +277,6 @@ def _ceiling(division: Subdivision, part: list[int], seen: tuple[FacadeCloud, li
     return begins if begins >= top - 0.8 else None
 
 
-def _roof_is_seen(division: Subdivision, part: list[int], segments: PlaneSegments, area: float) -> bool:
-    """Half as many roof points as elsewhere stand over the part: where an outline is too large, none do."""
-    x, y = segments.points[:, 0].copy(), segments.points[:, 1].copy()
-    over = np.count_nonzero(points_in_cells(division, part, x, y) >= 0)
-    return bool(over >= 0.5 * len(segments.points) * sum(division.area(c) for c in part) / area)
-
-
 def _lowest_top(division: Subdivision, cell: int, plane: FloatArray) -> float:
     xy = np.array([division.xy[v] for ring in division.cells[cell] for v in ring])
     return float((xy @ plane[:2] + plane[2]).min())
