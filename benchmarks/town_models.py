@@ -20,7 +20,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, EdgeOverhang, Lod
+from cityflow.core.building import Building, Lod
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
@@ -255,20 +255,16 @@ def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
         common = [shapely.intersection(unit.wall_outline, buildings[k].footprint).area for k in near]
         model = Model(None)
         if common and max(common) > SEEN * unit.wall_outline.area:
-            model = _model(buildings[near[int(np.argmax(common))]], run)
+            model = _model(buildings[near[int(np.argmax(common))]])
         pairs.append((true_model(unit), model))
     return pairs
 
 
-def _model(building: Building, run: Path) -> Model:
-    """With the overhangs that its newest record tells."""
+def _model(building: Building) -> Model:
     claim = building.attributes.get("claimed_rmse_m", building.attributes.get("rmse"))
-    records = sorted((run / "records" / "reconstruct" / building.id).glob("*.json"))
-    rows = json.loads(records[-1].read_text())["result"].get("overhangs", []) if records else []
-    overhangs = tuple(EdgeOverhang(LineString([r[0:2], r[2:4]]), r[4]) for r in rows)
     kind = str(building.attributes.get("roof_type") or "")
     return Model(
-        building.solids.get(Lod.LOD22), building.planes, kind, overhangs, float("nan") if claim is None else float(claim)
+        building.solids.get(Lod.LOD22), building.planes, kind, building.overhangs, float("nan") if claim is None else float(claim)
     )  # fmt: skip
 
 

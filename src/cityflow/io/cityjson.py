@@ -244,11 +244,11 @@ def _plane_json(plane: RoofPlane) -> dict[str, Json]:
 
 def _plane(plane: Json) -> RoofPlane:
     rmse, height, slope = (
-        math.nan if plane[k] is None else plane[k] for k in ("rmse", "sigma_height", "sigma_slope_deg")
+        math.nan if plane.get(k) is None else plane[k] for k in ("rmse", "sigma_height", "sigma_slope_deg")
     )
     x, y = plane["origin"]
     first = plane["slope_x"], plane["slope_y"], plane["height"], (x, y), plane["points"]
-    return RoofPlane(*first, rmse, height, slope, plane["seen"])
+    return RoofPlane(*first, rmse, height, slope, plane.get("seen", 1.0))
 
 
 def _or_none(value: float) -> float | None:
