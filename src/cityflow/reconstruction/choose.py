@@ -48,7 +48,7 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 BY_TYPE = "roof_types"
 """The method that is asked where a person has set a roof type."""
 
-ABOUT_AS_GOOD = 0.1
+ABOUT_AS_GOOD = 0.2
 """A candidate is about as good as the best where it explains less by no more than this share of the points."""
 
 WAVE_M, UNEVEN_M = 1.5, 0.05
