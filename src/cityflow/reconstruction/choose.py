@@ -51,8 +51,8 @@ BY_TYPE = "roof_types"
 ABOUT_AS_GOOD = 0.2
 """A candidate is about as good as the best where it explains less by no more than this share of the points."""
 
-WAVE_M, UNEVEN_M = 1.5, 0.05
-"""Errors of matched heights are alike within a metre or so; real roofs are uneven by a few centimetres."""
+WAVE_M, UNEVEN_M = 1.5, 0.07
+"""Errors of matched heights are alike within a metre or so; waves below a third of the distance within which a point counts as explained deceive nobody."""
 
 NUMERICAL_TROUBLE = (ArithmeticError, np.linalg.LinAlgError, GEOSException)
 """What the data of a single unit can provoke in a method; it becomes that candidate's reason. Anything else is a bug, and fails the unit."""
@@ -241,7 +241,7 @@ def independent_points(xyz: FloatArray, distance: FloatArray) -> float:
     """How many points with independent errors the points are worth, whose distances to a model (metres) are alike among neighbours.
 
     Means over squares of `WAVE_M` scatter by the noise over the root of their number, where errors are independent; by as much as they scatter
-    more, and more than roofs are uneven, the points are fewer than they seem.
+    more, and more than `UNEVEN_M`, the points are fewer than they seem.
     """
     known = np.isfinite(distance) & (np.abs(distance) <= NO_PART_M)
     if known.sum() < 2:
