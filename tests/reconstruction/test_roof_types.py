@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from shapely import Polygon
+from shapely import Polygon, contains_xy
 
 from cityflow.core.building import Lod, Status
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, Picture
 from cityflow.evaluation.roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction.roof_types import RoofTypesParameters, read, reconstruct
+from cityflow.reconstruction.roof_types import Reading, RoofTypesParameters, read, reconstruct
 from cityflow.reconstruction.roof_types_parts.line_categories import Category
+from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
 from cityflow.synthetic.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house
 from cityflow.synthetic.roofs import MAIN, visible_faces
 
@@ -62,6 +65,41 @@ def test_type_and_valid_solid(shape: str) -> None:
 def test_skeleton_lies_where_it_is(shape: str) -> None:
     house = drawn_house(shape, 0)
     assert rmse(reconstruct(evidence_of(house), PARAMETERS), house, house.outline) < 0.5
+
+
+def long_inside(reading: Reading) -> RoofLines:
+    """Lines of 4 m and more whose middle is well inside."""
+    lines = reading.lines.lines
+    middle = contains_xy(reading.outline.buffer(-1.5), *lines.ends.mean(axis=1).T)
+    return lines.take(middle & (lines.length >= 4))
+
+
+def test_a_second_epoch_shows_the_ridge_that_the_first_does_not() -> None:
+    alone, united = list[float](), list[float]()
+    for seed in (0, 1, 2):
+        house = drawn_house("gable off", seed)
+        # Both slopes lit alike, and neither in shadow: nothing shows the ridge.
+        even = replace(house, slope=np.zeros_like(house.slope), height=np.minimum(house.height, house.ground + 3))
+        dull = even.ortho(0)
+        first, both = (evidence_of(house, 2.0, pictures=shown) for shown in ((dull,), (dull, house.ortho(1))))
+        assert len(long_inside(read(first, PARAMETERS))) == 0
+        assert 1 in long_inside(read(both, PARAMETERS)).epoch
+        alone.append(rmse(reconstruct(first, PARAMETERS), house, house.outline))
+        united.append(rmse(reconstruct(both, PARAMETERS), house, house.outline))
+    assert max(united) < 0.5
+    assert np.nanmean(united) < 0.5 * np.nanmean(np.where(np.isnan(alone), 3.0, alone))
+
+
+def test_the_solid_stands_on_the_outline_as_given() -> None:
+    house = drawn_house("L hip", 2)
+    outline = disturbed(house.outline, np.random.default_rng(4), 0.73)
+    evidence = evidence_of(house, outline=outline)
+    reading = read(evidence, PARAMETERS)
+    assert reading.fitted is not reading.outline
+    solid = reconstruct(evidence, PARAMETERS).solid
+    assert solid is not None
+    assert not check_polyhedron(solid)
+    assert {tuple(p) for p in np.asarray(outline.exterior.coords)} <= {tuple(p) for p in solid.vertices[:, :2]}
 
 
 def test_disturbed_outlines_keep_type_and_skeleton() -> None:

@@ -17,15 +17,17 @@ from cityflow.core.reconstruction import Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
-from cityflow.reconstruction.roof_types_parts.heights import RoofLevels
+from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
 from cityflow.reconstruction.roof_types_parts.line_categories import Category, CategoryParameters, categorise
 from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters, rim_shift
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
+from cityflow.reconstruction.roof_types_parts.regular_outline import RegularParameters, Rim, regular_outline
 from cityflow.reconstruction.roof_types_parts.roof_lines import (
     LineParameters,
     RoofLines,
     merged,
     picture_lines,
+    turn_between,
     without_duplicates,
 )
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, partition_of, roof_model
@@ -90,6 +92,12 @@ def test_categories_of_a_hip_roof() -> None:
     assert level_line_longer_than_allowed == Category.OTHER
 
 
+def test_without_heights_only_eaves_and_short_hips_are_told() -> None:
+    found = lines((4, 4, 8, 4), (0.2, 0.2, 4, 4), (0, 0.3, 12, 0.3), (2, 2, 3.4, 3.4))
+    kinds = categorise(found, np.full((4, 2), np.nan), box(0, 0, 12, 8), RoofLevels(9.0, 5.0), CategoryParameters())
+    assert kinds.category.tolist() == [Category.OTHER, Category.OTHER, Category.EAVE, Category.HIP]
+
+
 def test_valleys_lead_back_along_their_ridge() -> None:
     wing_ridge, valley = (6, 12, 6, 5), (6, 5, 8, 7.5)
     z = np.array([[8.0, 8.0], [8.0, 6.0]])
@@ -141,6 +149,53 @@ def test_shape_of_a_hip_and_of_a_half_hip() -> None:
     ridge = np.sort(edges[0].reshape(2, 2)[:, 0])
     assert ridge == pytest.approx([4.0, 8.0])
     assert len(edges) == 5
+
+
+def around(roof: Polygon, cell: float = 0.5) -> HeightCells:
+    """Cells of a level roof 6 m above its ground, a few metres around it."""
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(-4, 18, cell), np.arange(-4, 14, cell)))
+    z = np.where(shapely.contains_xy(roof, x, y), 6.0, 0.0)
+    return HeightCells(np.column_stack([x, y]), np.arange(len(x)), z, np.full(len(x), 0.3), cell)
+
+
+def test_disturbed_sides_go_back_to_where_heights_fall() -> None:
+    truth = box(0, 0, 14, 9)
+    drawn = Polygon([(-0.6, -0.3), (14.5, 0.5), (13.6, 8.6), (0.4, 9.3)])
+    found = regular_outline(drawn, sides_of(drawn, 0.3), Rim(around(truth), lines()), RegularParameters())
+    assert found.symmetric_difference(truth).area < 0.5 * drawn.symmetric_difference(truth).area
+    angles = sides_of(found, 0.1).angle % (math.pi / 2)
+    assert np.ptp(np.cos(4 * angles)) < 1e-4
+
+
+def test_lines_tell_of_sides_where_heights_do_not() -> None:
+    drawn, nothing = Polygon([(-0.6, 0.7), (14.5, -0.3), (14.9, 9.8), (0.4, 9.3)]), around(box(-9, -9, 30, 30))
+    rim = np.asarray(box(0, 0, 14, 9).exterior.coords)
+    seen = RoofLines(np.stack([rim[:-1], rim[1:]], axis=1), np.zeros(4, np.int64))
+    found = regular_outline(drawn, sides_of(drawn, 0.3), Rim(nothing, seen), RegularParameters())
+    assert found.symmetric_difference(box(0, 0, 14, 9)).area < 0.3 * drawn.symmetric_difference(box(0, 0, 14, 9)).area
+
+
+def test_regular_and_trusted_outlines_stay() -> None:
+    elsewhere = Rim(around(box(1, 1, 14, 9)), lines())
+    regular, skewed = box(0, 0, 14, 9), Polygon([(0, 0), (14, 0), (20, 9), (0, 9)])
+    drawn = Polygon([(-0.6, 0.7), (14.5, -0.3), (14.9, 9.8), (0.4, 9.3)])
+    assert regular_outline(regular, sides_of(regular, 0.3), elsewhere, RegularParameters()) is regular
+    assert regular_outline(drawn, sides_of(drawn, 0.3), elsewhere, RegularParameters(outline_m=0)) is drawn
+    kept = regular_outline(skewed, sides_of(skewed, 0.3), Rim(around(skewed), lines()), RegularParameters())
+    slanting = turn_between(sides_of(kept, 0.1).angle, math.atan2(9, 6))
+    assert float(slanting.min()) < 1e-4
+
+
+def test_discs_drawn_badly_are_discs_again_and_dense_rectangles_are_none() -> None:
+    rng = np.random.default_rng(5)
+    turn = np.arange(24) * math.pi / 12
+    drawn = Polygon(6 * np.column_stack([np.cos(turn), np.sin(turn)]) + rng.normal(0, 0.5, (24, 2)))
+    found = regular_outline(drawn, sides_of(drawn, 0.3), Rim(around(drawn), lines()), RegularParameters())
+    assert is_round(found, sides_of(found, 0.05))
+    assert abs(math.sqrt(found.area / math.pi) - 6) < 0.3
+    dense = shapely.segmentize(box(0, 0, 9, 9), 1.5)
+    kept = regular_outline(dense, sides_of(dense, 0.3), Rim(around(dense), lines()), RegularParameters())
+    assert not is_round(kept, sides_of(kept, 0.05))
 
 
 def test_robust_fit_is_not_drawn_by_a_chimney() -> None:

@@ -34,6 +34,7 @@ from cityflow.reconstruction.roof_types_parts.line_categories import (
 )
 from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
+from cityflow.reconstruction.roof_types_parts.regular_outline import REACH_M, RegularParameters, Rim, regular_outline
 from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
 from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel, partition_of, roof_model
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of, with_noise_of
@@ -52,6 +53,7 @@ class RoofTypesParameters(Parameters):
     lines: LineParameters = LineParameters()
     categories: CategoryParameters = CategoryParameters()
     shift: ShiftParameters = ShiftParameters()
+    regular: RegularParameters = RegularParameters()
     parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
     levels: LevelParameters = LevelParameters()
@@ -78,12 +80,14 @@ class Reading:
     ----------
     origin : world, of the local frame
     outline : Polygon, local
+    fitted : Polygon, local; the outline without the errors of its corners, over which roofs are fitted
     cells, levels, lines : heights and sorted lines, local
     clues : what hypotheses are compared with
     """
 
     origin: Origin
     outline: Polygon
+    fitted: Polygon
     cells: HeightCells
     levels: RoofLevels
     lines: SortedLines
@@ -121,7 +125,9 @@ def _first_valid(
     notes = {**candidate.notes, "margin": round(float(margin), 3)}
     if tried == 1:
         return replace(candidate, notes=notes)
-    return replace(candidate, notes=notes, status=Status.DEGRADED, reason=f"{tried - 1} better roofs gave no valid solid")
+    return replace(
+        candidate, notes=notes, status=Status.DEGRADED, reason=f"{tried - 1} better roofs gave no valid solid"
+    )
 
 
 def _none(reason: str) -> Candidate:
@@ -136,15 +142,30 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     cells = heights_of.height_cells(evidence, outline, origin, parameters.margin_m)
     if len(cells) < parameters.least_cells:
         none = SortedLines(roof_lines.joined([]), np.empty(0, np.int64), np.empty((0, 2)))
-        return Reading(origin, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0))
+        return Reading(
+            origin, outline, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0)
+        )
     levels = heights_of.roof_levels(evidence, outline, origin, cells)
     lines = find_lines(evidence, origin, outline, levels, parameters)
+    fitted = fitted_outline(evidence, origin, outline, lines, parameters)
+    if fitted is not outline:
+        cells = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
+        levels = heights_of.roof_levels(evidence, fitted, origin, cells)
     z = heights_of.height_at(evidence, origin, lines.ends.reshape(-1, 2)).reshape(-1, 2)
-    kinds = categorise(lines, z, outline, levels, parameters.categories)
+    kinds = categorise(lines, z, fitted, levels, parameters.categories)
     inner = kinds.lines.take(kinds.category != Category.EAVE)
     trust = 1.0 if len(lines) else 0.0
     clues = Clues(cells, noise_of(cells), np.ascontiguousarray(inner.ends.reshape(-1, 4)), trust)
-    return Reading(origin, outline, cells, levels, kinds, clues)
+    return Reading(origin, outline, fitted, cells, levels, kinds, clues)
+
+
+def fitted_outline(
+    evidence: Evidence, origin: Origin, outline: Polygon, lines: RoofLines, parameters: RoofTypesParameters
+) -> Polygon:
+    """The outline that roofs are fitted over; the given one itself where there is no reason to doubt it."""
+    sides = sides_of(outline, parameters.straighten_m)
+    around = heights_of.height_cells(evidence, outline.buffer(REACH_M, join_style="mitre"), origin, 0.0)
+    return regular_outline(outline, sides, Rim(around, lines), parameters.regular)
 
 
 def find_lines(
@@ -181,6 +202,9 @@ def _over_walls(
 def best_roofs(reading: Reading, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
     """The cheapest roofs over all types, layouts and directions, one of each type; of the wanted type where one is wanted."""
     found = _roofs(reading, reading.clues, wanted, parameters)
+    if not found and reading.fitted is not reading.outline:
+        reading = replace(reading, fitted=reading.outline)
+        found = _roofs(reading, reading.clues, wanted, parameters)
     if not found:
         return []
     clues = with_noise_of(reading.clues, roof_model(min(found, key=lambda c: c.cost).parts))
@@ -194,21 +218,24 @@ def best_roofs(reading: Reading, wanted: str, parameters: RoofTypesParameters) -
 
 
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
-    sides = sides_of(reading.outline, parameters.straighten_m)
-    quad = whole_quad(reading.outline, sides)
-    if is_round(reading.outline, sides):
-        rounded = hypotheses_of.round_roofs(clues, quad, sides.lines(), parameters.roofs)
+    sides = sides_of(reading.fitted, parameters.straighten_m)
+    roofs = parameters.roofs
+    if reading.fitted is not reading.outline:
+        roofs = roofs.model_copy(update={"rare_cost": roofs.rare_cost + parameters.regular.doubt_cost})
+    quad = whole_quad(reading.fitted, sides)
+    if is_round(reading.fitted, sides):
+        rounded = hypotheses_of.round_roofs(clues, quad, sides.lines(), roofs)
         return simple_roofs([h for h in rounded if not wanted or h.skeleton.type == wanted])
     found: list[Composition] = []
-    if fills(reading.outline, quad) >= parameters.least_fill:
-        tried = hypotheses_of.hypotheses(clues, quad, parameters.roofs)
+    if fills(reading.fitted, quad) >= parameters.least_fill:
+        tried = hypotheses_of.hypotheses(clues, quad, roofs)
         found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
     if len(sides) > 4 or not found:
         found += [
             roof
-            for layout in layouts(reading.outline, sides, parameters.parts)
+            for layout in layouts(reading.fitted, sides, parameters.parts)
             if layout.rest <= parameters.most_rest and (layout.wings or not found)
-            for roof in composed_roofs(clues, layout, wanted, parameters.roofs)
+            for roof in composed_roofs(clues, layout, wanted, roofs)
         ]
     return found
 

@@ -73,7 +73,7 @@ class DrawnHouse:
         grey = _texture(rng, self.height.shape)
         colour = self.albedo * (light * grey)[..., None] * rng.uniform(0.8, 1.15)
         if any(lean):
-            colour = _leaning(colour, self.height - self.ground, lean)
+            colour = leaning(colour, self.height - self.ground, FINE_M, lean)
         return Picture(*_pixels(colour, self.grid, cell, rng), not any(lean), f"epoch {epoch}")
 
     def heights(self, cell: float, noise: float = 0.35, whole_metres: bool = True, epoch: int = 0) -> HeightRaster:
@@ -172,12 +172,18 @@ def _texture(rng: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
     return np.asarray(1 + 0.05 * coarse / coarse.std() + 0.12 * fine)
 
 
-def _leaning(colour: FloatArray, above: FloatArray, lean: tuple[float, float]) -> FloatArray:
-    """What a camera beside sees, brought to the ground: each place shows the highest thing that was displaced to it."""
+def leaning(colour: FloatArray, above: FloatArray, cell: float, lean: tuple[float, float]) -> FloatArray:
+    """What a camera beside sees, brought to the ground: each place shows the highest thing that was displaced to it.
+
+    Parameters
+    ----------
+    colour : (rows, cols, bands);  above : (rows, cols) metres above the ground, both of cells of `cell` metres
+    lean : displacement in x and y per metre of height
+    """
     rows, cols = np.indices(above.shape).astype(np.float64)
     best, result = np.full(above.shape, -1.0), colour.copy()
     for level in np.arange(0, above.max() + 0.25, 0.25):
-        r, c = rows + lean[1] * level / FINE_M, cols - lean[0] * level / FINE_M
+        r, c = rows + lean[1] * level / cell, cols - lean[0] * level / cell
         there = map_coordinates(above, [r, c], order=1, mode="nearest")
         hit = (np.abs(there - level) <= 0.4) & (level >= best)
         r, c = (np.clip(np.round(v), 0, n - 1).astype(np.int64) for v, n in zip((r, c), above.shape, strict=True))

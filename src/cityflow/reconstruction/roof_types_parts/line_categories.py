@@ -62,7 +62,11 @@ class SortedLines:
 def categorise(
     lines: RoofLines, z: FloatArray, outline: Polygon, levels: RoofLevels, parameters: CategoryParameters
 ) -> SortedLines:
-    """Every line's category; hips and valleys are told apart by the angle that they make with their ridge."""
+    """Every line's category; hips and valleys are told apart by the angle that they make with their ridge.
+
+    Ridges and slanting lines need heights, short ones excepted; without any they are `OTHER`, which still speaks for skeletons.
+    What runs along the outline is an eave even so: it must not speak for any.
+    """
     if len(lines) == 0:
         return SortedLines(lines, np.empty(0, np.int64), np.empty((0, 2)))
     parallel = _parallel_to_outline(lines, outline, math.radians(parameters.parallel_deg))
@@ -71,9 +75,10 @@ def categorise(
     fall = np.abs(z[:, 1] - z[:, 0])
     middle = z.mean(axis=1)
     level = ~(fall > parameters.level_m)
-    ridge = parallel & (away >= parameters.eave_m) & inside & level & ~(levels.top - middle > parameters.level_m)
+    high = (fall <= parameters.level_m) & (levels.top - middle <= parameters.level_m)
+    ridge = parallel & (away >= parameters.eave_m) & inside & high
     eave = parallel & (away < parameters.eave_m) & level & ~(np.abs(middle - levels.bottom) > parameters.level_m)
-    rising = ~(fall < parameters.rising_m) | (lines.length < parameters.short_m)
+    rising = (fall >= parameters.rising_m) | (lines.length < parameters.short_m)
     slanting = ~parallel & inside & rising
     category = np.select([ridge, eave, slanting], [Category.RIDGE, Category.EAVE, Category.HIP], Category.OTHER)
     valleys = _valleys(lines, category, parameters)
