@@ -13,13 +13,15 @@ import numpy as np
 import shapely
 import shapely.errors
 
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import EdgeOverhang, Polyhedron, Scalar
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.overhangs.crossings import split_crossings
 from cityflow.reconstruction.overhangs.layered_solid import LayeredSolid
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
-from cityflow.reconstruction.overhangs.rim_zones import RimEdge, rim_edges, rim_zones
+from cityflow.reconstruction.overhangs.rim_edges import RimEdge, rim_edges
+from cityflow.reconstruction.overhangs.rim_zones import rim_zones
 from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, UnfitRoof
 
 BESIDE_M = 0.05
@@ -109,17 +111,25 @@ def _rims(
         shared = shapely.union_all(list(evidence.party))
         near = [shapely.dwithin(shapely.points(e), shared, BESIDE_M) for e in (*ends, (ends[0] + ends[1]) / 2)]
         party = near[0] & near[1] & near[2]
-    reach = np.zeros(len(edges))
-    for k in chosen:
-        near = [shapely.dwithin(shapely.points(e), overhangs[k].line, BESIDE_M) for e in ends]
-        own = near[0] & near[1] & ~party
-        if not own.any():
-            raise UnfitRoof("an overhang stands beside no wall of the solid")
-        reach[own] = overhangs[k].reach_m
+    reach = _reaches(ends, party, overhangs, chosen)
     rims = rim_edges(plan, [float(r) for r in reach], [bool(b) for b in party], edges)
     if any(r.reach > 0 and min(r.tops) < plan.floor + p.slab_m + WALL_LEFT_M for r in rims):
         raise UnfitRoof("a wall is too low for a roof that stands out")
     return rims
+
+
+def _reaches(
+    ends: tuple[FloatArray, FloatArray], party: BoolArray, overhangs: Sequence[EdgeOverhang], chosen: Sequence[int]
+) -> FloatArray:
+    """Reach of every piece of the outline: that of the nearest overhang's line, since near a corner a short piece is beside two."""
+    lines = [o.line for o in overhangs]
+    apart = np.array([np.maximum(*(shapely.distance(shapely.points(e), line) for e in ends)) for line in lines])
+    nearest = np.argmin(apart, axis=0)
+    beside = (np.min(apart, axis=0) <= BESIDE_M) & ~party
+    if any(not (beside & (nearest == k)).any() for k in chosen):
+        raise UnfitRoof("an overhang stands beside no wall of the solid")
+    reaches = np.array([o.reach_m if k in chosen else 0.0 for k, o in enumerate(overhangs)])
+    return np.where(beside, reaches[nearest], 0.0)
 
 
 def _give_faces(plan: RoofPlan, cells: Sequence[PlanCell]) -> None:
