@@ -26,6 +26,7 @@ from cityflow.core.points import (
 )
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
 from cityflow.core.reference import Reference
+from cityflow.core.wall_points import WallPoints
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Task
@@ -103,7 +104,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
     a, store = task.arguments, workspace.store
     near = grown(outline.polygon.bounds, AROUND_M)
     grid, layers = read_surface(store, a["zarr"], Grid.covering(tuple(a["city"]), a["cell_m"]), near)
-    points = read_points(store, a["pieces"], near)
+    points = _in_order(read_points(store, a["pieces"], near))
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
@@ -112,10 +113,22 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
     return Evidence(
         outline.id, outline.polygon, _roof_points(inside, grid, layers, a["classified"]), _floor(ground),
         outline.aspects, outline.slopes,
-        around=_part_of_houses(close, grid, layers["dtm"]), walls=read_walls(store, a["walls"], near),
+        around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
         heights=_heights(store, a, outline), pictures=_pictures(store, a, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
     )  # fmt: skip
+
+
+def _in_order(points: PointCloud) -> PointCloud:
+    """The same points in an order of their own: another index or tiling must not change a sum in its last digit."""
+    x, y, z = points.xyz.T
+    keys = (points.number_of_returns, points.return_number, points.classification, z, y, x)
+    return points.take(np.lexsort(keys))
+
+
+def _walls_in_order(walls: WallPoints) -> WallPoints:
+    x, y, z = walls.xyz.T
+    return walls.take(np.lexsort((walls.views, walls.sigma, walls.normal[:, 1], walls.normal[:, 0], z, y, x)))
 
 
 def _heights(store: Store, a: Mapping[str, Any], outline: Outline) -> HeightRaster:
