@@ -28,7 +28,7 @@ Cells = Sequence[tuple[Sequence[int], tuple[float, float, float]]]
 
 def rotated(xy: FloatArray, angle_deg: float) -> FloatArray:
     a = np.radians(angle_deg)
-    return xy @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+    return np.asarray(xy @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]))
 
 
 def solid_of(
@@ -86,7 +86,9 @@ def rim_corners(rings: Sequence[FloatArray]) -> FloatArray:
     """Corners of what the roofs cover together."""
     around = shapely.get_coordinates(shapely.union_all([Polygon(r[:, :2]) for r in rings]).exterior)[:-1]
     first = int(np.argmax(np.hypot(*(around - around.mean(axis=0)).T)))
-    return shapely.get_coordinates(shapely.simplify(shapely.LinearRing(np.roll(around, -first, axis=0)), 0.02))[:-1]
+    return np.asarray(
+        shapely.get_coordinates(shapely.simplify(shapely.LinearRing(np.roll(around, -first, axis=0)), 0.02))[:-1]
+    )
 
 
 def narrow_area(rings: Sequence[FloatArray]) -> float:
