@@ -15,7 +15,9 @@ from cityflow.flow.store import Store
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
+from cityflow.stages.catalog_check import check_catalog
 from cityflow.stages.catalog_create import create_catalog
+from cityflow.stages.catalog_findings import Level
 from cityflow.stages.city import CitySource
 from cityflow.workflow.settings import load_workflow
 from in_process import Records, run_all
@@ -98,3 +100,22 @@ def test_a_coarse_surface_and_an_ortho_make_roofs_and_an_edit_another(catalog: P
     edited = _records(catalog, tmp_path / "edited", [f"edits.path={catalog.parent / 'edits.gpkg'}"])
     assert edited["reconstruct", "gable"].result["roof_type"] == "hip"
     assert edited["reconstruct", "flat"].digest == flat.digest
+
+
+def test_a_roof_type_that_does_not_fit_is_said(catalog: Path, tmp_path: Path) -> None:
+    edit = geopandas.GeoDataFrame({"roof_type": ["cone"]}, geometry=[Point(MIDDLES["gable"])], crs=28992)
+    edit.to_file(tmp_path / "edits.gpkg", layer="roof_types")
+    found = _records(catalog, tmp_path / "run", [f"edits.path={tmp_path / 'edits.gpkg'}"])["reconstruct", "gable"]
+    assert (found.status, found.result["roof_type"]) == ("degraded", "gable")
+    assert "an edit sets the roof type 'cone'" in found.reason
+
+
+def test_a_grey_ortho_of_sixteen_bits_alone_will_do(catalog: Path, tmp_path: Path) -> None:
+    folder = catalog.parent
+    create_catalog(
+        tmp_path / "grey", dsm=folder / "dsm.tif", orthos=[folder / "2021.tif"], outlines=folder / "outlines.gpkg",
+        crs="EPSG:28992", id_column="id",
+    )  # fmt: skip
+    found = _records(tmp_path / "grey", tmp_path / "run", [])
+    assert found["reconstruct", "gable"].result["roof_type"] == "gable"
+    assert not [f for f in check_catalog(tmp_path / "grey").findings if f.level is Level.ERROR]

@@ -146,6 +146,9 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
     enough = len(evidence.points) >= parameters.min_points
     for method in _methods(evidence, parameters) if enough else ():
         tried.extend(_climb_down(method, evidence, parameters))
+        if evidence.wanted_type and method == BY_TYPE and not tried[-1][1].valid:
+            # what a person wants cannot be had: what the method finds by itself
+            tried.extend(_climb_down(method, replace(evidence, wanted_type=""), parameters))
         other = HANDED_TO.get(method)
         if other and other not in parameters.methods and not tried[-1][1].valid:
             tried.extend(_climb_down(other, evidence, parameters))

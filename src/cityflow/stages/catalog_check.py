@@ -227,9 +227,9 @@ def _check_whole(catalog: Catalog, seen: Seen) -> None:
     elif reference.vertical_epsg is None:
         remedy = "make the catalog again with a compound CRS, such as EPSG:7415"
         seen.say(Level.WARNING, catalog.href, f"{reference.code} does not say what heights refer to", remedy)
-    if not catalog.lidar and not catalog.images:
-        remedy = "make the catalog again with --lidar or --images"
-        seen.say(Level.ERROR, catalog.href, "there is neither a LiDAR file nor an image", remedy)
+    if not catalog.lidar and not catalog.images and "dsm" not in catalog.rasters:
+        remedy = "make the catalog again with --lidar, --images or --dsm"
+        seen.say(Level.ERROR, catalog.href, "there is neither a LiDAR file nor an image nor a DSM", remedy)
     if catalog.licence in ("", "other") and not catalog.attribution:
         seen.say(
             Level.NOTE, catalog.href, "neither licence nor attribution is stated", "give --licence and --attribution"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.reference import Reference
 from cityflow.flow.task import Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window, write_cog
+from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import chunk_paths, write_tile
+
+COLOURS = 3
 
 
 def store_layers(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
@@ -42,6 +47,14 @@ def given_dtm(task: Task, grid: Grid) -> FloatArray | None:
         return None
     with local_file(task.arguments["dtm"]) as path:
         return read_window(path, grid, resolve(task.arguments["crs"]))
+
+
+def given_colours(path: str | Path, grid: Grid, reference: Reference, resampling: str = "bilinear") -> FloatArray:
+    """(3, rows, cols) red, green and blue of an orthophoto on `grid`, 0 to 255 whatever its depth; a grey one three times; NaN where it has nothing."""
+    header = read_raster_header(path)
+    wanted = (1, 2, 3) if header.bands >= COLOURS else (1, 1, 1)
+    bands = np.stack([read_window(path, grid, reference, band=b, resampling=resampling) for b in wanted])
+    return np.asarray(bands / 257.0 if header.dtype == "uint16" else bands)
 
 
 def _digest(layers: Mapping[str, NDArray[Any]]) -> str:

@@ -26,7 +26,7 @@ from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntr
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
-VERSION = 10
+VERSION = 11
 CANDIDATES = "candidates.city.jsonl"
 
 
@@ -69,7 +69,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
     evidence = gather(workspace, task, outline, wanted)
-    choice = _admitting(model(evidence, parameters), task.arguments["unread"])
+    choice = _obeying(_admitting(model(evidence, parameters), task.arguments["unread"]), wanted)
     measures = measure(choice, evidence)
     result = {
         **measures,
@@ -92,6 +92,15 @@ def _admitting(choice: Choice, unread: list[str]) -> Choice:
     return replace(
         choice, status=status, reason="; ".join(filter(None, [choice.reason, UNREAD.format(", ".join(unread))]))
     )
+
+
+def _obeying(choice: Choice, wanted: str) -> Choice:
+    """A roof that is not of the type that a person has set says so."""
+    if wanted in ("", choice.candidate.roof_type):
+        return choice
+    status = Status.DEGRADED if choice.status is Status.DONE else choice.status
+    unfulfilled = f"an edit sets the roof type {wanted!r}, but no valid roof of that type fits"
+    return replace(choice, status=status, reason="; ".join(filter(None, [choice.reason, unfulfilled])))
 
 
 def _candidate_lines(outline: Outline, evidence: Evidence, choice: Choice) -> bytes:

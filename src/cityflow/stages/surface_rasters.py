@@ -17,7 +17,7 @@ from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window
 from cityflow.io.reference import resolve
 from cityflow.io.stac_assets import RASTERS as RASTER_KINDS
-from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.stages.rasters import given_colours, given_dtm, publish_rasters, store_layers
 from cityflow.stages.surface_images import STAGE, parameters_of, write_pieces, write_rasters
 from cityflow.stages.survey import ZARR, Survey
 from cityflow.surface.fuse import Fused
@@ -92,15 +92,15 @@ def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
     if href is None:
         return np.empty((*grid.shape, 0), np.float32)
     with local_file(href) as path:
-        bands = [read_window(path, grid, reference, band=b, resampling="average") for b in (1, 2, 3)]
-    return np.stack(bands, axis=-1).astype(np.float32)
+        bands = given_colours(path, grid, reference, "average")
+    return np.moveaxis(bands, 0, -1).astype(np.float32)
 
 
 def _write_ortho(workspace: Workspace, task: Task, grid: Grid) -> None:
     """The given ortho on the grid of the products."""
     reference = resolve(task.arguments["crs"])
     with local_file(task.arguments["rasters"]["ortho"]) as path:
-        bands = np.stack([read_window(path, grid, reference, band=b) for b in (1, 2, 3)])
+        bands = given_colours(path, grid, reference)
     seen = np.asarray(np.isfinite(bands).all(axis=0))
     colour = np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8)
     store_layers(workspace, ZARR, tuple(task.arguments["product_grid"]), grid, {"ortho": colour, "ortho_seen": seen})
