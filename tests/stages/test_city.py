@@ -15,11 +15,11 @@ from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
 from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset
-from cityflow.stages import reconstruct
+from cityflow.stages import reconstruct, split, unit_evidence
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.city import CitySource
 from cityflow.stages.parameters import CityParameters
-from cityflow.stages.survey import HULL
+from cityflow.stages.survey import HULL, SEEN_AROUND_M, UnitEntry
 
 TILE = 250.0
 ROWS_OF_HOUSES = 3
@@ -216,3 +216,18 @@ def test_another_hull_of_a_unit_changes_the_exports_of_its_neighbours_too(output
     touched = {t.name for t in changed(CitySource(catalog(True), CityParameters())) if plain[t.name] != t.digest}
     readers = {owner("h0_4"), owner("h0_5"), owner("h0_6")}
     assert touched == ({f"export-{tile}" for tile in readers} if reread else set())
+
+
+def test_a_unit_waits_for_every_tile_that_it_looks_into() -> None:
+    """What is read without being waited for would depend on the order of the tasks."""
+    source = CitySource(catalog(True), CityParameters())
+    tile = next(iter(source.survey.tiles.values()))
+    right = f"{tile.col + 1}_{tile.row}"
+    assert right in source.survey.tiles
+    _, y_min, x_max, _ = tile.bounds
+    for gap, waits in ((4.9, True), (5.1, False)):
+        box = (x_max - gap - 10, y_min + 20, x_max - gap, y_min + 30)
+        entry = UnitEntry("u", tile.name, "p", 0, 1, "d", box, (box[0] + 5, box[1] + 5), (), ())
+        assert (right in source.survey.tiles_under(entry)) == waits
+    for looks in (unit_evidence.AROUND_M, unit_evidence.RASTER_MARGIN_M, split.AROUND_M):
+        assert looks <= SEEN_AROUND_M

@@ -11,7 +11,7 @@ import shapely
 
 from cityflow.core.building import Status
 from cityflow.core.edits import Edits
-from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, tiles_over
+from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, grown, tiles_over
 from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
@@ -34,7 +34,10 @@ HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""
 
 WALL_MARGIN_M = 1.0
-"""A unit waits for the surfaces this far beyond its outline."""
+"""Files this near to an outline are named as the sources of its unit."""
+
+SEEN_AROUND_M = 5.0
+"""A unit waits for the surfaces this far beyond its outline, and looks no farther."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,9 +265,8 @@ class Survey:
         return self.files_over(tile.buffered(self.parameters.surface.halo_m))
 
     def tiles_under(self, unit: UnitEntry) -> list[str]:
-        x_min, y_min, x_max, y_max = unit.bounds
-        m = WALL_MARGIN_M
-        over = tiles_over((x_min - m, y_min - m, x_max + m, y_max + m), self.parameters.tiles.tile_m)
+        """Every tile of which a task of the unit reads a cell or a point: what it does not wait for it must not see."""
+        over = tiles_over(grown(unit.bounds, SEEN_AROUND_M), self.parameters.tiles.tile_m)
         return [t.name for t in over if t.name in self.tiles]
 
     def unmatched(self, tiles: Iterable[str]) -> list[str]:

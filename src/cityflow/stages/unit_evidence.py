@@ -37,7 +37,7 @@ from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.pieces import read_points, read_surface
-from cityflow.stages.survey import IMAGES, RASTERS, UNREAD, ZARR, Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
 from cityflow.stages.walls import read_walls
 from cityflow.surface.sample import sample
 
@@ -46,7 +46,7 @@ LOWEST_ROOF_M = 1.5
 AROUND_M = 2.0
 """What stands this near to an outline belongs to its unit's surroundings: eaves, balconies, the outline's own error."""
 
-RASTER_MARGIN_M = 5.0
+RASTER_MARGIN_M = SEEN_AROUND_M
 """The widest eaves, and a stretch of ground beyond them."""
 
 LOW_M = 0.5
