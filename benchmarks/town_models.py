@@ -39,7 +39,7 @@ from cityflow.synthetic.town import make_town
 from cityflow.synthetic.town_units import Unit
 from drawn_town import SEEDS, DrawnTown, drawn_town
 
-CACHE = Path(tempfile.gettempdir()) / "recon5"
+CACHE = Path(tempfile.gettempdir()) / "cityflow_units"
 KINDS = ("exact", "drawn")
 AROUND_M, MARGIN_M, NEAR_WALL_M = 2.0, 1.5, 2.0
 LOWEST_ROOF_M, LOWEST_M = 1.5, 0.3

@@ -28,7 +28,7 @@ from cityflow.reconstruction.planes.orientation_regions import (
     orientation_buckets,
     seed_order,
 )
-from cityflow.reconstruction.planes.plane_labels import LabelEnergy, relabel
+from cityflow.reconstruction.planes.plane_labels import LabelEnergy, label_energy, relabel
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.prior_directions import with_prior
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
@@ -128,23 +128,11 @@ def find_planes(evidence: Evidence, parameters: OrientationHistogramParameters) 
     local = local[np.all(np.isfinite(local), axis=1)]
     cloud = roof_cloud(local, parameters.target_density_m2, parameters.neighbourhood_points)
     surface = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg)))
-    energy = _energy(cloud, surface.noise, parameters)
+    energy = label_energy(cloud.density, surface.noise, parameters)
     labels, planes = _surfaces(cloud, surface, energy, parameters)
     if parameters.prior and (evidence.aspects or evidence.slopes):
         planes = with_prior(cloud.points, labels, planes, evidence.aspects, evidence.slopes)
     return _segments(origin, cloud, labels, planes, surface.noise)
-
-
-def _energy(cloud: RoofCloud, noise: float, parameters: OrientationHistogramParameters) -> LabelEnergy:
-    min_points = max(parameters.min_points, math.ceil(0.6 * parameters.min_area_m2 * cloud.density))
-    return LabelEnergy(
-        sigma=math.hypot(noise, parameters.unevenness),
-        smoothness=parameters.smoothness,
-        plane_cost=3.0 * max(parameters.min_area_m2 * cloud.density, parameters.min_points),
-        min_points=min_points,
-        max_slope=math.tan(math.radians(parameters.max_slope_deg)),
-        min_width=parameters.min_width,
-    )
 
 
 def _surfaces(

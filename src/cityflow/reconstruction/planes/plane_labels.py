@@ -7,7 +7,9 @@ that planes stay connected in space. The planes are refitted, merged and removed
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -40,6 +42,36 @@ class LabelEnergy:
     min_points: int
     max_slope: float
     min_width: float
+
+
+class EnergyParameters(Protocol):
+    """What the parameters of a method that labels points say."""
+
+    @property
+    def min_points(self) -> int: ...
+    @property
+    def min_area_m2(self) -> float: ...
+    @property
+    def unevenness(self) -> float: ...
+    @property
+    def smoothness(self) -> float: ...
+    @property
+    def max_slope_deg(self) -> float: ...
+    @property
+    def min_width(self) -> float: ...
+
+
+def label_energy(density: float, noise: float, parameters: EnergyParameters) -> LabelEnergy:
+    """The energy for a cloud of so many points per m² with so much noise (m)."""
+    p = parameters
+    return LabelEnergy(
+        sigma=math.hypot(noise, p.unevenness),
+        smoothness=p.smoothness,
+        plane_cost=3.0 * max(p.min_area_m2 * density, p.min_points),
+        min_points=max(p.min_points, math.ceil(0.6 * p.min_area_m2 * density)),
+        max_slope=math.tan(math.radians(p.max_slope_deg)),
+        min_width=p.min_width,
+    )
 
 
 def relabel(

@@ -20,7 +20,7 @@ from cityflow.reconstruction.noise.cubes import cut_in_cubes
 from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
 from cityflow.reconstruction.planes.level_regions import level_regions
 from cityflow.reconstruction.planes.local_orientation import local_orientation
-from cityflow.reconstruction.planes.plane_labels import LabelEnergy, relabel
+from cityflow.reconstruction.planes.plane_labels import LabelEnergy, label_energy, relabel
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
 from cityflow.reconstruction.volumetric_parts.blur import without_ramps, without_strips
@@ -67,7 +67,7 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
         local = local[filter_noise(local, parameters.noise).keep]
     cloud = roof_cloud(local, parameters.target_density_m2, parameters.cube_points)
     noise = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg))).noise
-    energy = _energy(cloud, noise, parameters)
+    energy = label_energy(cloud.density, noise, parameters)
     labels, planes = _labelled(cloud, energy, parameters)
     points = cloud.points
     if evidence.party and parameters.party_strip > 0:
@@ -77,18 +77,6 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
         stays, labels, planes = without_ramps(points, labels, planes, parameters.ramp_width, parameters.ramp_slope_deg)
         points, labels = points[stays], labels[stays]
     return _segments(origin, points, labels, planes, noise), 1.0 - len(local) / before
-
-
-def _energy(cloud: RoofCloud, noise: float, parameters: SurfaceParameters) -> LabelEnergy:
-    min_points = max(parameters.min_points, math.ceil(0.6 * parameters.min_area_m2 * cloud.density))
-    return LabelEnergy(
-        sigma=math.hypot(noise, parameters.unevenness),
-        smoothness=parameters.smoothness,
-        plane_cost=3.0 * max(parameters.min_area_m2 * cloud.density, parameters.min_points),
-        min_points=min_points,
-        max_slope=math.tan(math.radians(parameters.max_slope_deg)),
-        min_width=parameters.min_width,
-    )
 
 
 def _labelled(cloud: RoofCloud, energy: LabelEnergy, parameters: SurfaceParameters) -> tuple[IntArray, FloatArray]:
