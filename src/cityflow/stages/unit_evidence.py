@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
@@ -25,18 +23,16 @@ from cityflow.core.points import (
     PointCloud,
 )
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
-from cityflow.core.reference import Reference
 from cityflow.core.wall_points import WallPoints
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
-from cityflow.io.raster import read_window
-from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.pieces import read_points, read_surface
+from cityflow.stages.rasters import given_colours
 from cityflow.stages.survey import IMAGES, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
 from cityflow.stages.walls import read_walls
 from cityflow.surface.sample import sample
@@ -52,7 +48,6 @@ RASTER_MARGIN_M = SEEN_AROUND_M
 LOW_M = 0.5
 """Lower points are the ground's, whatever their class."""
 
-COLOURS = 3
 NO_PART_OF_HOUSES = (GROUND, WATER, LOW_VEGETATION, MEDIUM_VEGETATION, HIGH_VEGETATION, LOW_NOISE, HIGH_NOISE)
 
 
@@ -150,23 +145,10 @@ def _pictures(store: Store, a: Mapping[str, Any], outline: Outline) -> tuple[Pic
     for kind, href, cell in a["given_orthos"]:
         grid = Grid.covering(bounds, cell)
         with local_file(href) as path:
-            pixels = _given_pixels(path, grid, resolve(a["crs"]))
-        if pixels is not None:
-            found.append(Picture(grid, pixels, False, kind))
+            colours = given_colours(path, grid, resolve(a["crs"]))
+        if np.isfinite(colours).any():
+            found.append(Picture(grid, np.clip(np.rint(np.nan_to_num(colours)), 0, 255).astype(np.uint8), False, kind))
     return tuple(found)
-
-
-def _given_pixels(path: Path, grid: Grid, reference: Reference) -> NDArray[np.uint8] | NDArray[np.uint16] | None:
-    """Colours, or one grey band, of an orthophoto of 8 or 16 bits; None where it shows nothing."""
-    header = read_raster_header(path)
-    wanted = (1, 2, 3) if header.bands >= COLOURS else (1,)
-    bands = np.stack([read_window(path, grid, reference, band=b) for b in wanted])
-    if not np.isfinite(bands).any():
-        return None
-    whole = np.rint(np.nan_to_num(bands))
-    if header.dtype == "uint16":
-        return np.clip(whole, 0, np.iinfo(np.uint16).max).astype(np.uint16)
-    return np.clip(whole, 0, np.iinfo(np.uint8).max).astype(np.uint8)
 
 
 def _complain(task: Task, points: int) -> NoReturn:
