@@ -15,6 +15,7 @@ from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.volumetric import VolumetricParameters, reconstruct, simpler
+from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters
 from roof_scenes import ORIGIN, OUTLINE, SCENES, Height, gable, scan
 from storey_scenes import HEIGHT, VOID, VOLUME_M3, storeys
 
@@ -151,24 +152,38 @@ def test_order_of_points_does_not_matter() -> None:
     assert np.abs(one.solid.vertices - two.solid.vertices).max() < 2e-4
 
 
-def test_many_surfaces_take_no_minutes() -> None:
-    rng = np.random.default_rng(1)
+def many_slopes(seed: int) -> Evidence:
+    """36 squares of 6 m, each with a slope of 17 to 31° in a direction of its own, up to 16 m apart in height."""
+    rng = np.random.default_rng(seed)
     parts = []
     for k in range(36):
-        n = 400
-        x, y = rng.uniform(0, 6, (2, n))
-        parts.append(
-            np.column_stack([x + k % 6 * 6, y + k // 6 * 6, 4 + 0.45 * ((k * 7) % 36) + rng.normal(0, 0.03, n)])
-        )
+        x, y = rng.uniform(0, 6, (2, 400))
+        towards, rise = np.radians(k * 130.0), 0.3 + 0.05 * (k % 7)
+        slope = rise * ((x - 3) * np.cos(towards) + (y - 3) * np.sin(towards))
+        z = 6 + 0.45 * ((k * 7) % 36) + slope + rng.normal(0, 0.03, 400)
+        parts.append(np.column_stack([x + k % 6 * 6, y + k // 6 * 6, z]))
     outline = Polygon(np.asarray(box(0, 0, 36, 36).exterior.coords)[:-1] + ORIGIN[:2])
-    evidence = Evidence("u", outline, PointCloud.of(np.concatenate(parts) + FAR, BUILDING), 2.0)
+    return Evidence("u", outline, PointCloud.of(np.concatenate(parts) + FAR, BUILDING), 2.0)
+
+
+def test_many_sloping_surfaces_take_no_minutes() -> None:
+    evidence = many_slopes(1)
     reconstruct(evidence, DEFAULT)
     start = time.process_time()
     candidate = reconstruct(evidence, DEFAULT)
     assert time.process_time() - start < 2.0
     assert candidate.notes["surfaces"] == 36
+    assert candidate.notes["triplets_left_out"] == 0
     assert candidate.solid is not None
     assert check_polyhedron(candidate.solid) == []
+
+
+def test_triplets_beyond_the_limit_are_noted() -> None:
+    evidence = many_slopes(2)
+    wide, few = (DEFAULT.model_copy(update={"nodes": NodeParameters(cell=4, max_triplets=n)}) for n in (200_000, 100))
+    whole, cut = reconstruct(evidence, wide).notes, reconstruct(evidence, few).notes
+    assert whole["triplets_left_out"] == 0
+    assert int(cut["triplets_left_out"] or 0) == int(whole["triplets"] or 0) - int(cut["triplets"] or 0) > 0
 
 
 def test_simpler_parameters_give_simpler_hulls() -> None:

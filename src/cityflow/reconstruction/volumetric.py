@@ -96,6 +96,7 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
         "surfaces": len(segments),
         "facades": len(facades),
         "triplets": nodes.triplets,
+        "triplets_left_out": nodes.left_out,
         "vertices": nodes.vertices,
         "nodes": len(nodes),
         "nodes_tied": tied,

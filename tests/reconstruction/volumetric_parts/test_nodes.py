@@ -78,7 +78,7 @@ def test_vertices_far_from_their_points_are_dropped() -> None:
 
 def test_triplets_are_those_of_pairwise_neighbours() -> None:
     pairs = np.array([[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]])
-    assert triplets_of(pairs, 5, 100).tolist() == [[0, 1, 2]]
+    assert triplets_of(pairs, 5).tolist() == [[0, 1, 2]]
 
 
 def test_neighbours_are_found_across_cells() -> None:

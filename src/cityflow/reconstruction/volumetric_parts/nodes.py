@@ -36,7 +36,9 @@ class NodeParameters(Parameters):
     flattest: float = Field(
         0.02, gt=0, le=1, description="triplets with a smaller determinant have no dependable vertex"
     )
-    max_triplets: int = Field(200_000, ge=100, le=10_000_000, description="most triplets intersected")
+    max_triplets: int = Field(
+        200_000, ge=100, le=10_000_000, description="most triplets intersected; those left out are noted"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ class Nodes:
         in plan is given, 3 on a wall, 4 elsewhere (three planes meet in a point anyway)
     triplets : number of triplets intersected
     vertices : number of vertices that were kept
+    left_out : number of triplets that were not intersected, because there were more than `max_triplets`
     """
 
     position: FloatArray
@@ -58,6 +61,7 @@ class Nodes:
     needed: IntArray
     triplets: int
     vertices: int
+    left_out: int = 0
 
     def __len__(self) -> int:
         return len(self.position)
@@ -83,16 +87,15 @@ def neighbouring_surfaces(segments: PlaneSegments, cell: float) -> IntArray:
     return np.asarray(np.unique(found[found[:, 0] < found[:, 1]], axis=0))
 
 
-def triplets_of(pairs: IntArray, count: int, most: int) -> IntArray:
-    """(T, 3) triplets of surfaces that are pairwise neighbours, increasing, at most `most`."""
+def triplets_of(pairs: IntArray, count: int) -> IntArray:
+    """(T, 3) triplets of surfaces that are pairwise neighbours, increasing."""
     near = np.zeros((count, count), bool)
     near[pairs[:, 0], pairs[:, 1]] = True
     found = []
     for i, j in pairs:
         third = np.flatnonzero(near[i] & near[j])
         found.append(np.column_stack([np.full(len(third), i), np.full(len(third), j), third]))
-    triplets = np.concatenate(found) if found else np.empty((0, 3), np.int64)
-    return np.asarray(triplets[:most])
+    return np.concatenate(found) if found else np.empty((0, 3), np.int64)
 
 
 def find_nodes(segments: PlaneSegments, walls: list[CutLine], corners: FloatArray, parameters: NodeParameters) -> Nodes:
@@ -105,7 +108,8 @@ def find_nodes(segments: PlaneSegments, walls: list[CutLine], corners: FloatArra
     corners : (C, 2) where two edges of the outline meet
     """
     pairs = neighbouring_surfaces(segments, parameters.cell)
-    triplets = triplets_of(pairs, len(segments), parameters.max_triplets)
+    every = triplets_of(pairs, len(segments))
+    triplets = every[: parameters.max_triplets]
     inner, inner_of = _meet_in_roof(segments.coefficients, triplets, parameters.flattest)
     rim, rim_of = _meet_on_walls(segments.coefficients, pairs, walls, parameters.flattest)
     position = np.concatenate([inner, rim])
@@ -119,7 +123,7 @@ def find_nodes(segments: PlaneSegments, walls: list[CutLine], corners: FloatArra
         places[in_corner, :2] = corners[nearest[in_corner]]
         needed[in_corner] = 2
     tried = len(triplets) + len(pairs) * len(walls)
-    return Nodes(places, surfaces, needed, tried, int(np.count_nonzero(kept)))
+    return Nodes(places, surfaces, needed, tried, int(np.count_nonzero(kept)), len(every) - len(triplets))
 
 
 def _meet_in_roof(planes: FloatArray, triplets: IntArray, flattest: float) -> tuple[FloatArray, IntArray]:
