@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from cityflow.core.camera import Camera
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
 from cityflow.surface.ortho_visibility import block_maxima
-from cityflow.surface.true_ortho import Ortho, OrthoImage, OrthoParameters, true_ortho
+from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 from ortho_scene import WALL, Blocks, looking, paint, photograph
 
 STREET = Blocks(np.array([[10, 10, 30, 22, 0, 12.0], [10, 28, 30, 40, 0, 18.0], [38, 12, 46, 40, 0, 25.0]], float))
@@ -19,16 +20,16 @@ GRID = Grid(0.0, 50.0, 0.25, 200, 220)
 AROUND = Grid(-20.0, 80.0, 0.5, 200, 200)
 
 
-def _images(count: int = 9, tilt: float = 0.0, camera: Camera | None = None) -> list[OrthoImage]:
+def _images(count: int = 9, tilt: float = 0.0, camera: Camera | None = None) -> list[ColourImage]:
     made = []
     for i in range(count):
         centre = (-5.0 + 30 * (i % 3), -5.0 + 30 * (i // 3), 110.0 + i)
         image = looking(f"i{i}", centre, tilt, 40.0 * i, camera)
-        made.append(OrthoImage(image, photograph(STREET, image)))
+        made.append(ColourImage(image, photograph(STREET, image)))
     return made
 
 
-def _ortho(images: list[OrthoImage], grid: Grid = GRID, **parameters: float) -> Ortho:
+def _ortho(images: list[ColourImage], grid: Grid = GRID, **parameters: float) -> Ortho:
     around = (AROUND, STREET.heights(AROUND))
     return true_ortho(grid, STREET.heights(grid), around, images, OrthoParameters(**parameters))
 
@@ -69,7 +70,7 @@ def test_no_wall_and_no_roof_is_smeared_beside_its_house() -> None:
     """One image alone: the plain ortho would show roofs twice and walls; the true one leaves those cells empty."""
     for centre in ((20.0, 25.0, 90.0), (60.0, -10.0, 100.0)):
         image = looking("one", centre, 10.0, 300.0)
-        made = _ortho([OrthoImage(image, photograph(STREET, image))])
+        made = _ortho([ColourImage(image, photograph(STREET, image))])
         x, y = np.meshgrid(GRID.x_centres(), GRID.y_centres())
         xyz = np.column_stack([x.ravel(), y.ravel(), STREET.heights(GRID).ravel()]).astype(float)
         rays = xyz - image.centre
@@ -129,7 +130,7 @@ def test_gains_even_out_and_seams_are_soft() -> None:
     views = [looking("a", (10.0, 10.0, 60.0)), looking("b", (30.0, 10.0, 60.0))]
     flat = [np.full((500, 600, 3), value, np.uint8) for value in (200, 100)]
     z = plain.heights(grid)
-    sources = [OrthoImage(v, ArrayPixels(f)) for v, f in zip(views, flat, strict=True)]
+    sources = [ColourImage(v, ArrayPixels(f)) for v, f in zip(views, flat, strict=True)]
     made = true_ortho(grid, z, (grid, z), sources, OrthoParameters(seam_cells=8.0))
     line = made.colour[40, :, 0].astype(int)
     assert line[0] == 200
@@ -152,7 +153,7 @@ def test_unknown_heights_and_unseen_cells_have_no_colour() -> None:
     assert (made.source[50:60, 50:60] == -1).all()
     assert (made.colour[~made.mask] == 0).all()
     assert (made.colour[made.mask] >= 1).all()
-    none = true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [OrthoImage(far, photograph(STREET, far))])
+    none = true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [ColourImage(far, photograph(STREET, far))])
     assert not none.mask.any()
     with pytest.raises(ValueError, match="dtype"):
         true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -16,7 +17,6 @@ from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.pieces import open_pixels
 from cityflow.stages.rasters import publish_rasters, store_layers
 from cityflow.stages.survey import ZARR, Survey
-from cityflow.surface.ortho_sampling import OrthoImage
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 
@@ -79,11 +79,11 @@ def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def ortho_images(workspace: Workspace, task: Task) -> list[OrthoImage]:
+def ortho_images(workspace: Workspace, task: Task) -> list[ColourImage]:
     """The images of a task, opened, with what balances them."""
     pixels = task.arguments["pixels"]
     return [
-        OrthoImage(
+        ColourImage(
             of_json(tree["image"]), open_pixels(workspace.store, pixels[name]),
             tuple(tree["gain"]), tuple(tree["gamma"]), tree["falloff"],
         )

@@ -17,15 +17,16 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
 from cityflow.surface.ortho_camera import facing, packed
 from cityflow.surface.ortho_choice import BLENDED, choose
-from cityflow.surface.ortho_sampling import OrthoImage, Wanted, add_colours, rounded
+from cityflow.surface.ortho_sampling import Wanted, add_colours, rounded
 from cityflow.surface.ortho_visibility import Obstacles, obstacles
 
-__all__ = ["Ortho", "OrthoImage", "OrthoParameters", "true_ortho"]
+__all__ = ["ColourImage", "Ortho", "OrthoParameters", "true_ortho"]
 
 BLOCK = 128
 """Edge in cells of the blocks that are worked on one by one, so that windows of images stay small; has no say in the result."""
@@ -85,7 +86,7 @@ def true_ortho(
     grid: Grid,
     heights: Float32Array,
     around: tuple[Grid, Float32Array],
-    images: Sequence[OrthoImage],
+    images: Sequence[ColourImage],
     parameters: OrthoParameters | None = None,
 ) -> Ortho:
     """Colour a surface.
@@ -169,7 +170,7 @@ def _main_source(choice: _Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int
 
 
 def _coloured(
-    choice: _Choice, images: Sequence[OrthoImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
+    choice: _Choice, images: Sequence[ColourImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
 ) -> PixelArray:
     rows, cols = choice.image.shape[:2]
     total = np.zeros((rows * cols, bands), np.float32)
@@ -182,7 +183,7 @@ def _coloured(
     return rounded(total, np.any(flat >= 0, axis=1), dtype).reshape(rows, cols, bands)
 
 
-def _kind(images: Sequence[OrthoImage]) -> tuple[int, np.dtype[np.uint8]]:
+def _kind(images: Sequence[ColourImage]) -> tuple[int, np.dtype[np.uint8]]:
     kinds = {(i.pixels.bands, np.dtype(i.pixels.dtype)) for i in images}
     if len(kinds) != 1:
         raise ValueError(f"an ortho takes images of one number of bands and one dtype, not {sorted(map(str, kinds))}")

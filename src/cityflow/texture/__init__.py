@@ -1,0 +1,1 @@
+"""Textures: which images show a face, what stands between, and the pixels that make it up."""
