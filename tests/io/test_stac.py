@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import fsspec
@@ -14,6 +15,7 @@ from pystac.extensions.projection import ProjectionExtension
 
 from cityflow.errors import CatalogError
 from cityflow.io.stac import COLLECTION, Catalog, is_catalog, read_catalog, sha256_of
+from cityflow.io.stac_assets import RasterAsset
 from survey_files import DELFT
 
 SCHEMAS = Path(str(pystac.__file__)).parent / "validation" / "jsonschemas"
@@ -134,3 +136,12 @@ def test_no_catalog_and_damaged_ones_are_named(tmp_path: Path) -> None:
     (tmp_path / "c" / COLLECTION).write_text("{ not json")
     with pytest.raises(CatalogError, match="damaged"):
         read_catalog(tmp_path / "c")
+
+
+def test_an_outline_far_away_makes_no_survey_larger(delft: Catalog) -> None:
+    far = replace(delft.outlines, bounds=(0.0, 0.0, 300_000.0, 600_000.0)) if delft.outlines else None
+    dsm = RasterAsset("dsm", "dsm", "dsm.tif", "", 0, (10.0, 20.0, 30.0, 40.0), 1.0, (20, 20))
+    ortho = replace(dsm, name="ortho", kind="ortho", bounds=(0.0, 0.0, 90.0, 90.0))
+    assert replace(delft, outlines=far).bounds == delft.bounds
+    assert replace(delft, lidar=(), outlines=far, rasters={"dsm": dsm, "ortho": ortho}).bounds == dsm.bounds
+    assert replace(delft, lidar=(), outlines=far, rasters={"ortho": ortho}).bounds == ortho.bounds

@@ -153,7 +153,7 @@ class Catalog:
     href : the catalog's folder, absolute path or URL
     reference : that of every coordinate in here, and of a run
     date : newest ISO day of LiDAR and images, else of anything; empty where unknown
-    bounds : of all LiDAR files; else of all images' footprints, else of all items
+    bounds : of all LiDAR files; else of all images' footprints, of the DSM, of all rasters, of all items: an outline far away makes no survey larger
     rasters : kind → raster
     images : sorted by name;  sparse : their tie points
     """
@@ -182,7 +182,8 @@ class Catalog:
 
     @property
     def bounds(self) -> Bounds:
-        return united([a.bounds for a in self.lidar or self.images or self.assets])
+        rasters = [r for r in self.rasters.values() if r.kind == "dsm"] or self.rasters.values()
+        return united([a.bounds for a in self.lidar or self.images or rasters or self.assets])
 
 
 def _plain(asset: ImageAsset) -> tuple[object, ...]:

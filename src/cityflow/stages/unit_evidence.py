@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -30,8 +31,8 @@ from cityflow.flow.task import Json, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.pieces import read_points, read_surface
+from cityflow.io.surface_zarr import read_layers, window_of
+from cityflow.stages.pieces import read_points
 from cityflow.stages.rasters import given_colours
 from cityflow.stages.survey import IMAGES, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
 from cityflow.stages.walls import read_walls
@@ -98,7 +99,8 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
     """
     a, store = task.arguments, workspace.store
     near = grown(outline.polygon.bounds, AROUND_M)
-    grid, layers = read_surface(store, a["zarr"], Grid.covering(tuple(a["city"]), a["cell_m"]), near)
+    seen = _rasters(store, a, outline)
+    grid, layers = seen.grid, seen.layers
     points = _in_order(read_points(store, a["pieces"], near))
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
@@ -109,7 +111,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
         outline.id, outline.polygon, _roof_points(inside, grid, layers, a["classified"]), _floor(ground),
         outline.aspects, outline.slopes,
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
-        heights=_heights(store, a, outline), pictures=_pictures(store, a, outline),
+        heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
     )  # fmt: skip
 
@@ -126,21 +128,48 @@ def _walls_in_order(walls: WallPoints) -> WallPoints:
     return walls.take(np.lexsort((walls.views, walls.sigma, walls.normal[:, 1], walls.normal[:, 0], z, y, x)))
 
 
-def _heights(store: Store, a: Mapping[str, Any], outline: Outline) -> HeightRaster:
-    """On the finest grid that there is."""
+@dataclass(frozen=True, slots=True)
+class _Rasters:
+    """What the run's rasters show of a unit.
+
+    Attributes
+    ----------
+    grid, layers : terrain and classes within `AROUND_M`, on the grid that they are found on
+    heights : within `RASTER_MARGIN_M`, on the finest grid that there is
+    pictures : the run's own true ortho, where it has one
+    """
+
+    grid: Grid
+    layers: Mapping[str, np.ndarray]
+    heights: HeightRaster
+    pictures: tuple[Picture, ...]
+
+
+def _rasters(store: Store, a: Mapping[str, Any], outline: Outline) -> _Rasters:
+    """Each group is opened once: that takes longer than to read the few cells of a unit."""
+    bounds, near = (grown(outline.polygon.bounds, m) for m in (RASTER_MARGIN_M, AROUND_M))
+    alone, own = a["zarr"] == ZARR, a["own_orthos"]
+    names = ("dsm", "dtm", *(("class",) if alone else ()), *(("ortho", "ortho_seen") if own else ()))
     whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
-    bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
-    grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("dsm", "dtm"))
-    return HeightRaster(grid, layers["dsm"].astype(np.float64), layers["dtm"].astype(np.float64))
+    fine, found = read_layers(store.zarr_store(ZARR), whole, bounds, names)
+    if alone:
+        grid = window_of(fine, near)
+        layers = {k: found[k][fine.slices(grid)] for k in ("dtm", "class")}
+    else:
+        city = Grid.covering(tuple(a["city"]), a["cell_m"])
+        grid, layers = read_layers(store.zarr_store(a["zarr"]), city, near, ("dtm", "class"))
+    heights = HeightRaster(fine, found["dsm"].astype(np.float64), found["dtm"].astype(np.float64))
+    return _Rasters(
+        grid,
+        layers,
+        heights,
+        (Picture(fine, found["ortho"], True, "ortho"),) if own and found["ortho_seen"].any() else (),
+    )
 
 
-def _pictures(store: Store, a: Mapping[str, Any], outline: Outline) -> tuple[Picture, ...]:
-    """The run's own true ortho, or the orthos that the catalog names, each on cells of its own size."""
+def _given_pictures(a: Mapping[str, Any], outline: Outline) -> tuple[Picture, ...]:
+    """The orthos that the catalog names, each on cells of its own size."""
     bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
-    if a["own_orthos"]:
-        whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
-        grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("ortho", "ortho_seen"))
-        return (Picture(grid, layers["ortho"], True, "ortho"),) if layers["ortho_seen"].any() else ()
     found = []
     for kind, href, cell in a["given_orthos"]:
         grid = Grid.covering(bounds, cell)

@@ -1,0 +1,81 @@
+"""What a unit sees of the run's rasters: the same cells as before a window is cut, each group opened once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from cityflow.core.building import Outline
+from cityflow.core.grid import Grid, grown
+from cityflow.core.reconstruction import Evidence
+from cityflow.flow.store import Store
+from cityflow.flow.task import Limits, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.io import surface_zarr
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import LAYERS, create, image_layers, write_tile
+from cityflow.stages import unit_evidence
+from cityflow.stages.survey import OVERVIEW, ZARR
+
+HOUSE = shapely.box(1010.3, 2015.2, 1022.9, 2024.7)
+FINE, COARSE = Grid(1000, 2050, 0.1, 500, 500), Grid(1000, 2050, 0.5, 100, 100)
+AT_EDGE = shapely.box(1000.2, 2000.4, 1008.0, 2007.0)
+
+
+def filled(store: Store, zarr: str, grid: Grid, layers: dict[str, Any]) -> None:
+    create(store.zarr_store(zarr), grid, grid.rows, resolve("EPSG:28992"), layers)
+    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    values = {
+        "dsm": x + 2 * y, "dtm": 0.01 * (x - 1000) + 5, "class": (x.astype(int) % 7).astype(np.uint8),
+        "ortho": np.broadcast_to(x.astype(np.uint8), (3, *grid.shape)), "ortho_seen": x > 1000,
+    }  # fmt: skip
+    write_tile(store.zarr_store(zarr), grid, grid, {k: v for k, v in values.items() if k in layers})
+
+
+def seen_by(store: Store, house: shapely.Polygon, images: bool) -> Evidence:
+    fine, city = (FINE, COARSE) if images else (COARSE, COARSE)
+    arguments = {
+        "pieces": [], "unread": [], "walls": [], "city": list(city.bounds), "cell_m": city.cell,
+        "zarr": OVERVIEW if images else ZARR, "product_grid": list(fine.bounds), "product_cell_m": fine.cell,
+        "own_orthos": images, "crs": "EPSG:28992", "given_orthos": [], "classified": False, "alike_m": 0.0,
+        "failed_surfaces": [],
+    }  # fmt: skip
+    task = Task("reconstruct", "u", "x:y", 1, arguments=arguments, limits=Limits(1, 1, 0))
+    return unit_evidence.gather(Workspace(store, task), task, Outline("u", house))
+
+
+@pytest.mark.parametrize(("images", "groups"), [(False, 1), (True, 2)])
+@pytest.mark.parametrize("house", [HOUSE, AT_EDGE])
+def test_every_group_is_opened_once(
+    images: bool, groups: int, house: shapely.Polygon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = Store.open(tmp_path)
+    if images:
+        filled(store, ZARR, FINE, image_layers(3, "uint8"))
+        filled(store, OVERVIEW, COARSE, dict(LAYERS))
+    else:
+        filled(store, ZARR, COARSE, dict(LAYERS))
+    opened = []
+    monkeypatch.setattr(surface_zarr.zarr, "open_group", _counted(surface_zarr.zarr.open_group, opened))
+    evidence = seen_by(store, house, images)
+    assert len(opened) == groups
+    fine = FINE if images else COARSE
+    window = surface_zarr.window_of(fine, grown(house.bounds, unit_evidence.RASTER_MARGIN_M))
+    x, y = np.meshgrid(window.x_centres(), window.y_centres())
+    assert evidence.heights is not None
+    assert evidence.heights.grid == window
+    assert np.allclose(evidence.heights.dsm, x + 2 * y, atol=1e-3)
+    assert evidence.ground_height == np.floor((0.01 * (house.bounds[0] - 1000) + 5) * 100) / 100
+    assert [p.pixels.shape for p in evidence.pictures] == ([(3, *window.shape)] if images else [])
+
+
+def _counted(function: Any, calls: list[object]) -> Any:
+    def counted(*arguments: Any, **more: Any) -> Any:
+        calls.append(arguments)
+        return function(*arguments, **more)
+
+    return counted
