@@ -10,7 +10,7 @@ import pytest
 import shapely
 
 from cityflow.core.building import Status
-from cityflow.errors import CatalogError
+from cityflow.errors import CatalogError, WorkflowError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.stac import read_catalog
@@ -86,10 +86,24 @@ def test_a_drawn_cut_splits_a_rejected_one_goes_and_nothing_else_runs_again(
     assert [u for u in splits if records["split", u].digest != plain["split", u].digest] == [cut]
 
 
-def test_a_file_of_edits_that_is_not_there_is_said_before_anything_runs(city: SmallCity, tmp_path: Path) -> None:
-    setting = f"edits.path={tmp_path / 'none.gpkg'}"
-    wanted = prepared(city.workflow, str(city.catalog), str(tmp_path / "run"), [setting], "")
-    with pytest.raises(CatalogError, match=r"none\.gpkg"):
+def test_a_file_of_edits_that_is_not_there_is_said_before_anything_runs(
+    city: SmallCity, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(WorkflowError, match=r"none\.gpkg") as missing:
+        prepared(city.workflow, str(city.catalog), str(tmp_path / "run"), ["edits.path=none.gpkg"], "")
+    text = str(missing.value)
+    assert str(tmp_path / "none.gpkg") in text
+    assert str(city.workflow.parent / "none.gpkg") in text
+    assert "catalog check" not in text
+
+
+def test_a_file_of_edits_that_has_gone_since_is_said(city: SmallCity, tmp_path: Path) -> None:
+    edits = tmp_path / "edits.gpkg"
+    geopandas.GeoDataFrame(geometry=[shapely.Point(0, 0)], crs=CRS).to_file(edits, layer="rejected")
+    wanted = prepared(city.workflow, str(city.catalog), str(tmp_path / "run"), [f"edits.path={edits}"], "")
+    edits.unlink()
+    with pytest.raises(CatalogError, match=r"edits\.gpkg.*edits\.path"):
         list(CitySource(read_catalog(city.catalog), wanted.workflow.city).initial())
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+import zarr
 
 from cityflow.core.building import Outline
 from cityflow.core.grid import Grid, grown
@@ -26,14 +27,14 @@ FINE, COARSE = Grid(1000, 2050, 0.1, 500, 500), Grid(1000, 2050, 0.5, 100, 100)
 AT_EDGE = shapely.box(1000.2, 2000.4, 1008.0, 2007.0)
 
 
-def filled(store: Store, zarr: str, grid: Grid, layers: dict[str, Any]) -> None:
-    create(store.zarr_store(zarr), grid, grid.rows, resolve("EPSG:28992"), layers)
+def filled(store: Store, group: str, grid: Grid, layers: dict[str, Any]) -> None:
+    create(store.zarr_store(group), grid, grid.rows, resolve("EPSG:28992"), layers)
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-    values = {
+    values: dict[str, Any] = {
         "dsm": x + 2 * y, "dtm": 0.01 * (x - 1000) + 5, "class": (x.astype(int) % 7).astype(np.uint8),
         "ortho": np.broadcast_to(x.astype(np.uint8), (3, *grid.shape)), "ortho_seen": x > 1000,
     }  # fmt: skip
-    write_tile(store.zarr_store(zarr), grid, grid, {k: v for k, v in values.items() if k in layers})
+    write_tile(store.zarr_store(group), grid, grid, {k: v for k, v in values.items() if k in layers})
 
 
 def seen_by(store: Store, house: shapely.Polygon, images: bool) -> Evidence:
@@ -59,8 +60,8 @@ def test_every_group_is_opened_once(
         filled(store, OVERVIEW, COARSE, dict(LAYERS))
     else:
         filled(store, ZARR, COARSE, dict(LAYERS))
-    opened = []
-    monkeypatch.setattr(surface_zarr.zarr, "open_group", _counted(surface_zarr.zarr.open_group, opened))
+    opened: list[object] = []
+    monkeypatch.setattr(zarr, "open_group", _counted(zarr.open_group, opened))
     evidence = seen_by(store, house, images)
     assert len(opened) == groups
     fine = FINE if images else COARSE

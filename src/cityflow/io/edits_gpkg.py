@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections import Counter
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 import pyogrio
@@ -68,6 +69,11 @@ def read_edits(href: str, target: Reference) -> Edits:
 
 def _layers(href: str) -> list[str]:
     remedy = f"name the layers {', '.join(LAYERS)}"
+    if "://" not in href and not Path(href).is_file():
+        raise CatalogError(
+            "the file of edits is not there", where=href,
+            remedy="put it back; or run the workflow with another edits.path, or with an empty one for no edits",
+        )  # fmt: skip
     with local_file(href) as path:
         try:
             rows = pyogrio.list_layers(path).tolist()

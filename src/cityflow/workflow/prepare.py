@@ -61,13 +61,26 @@ def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str
 
 
 def _with_edits(workflow: Workflow, path: Path) -> Workflow:
-    """The file of edits by a path that holds wherever a later rerun is started from."""
+    """The file of edits by a path that holds wherever a later rerun is started from.
+
+    Raises
+    ------
+    WorkflowError
+        It is neither in the folder one stands in nor beside the workflow file.
+    """
     named = workflow.city.edits.path
     if not named or "://" in named:
         return workflow
-    here = Path(named) if Path(named).exists() else path.parent / named
+    places = list(dict.fromkeys((Path(named).absolute(), (path.parent / named).absolute())))
+    here = next((p for p in places if p.is_file()), None)
+    if here is None:
+        raise WorkflowError(
+            f"edits.path = '{named}' is no file: looked for {' and '.join(map(str, places))}",
+            where=str(path),
+            remedy="a relative path counts from the folder one stands in, else from the workflow file's; mend it, or leave edits.path empty",
+        )
     tree = workflow.model_dump(mode="json")
-    tree["city"]["edits"]["path"] = str(here.absolute())
+    tree["city"]["edits"]["path"] = str(here)
     return Workflow.model_validate(tree)
 
 
