@@ -1,0 +1,159 @@
+"""The two patches of a face: in the geometry of its root image, where nothing is resampled, and straight from the front (Frommholz 2017, section 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.colour_image import sampled
+from cityflow.core.pixels import ArrayPixels
+from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceFigures, FacePlane, Patch
+from cityflow.texture.patches.canvas import Canvas, front_canvas, root_canvas
+from cityflow.texture.patches.compose import Composition, FaceSources, Visible, compose
+from cityflow.texture.patches.fill import interpolated, nearest
+from cityflow.texture.patches.parameters import PatchParameters
+from cityflow.texture.source import UnitSources
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FacePatches:
+    """The texture of a face, twice.
+
+    Attributes
+    ----------
+    raw : in the geometry of the root image; rectified itself where that is not possible
+    rectified : straight from the front, d = 1
+    notes : what was done otherwise than asked for
+    """
+
+    raw: Patch
+    rectified: Patch
+    notes: tuple[str, ...] = ()
+
+
+def make_patches(
+    face: FacePlane,
+    views: FaceSources,
+    sources: UnitSources,
+    visible: Visible | None = None,
+    parameters: PatchParameters | None = None,
+) -> FacePatches | None:
+    """Both patches of a face; None where no image sees anything of it.
+
+    Parameters
+    ----------
+    views : the images of the face, root first
+    sources : all images of the unit, made alike
+    visible : which points of the face an image sees; None: the masks of `views` say it
+    """
+    asked = parameters or PatchParameters()
+    if not views.kept:
+        return None
+    view = views.kept[0].view
+    root = sources.sources[view.image].image
+    canvas = root_canvas(face, root, view.gsd_m, asked)
+    cell = max(view.gsd_m if canvas is None else _pixel_m(face, root, view.gsd_m), asked.finest_m)
+    front = front_canvas(face, cell, asked)
+    raw_canvas = canvas or front
+    painted = compose(face, raw_canvas, views, sources, visible, asked.feather_px)
+    if not (painted.index >= FIRST_IMAGE).any():
+        return None
+    raw = _patch(face, raw_canvas, painted, views, asked)
+    notes = _scaled(cell, front)
+    if canvas is None:
+        return FacePatches(raw, raw, ("not in the geometry of its root image", *notes))
+    finer = int(np.clip(np.rint(front.gsd_m / cell), 1, asked.supersampling))
+    return FacePatches(raw, _Warp(face, root, canvas, front, finer).patch(raw, asked), notes)
+
+
+def _patch(
+    face: FacePlane, canvas: Canvas, painted: Composition, views: FaceSources, parameters: PatchParameters
+) -> Patch:
+    colours, index = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, np.uint16)
+    colours[canvas.own], index[canvas.own] = painted.colours, painted.index
+    colours = interpolated(colours, index >= FIRST_IMAGE)
+    index[canvas.own & (index == OUTSIDE)] = INTERPOLATED
+    pixels = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
+    view, own = views.kept[0].view, max(len(painted.index), 1)
+    images = np.unique(painted.index[painted.index >= FIRST_IMAGE])
+    figures = FaceFigures(
+        view.gsd_m, view.incidence_deg, views.candidates, len(images),
+        float((~painted.root_sees).sum() / own), float((painted.index == OUTSIDE).sum() / own),
+    )  # fmt: skip
+    return _finished(Patch(face.key, pixels, index, canvas.own, canvas.corners, figures), canvas, parameters)
+
+
+def _finished(patch: Patch, canvas: Canvas, parameters: PatchParameters) -> Patch:
+    """With the pixels at the rim, and around it, like the nearest ones inside; black where there is no face."""
+    mask = np.asarray(canvas.depth > -(parameters.padding_px + 0.5)) | canvas.own
+    known = canvas.own & (patch.index != OUTSIDE)
+    pixels, index = nearest(patch.pixels, known), nearest(patch.index, known)
+    return replace(
+        patch, pixels=_only(pixels.astype(np.uint8), mask), index=_only(index.astype(np.uint16), mask), mask=mask
+    )
+
+
+def _only(values: NDArray, mask: BoolArray) -> NDArray:  # type: ignore[type-arg]
+    """Zero outside the mask, so that files are small and the same everywhere."""
+    out = values.copy()
+    out[~mask] = 0
+    return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Warp:
+    """From the root's geometry to the front.
+
+    Attributes
+    ----------
+    canvas, front : from, to
+    finer : samples per cell and axis, more than one where cells are larger than the root's pixels
+    """
+
+    face: FacePlane
+    root: OrientedImage
+    canvas: Canvas
+    front: Canvas
+    finer: int
+
+    def patch(self, raw: Patch, parameters: PatchParameters) -> Patch:
+        """The raw patch as one sees it straight from the front."""
+        own, shape = self.front.own, self.front.shape
+        colours, index = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint16)
+        size = np.array([raw.mask.shape[1], raw.mask.shape[0]])
+        col, row = np.clip(np.floor(self._at(0.0, 0.0)), 0, size - 1).astype(np.int64).T
+        colours[own], index[own] = self._means(ArrayPixels(raw.pixels)), raw.index[row, col]
+        pixels = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
+        return _finished(replace(raw, pixels=pixels, index=index, corners=self.front.corners), self.front, parameters)
+
+    def _at(self, s: float, t: float) -> FloatArray:
+        """(N, 2) column, row in the raw patch of places in the front's own cells, metres from their middles."""
+        xyz = self.front.xyz + s * self.face.right + t * self.face.up
+        return np.asarray(self.root.project(xyz)[0] - self.canvas.first)
+
+    def _means(self, pixels: ArrayPixels) -> Float32Array:
+        """(N, 3) colours of the front's own cells."""
+        steps = ((np.arange(self.finer) + 0.5) / self.finer - 0.5) * self.front.gsd_m
+        total = np.zeros((len(self.front.xyz), 3), np.float32)
+        for at in (self._at(s, t) for s in steps for t in steps):
+            total += sampled(pixels, at[:, 0].copy(), at[:, 1].copy(), 0)
+        return total / np.float32(self.finer**2)
+
+
+def _pixel_m(face: FacePlane, root: OrientedImage, gsd_m: float) -> float:
+    """Side of the square that a pixel of the root image covers on the face, on average."""
+    uv = [root.project(ring)[0] for ring in face.rings]
+    area_px = Polygon(uv[0], uv[1:]).area
+    return float(np.sqrt(face.polygon.area / area_px)) if area_px > 1.0 else gsd_m
+
+
+def _scaled(cell_m: float, front: Canvas) -> tuple[str, ...]:
+    """What to say of a face that is larger than a patch may be."""
+    if front.gsd_m <= cell_m * 1.001:
+        return ()
+    return (f"pixels of {cell_m:.3f} m became {front.gsd_m:.3f} m, as a patch may be no larger",)

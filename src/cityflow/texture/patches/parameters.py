@@ -1,0 +1,31 @@
+"""Parameters of patches."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from cityflow.core.parameters import Parameters
+
+
+class PatchParameters(Parameters):
+    """How the pixels of a face are made."""
+
+    padding_px: int = Field(3, ge=2, le=16, description="pixels around a face that get its colours, against bleeding")
+    inset_px: float = Field(
+        0.5,
+        ge=0,
+        le=3,
+        description="pixels whose centre is nearer than this to the face's edge take the colour of the next",
+    )
+    feather_px: float = Field(3.0, ge=0, le=32, description="pixels over which one image fades into the next")
+    most_distortion_px: float = Field(
+        0.5, gt=0, le=10, description="what the lens may bend a face before it is rectified, pixels"
+    )
+    most_outside: float = Field(
+        0.5, ge=0, le=1, description="share of a face outside its root image from which it is rectified"
+    )
+    largest_px: int = Field(8192, ge=64, le=16384, description="longest side of a patch; larger ones are scaled down")
+    finest_m: float = Field(0.005, gt=0, le=1, description="finest cell of a rectified patch, metres")
+    supersampling: int = Field(
+        4, ge=1, le=8, description="samples per pixel and axis at most where a patch is scaled down"
+    )

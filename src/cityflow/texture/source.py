@@ -1,0 +1,135 @@
+"""An image as what textures are made of: three bands of 8 bits, alike in exposure, whatever it was delivered as."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.colour_image import ColourImage, balanced, sampled
+from cityflow.core.pixels import Pixels, level_shape
+
+WHITE = 255.0
+COARSE_PX = 512
+"""Pixels along the longer side of the level that tells how bright an image is."""
+SATURATED = 0.98
+"""Share of the white level from which a value may have been cut off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearModel:
+    """What a colour of one image would be in the others: gain · value + offset, band by band.
+
+    Attributes
+    ----------
+    gain : (3,) float64;  offset : (3,) float64, in values of 0 to 255
+    """
+
+    gain: FloatArray
+    offset: FloatArray
+
+    def applied(self, colours: Float32Array) -> Float32Array:
+        """(N, 3) colours of the image → as the others show them."""
+        return np.asarray(colours * self.gain.astype(np.float32) + self.offset.astype(np.float32), np.float32)
+
+    def after(self, first: LinearModel) -> LinearModel:
+        """The model that does `first` and then this."""
+        return LinearModel(self.gain * first.gain, self.gain * first.offset + self.offset)
+
+    @property
+    def inverse(self) -> LinearModel:
+        return LinearModel(1.0 / self.gain, -self.offset / self.gain)
+
+
+SAME = LinearModel(np.ones(3), np.zeros(3))
+"""The model of an image that is left as it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """An image to make textures of.
+
+    Attributes
+    ----------
+    colour : its orientation, pixels, and balance within the survey
+    white : the value that becomes 255; of 16-bit images that use 12 of them, 4095
+    """
+
+    colour: ColourImage
+    white: float
+
+    @classmethod
+    def of(cls, colour: ColourImage) -> Source:
+        """With the white level that the image itself suggests."""
+        return cls(colour, white_level(colour.pixels))
+
+    @property
+    def image(self) -> OrientedImage:
+        return self.colour.image
+
+    @property
+    def most_level(self) -> int:
+        """The highest pyramid level of at least some pixels."""
+        pixels = self.colour.pixels
+        return max(0, min(pixels.height, pixels.width).bit_length() - 3)
+
+    def colours(self, uv: FloatArray, level: int = 0) -> Float32Array:
+        """(N, 3) red, green, blue, 0 to 255, at (N, 2) image coordinates; at centres of pixels and level 0, the pixels themselves."""
+        u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
+        values = sampled(self.colour.pixels, u, v, level)
+        return three_bands(balanced(values, self.colour, u, v)) * np.float32(WHITE / self.white)
+
+    def unsaturated(self, uv: FloatArray, level: int) -> Float32Array:
+        """Like `colours`, NaN where the sensor or the file may have cut a value off."""
+        u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
+        values = sampled(self.colour.pixels, u, v, level)
+        cut = three_bands(values).max(axis=1) >= SATURATED * self.white
+        colours = three_bands(balanced(values, self.colour, u, v)) * np.float32(WHITE / self.white)
+        colours[cut] = np.nan
+        return colours
+
+
+@dataclass(frozen=True, slots=True)
+class UnitSources:
+    """All images of a unit, and how they are made alike.
+
+    Attributes
+    ----------
+    sources : by the index that `FaceView.image` counts
+    models : by the same index; images without one stay as they are
+    """
+
+    sources: Sequence[Source]
+    models: Mapping[int, LinearModel] = field(default_factory=dict)
+
+    def colours(self, image: int, uv: FloatArray, level: int = 0) -> Float32Array:
+        """(N, 3) colours of an image, made like the others."""
+        return self.models.get(image, SAME).applied(self.sources[image].colours(uv, level))
+
+
+def three_bands(values: Float32Array) -> Float32Array:
+    """(N, bands) → (N, 3): grey thrice, near infrared left out.
+
+    >>> three_bands(np.array([[7.0]], np.float32)).tolist()
+    [[7.0, 7.0, 7.0]]
+    """
+    return np.repeat(values[:, :1], 3, axis=1) if values.shape[1] < 3 else values[:, :3].copy()
+
+
+def white_level(pixels: Pixels) -> float:
+    """The value that is shown as white: 255 of 8-bit images; of 16-bit ones a power of two less one above 99.9 % of their values.
+
+    >>> from cityflow.core.pixels import ArrayPixels
+    >>> white_level(ArrayPixels(np.full((8, 8, 1), 3000, np.uint16)))
+    4095.0
+    """
+    if pixels.dtype == np.uint8:
+        return WHITE
+    level = max(0, int(np.ceil(np.log2(max(pixels.height, pixels.width) / COARSE_PX))))
+    rows, cols = level_shape(pixels.height, pixels.width, level)
+    coarse = pixels.window((0, rows), (0, cols), level)[..., :3]
+    brightest = max(float(np.percentile(coarse, 99.9)), WHITE)
+    return float(2 ** int(np.ceil(np.log2(brightest + 1.0))) - 1)
