@@ -6,7 +6,8 @@ for becomes a generic attribute.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import BinaryIO
 from xml.sax.saxutils import escape, quoteattr
 
@@ -15,7 +16,19 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
 from cityflow.core.reference import Reference
+from cityflow.core.texture import FaceTexture
+from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
 from cityflow.io.attributes import described, ncname, scalars, xml_text
+from cityflow.io.citygml_appearance import (
+    BEYOND_MARK,
+    NAMESPACE,
+    SOLID_MARK,
+    BuildingAppearance,
+    draped,
+    polygon_name,
+    ring_name,
+    triangle_ring,
+)  # fmt: skip
 from cityflow.io.cityjson import plane_attributes
 from cityflow.io.cityjson_sequence import Bounds3, extent_of
 from cityflow.io.roof_type import ROOF_TYPE_CODES, roof_type_code
@@ -35,7 +48,7 @@ _NAMESPACES = {
     "xlink": "http://www.w3.org/1999/xlink",
     "xsi": "http://www.w3.org/2001/XMLSchema-instance",
 }
-_SCHEMAS = {"bldg": "building", "dem": "relief", "gen": "generics"}
+_SCHEMAS = {"app": "appearance", "bldg": "building", "dem": "relief", "gen": "generics"}
 
 
 def write_citygml(
@@ -45,9 +58,17 @@ def write_citygml(
     bounds: Bounds3 | None = None,
     terrain: Iterable[Tin] = (),
     title: str = "",
+    appearance: Appearance = BARE,
 ) -> None:
-    """Write a city model; `bounds` (if known) become its envelope."""
-    for piece in _model(buildings, reference, bounds, terrain, title):
+    """Write a city model; `bounds` (if known) become its envelope, rectified textures its look at LoD2."""
+    appearance.require_rectified("CityGML")
+    pieces = chain(
+        _head(reference, bounds, title, with_looks=appearance.textures is not None or appearance.drape is not None),
+        (f"<cityObjectMember>\n{_building(b, appearance)}</cityObjectMember>\n" for b in buildings),
+        chain.from_iterable(_relief(tin, appearance) for tin in terrain),
+        ["</CityModel>\n"],
+    )
+    for piece in pieces:
         target.write(piece.encode())
 
 
@@ -60,35 +81,30 @@ def srs_name(reference: Reference) -> str:
     return f"urn:ogc:def:crs,crs:EPSG::{reference.horizontal_epsg},crs:EPSG::{reference.vertical_epsg}"
 
 
-def _model(
-    buildings: Iterable[Building], reference: Reference, bounds: Bounds3 | None, terrain: Iterable[Tin], title: str
-) -> Iterator[str]:
+def _head(reference: Reference, bounds: Bounds3 | None, title: str, with_looks: bool) -> Iterator[str]:
+    namespaces = ({"app": NAMESPACE} if with_looks else {}) | _NAMESPACES
     yield '<?xml version="1.0" encoding="UTF-8"?>\n<CityModel'
-    yield "".join(f'\n  xmlns{":" if p else ""}{p}="{uri}"' for p, uri in _NAMESPACES.items())
-    yield f'\n  xsi:schemaLocation="{_schema_locations()}">\n'
+    yield "".join(f'\n  xmlns{":" if p else ""}{p}="{uri}"' for p, uri in namespaces.items())
+    yield f'\n  xsi:schemaLocation="{_schema_locations(namespaces)}">\n'
     if title:
         yield f"<gml:name>{_text(title)}</gml:name>\n"
     if bounds is not None:
         yield _envelope(bounds, srs_name(reference))
-    for building in buildings:
-        yield f"<cityObjectMember>\n{_building(building)}</cityObjectMember>\n"
-    for tin in terrain:
-        yield from _relief(tin)
-    yield "</CityModel>\n"
 
 
-def _schema_locations() -> str:
+def _schema_locations(namespaces: Mapping[str, str]) -> str:
     base = "http://schemas.opengis.net/citygml"
-    return " ".join(f"{_NAMESPACES[p]} {base}/{name}/2.0/{name}.xsd" for p, name in _SCHEMAS.items())
+    return " ".join(f"{namespaces[p]} {base}/{name}/2.0/{name}.xsd" for p, name in _SCHEMAS.items() if p in namespaces)
 
 
-def _building(building: Building) -> str:
+def _building(building: Building, appearance: Appearance) -> str:
     name = ncname("b", building.id)
     bounds = extent_of([building])
+    look = BuildingAppearance(appearance, building)
     parts = [f'<bldg:Building gml:id="{name}">\n<gml:name>{_text(building.id)}</gml:name>\n']
     if bounds is not None:
         parts.append(_envelope(bounds))
-    parts.append(_generic(described(building)))
+    parts += [_generic(described(building)), look.xml()]
     parts += _standard(building)
     if not building.footprint.is_empty:
         parts.append(_footprint(building))
@@ -96,10 +112,9 @@ def _building(building: Building) -> str:
         members = _polygons(building.id, "1", building.solids[Lod.LOD12])
         parts.append(_solid("bldg:lod1Solid", ncname("solid1", building.id), members))
     if Lod.LOD22 in building.solids:
-        parts += _lod2(building, building.solids[Lod.LOD22])
+        parts += _lod2(building, building.solids[Lod.LOD22], look.of(SOLID_MARK))
     if building.beyond is not None:
-        polygons = list(_polygons(building.id, "b", building.beyond))
-        parts += _boundary_surfaces(building, building.beyond, polygons, "b")
+        parts += _boundary_surfaces(building, building.beyond, BEYOND_MARK, look.of(BEYOND_MARK))
     parts.append("</bldg:Building>\n")
     return "".join(parts)
 
@@ -123,33 +138,36 @@ def _footprint(building: Building) -> str:
     return f"<bldg:lod0FootPrint><gml:MultiSurface>{_members([polygon])}</gml:MultiSurface></bldg:lod0FootPrint>\n"
 
 
-def _lod2(building: Building, solid: Polyhedron) -> Iterator[str]:
+def _lod2(building: Building, solid: Polyhedron, looks: Looks) -> Iterator[str]:
     """The solid, by reference to the polygons of the boundary surfaces that follow it."""
-    polygons = list(_polygons(building.id, "2", solid))
-    name = ncname("p", building.id)
-    links = "".join(f'<gml:surfaceMember xlink:href="#{name}-2-{i}"/>' for i in range(len(polygons)))
+    names = (polygon_name(building.id, SOLID_MARK, i) for i in range(len(solid.faces)))
+    links = "".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in names)
     yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
-    yield from _boundary_surfaces(building, solid, polygons)
+    yield from _boundary_surfaces(building, solid, SOLID_MARK, looks)
 
 
-def _boundary_surfaces(building: Building, shell: Polyhedron, polygons: Sequence[str], mark: str = "") -> Iterator[str]:
-    """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the solid."""
-    for number, faces in enumerate(_surfaces(shell.faces)):
+def _boundary_surfaces(building: Building, shell: Polyhedron, mark: str, looks: Looks) -> Iterator[str]:
+    """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the other one."""
+    polygons = list(_polygons(building.id, mark, shell, looks))
+    said = {i: found for i, look in looks.items() if (found := said_of_look(look))}
+    stem = f"{ncname('s', building.id)}-{'' if mark == SOLID_MARK else mark}"
+    for number, faces in enumerate(_surfaces(shell.faces, said)):
         first = shell.faces[faces[0]]
         kind = f"bldg:{first.semantic.value}"
         members = _members([polygons[i] for i in faces])
+        attributes = _generic(_said_of(first, building) | said.get(faces[0], {}))
         yield (
-            f'<bldg:boundedBy><{kind} gml:id="{ncname("s", building.id)}-{mark}{number}">\n'
-            f"{_generic(_said_of(first, building))}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
+            f'<bldg:boundedBy><{kind} gml:id="{stem}{number}">\n'
+            f"{attributes}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
             f"</gml:MultiSurface></bldg:lod2MultiSurface></{kind}></bldg:boundedBy>\n"
         )
 
 
-def _surfaces(faces: Sequence[Face]) -> list[list[int]]:
-    """Faces by boundary surface: one per roof plane and per neighbour, one for each other face."""
+def _surfaces(faces: Sequence[Face], apart: Container[int]) -> list[list[int]]:
+    """Faces by boundary surface: one per roof plane and per neighbour, one for each other face and each in `apart`."""
     groups: dict[tuple[Semantic, int, str | None, int], list[int]] = {}
     for i, face in enumerate(faces):
-        alone = i if face.plane < 0 and face.neighbour is None else -1
+        alone = i if i in apart or (face.plane < 0 and face.neighbour is None) else -1
         groups.setdefault((face.semantic, face.plane, face.neighbour, alone), []).append(i)
     return list(groups.values())
 
@@ -163,15 +181,21 @@ def _said_of(face: Face, building: Building) -> dict[str, Scalar]:
     return scalars(said)
 
 
-def _polygons(identifier: str, mark: str, solid: Polyhedron) -> Iterator[str]:
+def _polygons(identifier: str, mark: str, solid: Polyhedron, looks: Looks | None = None) -> Iterator[str]:
     texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (solid.vertices + 0.0).tolist()]
-    name = f"{ncname('p', identifier)}-{mark}"
     for i, face in enumerate(solid.faces):
-        yield _polygon(f"{name}-{i}", [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings])
+        textured = looks is not None and isinstance(looks.get(i), FaceTexture)
+        rings = [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings]
+        yield _polygon(polygon_name(identifier, mark, i), rings, textured)
 
 
-def _polygon(name: str, rings: Sequence[str]) -> str:
-    exterior, *interiors = (f"<gml:LinearRing><gml:posList>{ring}</gml:posList></gml:LinearRing>" for ring in rings)
+def _polygon(name: str, rings: Sequence[str], textured: bool = False) -> str:
+    """A polygon; rings have names only where texture coordinates refer to them."""
+    names = [f' gml:id="{ring_name(name, n)}"' if textured else "" for n in range(len(rings))]
+    exterior, *interiors = (
+        f"<gml:LinearRing{ring_id}><gml:posList>{ring}</gml:posList></gml:LinearRing>"
+        for ring_id, ring in zip(names, rings, strict=True)
+    )
     holes = "".join(f"<gml:interior>{ring}</gml:interior>" for ring in interiors)
     return f'<gml:Polygon gml:id="{name}"><gml:exterior>{exterior}</gml:exterior>{holes}</gml:Polygon>'
 
@@ -191,17 +215,22 @@ def _solid_of(element: str, name: str, members: str) -> str:
     )
 
 
-def _relief(tin: Tin) -> Iterator[str]:
-    name, vertices, triangles = tin
+def _relief(tin: Tin, appearance: Appearance) -> Iterator[str]:
+    name, vertices, numbers = tin
+    triangles = np.asarray(numbers, np.int64)
     texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.asarray(vertices, np.float64) + 0.0).tolist()]
     yield f'<cityObjectMember>\n<dem:ReliefFeature gml:id="{ncname("relief", name)}">\n'
-    yield f"<gml:name>{_text(name)}</gml:name>\n<dem:lod>2</dem:lod>\n<dem:reliefComponent>"
+    yield f"<gml:name>{_text(name)}</gml:name>\n"
+    if appearance.drape is not None:
+        yield from draped(appearance, appearance.drape, name, vertices, triangles)
+    yield "<dem:lod>2</dem:lod>\n<dem:reliefComponent>"
     yield f'<dem:TINRelief gml:id="{ncname("tin", name)}">\n<dem:lod>2</dem:lod>\n'
     yield f'<dem:tin><gml:TriangulatedSurface gml:id="{ncname("triangles", name)}"><gml:trianglePatches>\n'
-    for a, b, c in np.asarray(triangles, np.int64).tolist():
+    for i, (a, b, c) in enumerate(triangles.tolist()):
         ring = f"{texts[a]} {texts[b]} {texts[c]} {texts[a]}"
+        named = "" if appearance.drape is None else f' gml:id="{triangle_ring(name, i)}"'
         yield (
-            "<gml:Triangle><gml:exterior><gml:LinearRing><gml:posList>"
+            f"<gml:Triangle><gml:exterior><gml:LinearRing{named}><gml:posList>"
             f"{ring}</gml:posList></gml:LinearRing></gml:exterior></gml:Triangle>\n"
         )
     yield "</gml:trianglePatches></gml:TriangulatedSurface></dem:tin>\n</dem:TINRelief></dem:reliefComponent>\n"

@@ -17,7 +17,9 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, EdgeOverhang, Face, Lod, Polyhedron, RoofPlane, Scalar, Semantic, Status
+from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
 from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
+from cityflow.io.cityjson_appearance import FeatureAppearance
 
 Json = Any
 UNITS_PER_METRE = 10_000
@@ -96,12 +98,15 @@ class _Vertices:
         return [*points.min(axis=0).tolist(), *points.max(axis=0).tolist()]
 
 
-def feature_line(building: Building, transform: Transform = ORIGIN) -> bytes:
-    """One CityJSONFeature with LoD 0, 1.2, 1.3 and 2.2, as a line of UTF-8 JSON that ends with a newline."""
-    vertices = _Vertices(transform)
-    solids = {lod: _solid(building, lod, vertices) for lod in reversed(_SOLID_LODS) if lod in building.solids}
+def feature_line(building: Building, transform: Transform = ORIGIN, appearance: Appearance = BARE) -> bytes:
+    """One CityJSONFeature with LoD 0, 1.2, 1.3 and 2.2, as a line of UTF-8 JSON that ends with a newline.
+
+    With rectified textures LoD 2.2 is textured, and each of its faces that the textures know is a surface of its own.
+    """
+    vertices, look = _Vertices(transform), FeatureAppearance(appearance, building)
+    solids = {lod: _solid(building, lod, vertices, look) for lod in reversed(_SOLID_LODS) if lod in building.solids}
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
-    beyond = [] if building.beyond is None else [_surfaces_of(building.beyond, building, Lod.LOD22, vertices)]
+    beyond = [] if building.beyond is None else [_beyond(building, building.beyond, vertices, look)]
     attributes: dict[str, Json] = {**described(building), PLANES_KEY: [_plane_json(p) for p in building.planes]}
     if building.overhangs:
         attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
@@ -112,7 +117,7 @@ def feature_line(building: Building, transform: Transform = ORIGIN) -> bytes:
     }
     if solids or footprint:
         city_object["geographicalExtent"] = vertices.extent
-    return object_line(building.id, city_object, vertices.json)
+    return object_line(building.id, city_object, vertices.json, look.json)
 
 
 def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
@@ -154,23 +159,36 @@ def _overhang(row: Sequence[Json]) -> EdgeOverhang:
     return EdgeOverhang(LineString([row[0:2], row[2:4]]), row[4], math.nan if row[5] is None else row[5], row[6])
 
 
-def _solid(building: Building, lod: Lod, vertices: _Vertices) -> Json:
-    surfaces = _surfaces_of(building.solids[lod], building, lod, vertices)
+def _solid(building: Building, lod: Lod, vertices: _Vertices, look: FeatureAppearance) -> Json:
+    looks = look.of("solid") if lod is Lod.LOD22 else {}
+    surfaces = _surfaces_of(building.solids[lod], building, lod, vertices, looks)
     semantics = {**surfaces["semantics"], "values": [surfaces["semantics"]["values"]]}
-    return {**surfaces, "type": "Solid", "boundaries": [surfaces["boundaries"]], "semantics": semantics}
+    members = look.members(building.solids[lod].faces, looks, in_shell=True)
+    return {**surfaces, "type": "Solid", "boundaries": [surfaces["boundaries"]], "semantics": semantics, **members}
 
 
-def _surfaces_of(solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices) -> dict[str, Json]:
-    """The faces as a MultiSurface with their semantics."""
+def _beyond(building: Building, shell: Polyhedron, vertices: _Vertices, look: FeatureAppearance) -> Json:
+    looks = look.of("beyond")
+    surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks)
+    return {**surfaces, **look.members(shell.faces, looks)}
+
+
+def _surfaces_of(solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices, looks: Looks) -> dict[str, Json]:
+    """The faces as a MultiSurface with their semantics; a face of which the textures say something has one of its own."""
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
-    kinds: dict[tuple[Semantic, int, str | None], int] = {}
-    values = [kinds.setdefault((f.semantic, f.plane, f.neighbour), len(kinds)) for f in solid.faces]
+    said = {i: found for i, look in looks.items() if (found := said_of_look(look))}
+    kinds: dict[tuple[Semantic, int, str | None, int], int] = {}
+    values = [
+        kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in said else -1), len(kinds))
+        for i, f in enumerate(solid.faces)
+    ]
+    surfaces = [_surface(s, p, n, building.planes) | said.get(i, {}) for s, p, n, i in kinds]
     return {
         "type": "MultiSurface",
         "lod": lod.value,
         "boundaries": [[[index[i] for i in ring] for ring in face.rings] for face in solid.faces],
-        "semantics": {"surfaces": [_surface(*kind, building.planes) for kind in kinds], "values": values},
+        "semantics": {"surfaces": surfaces, "values": values},
     }
 
 
@@ -255,9 +273,10 @@ def _or_none(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def object_line(name: str, city_object: Json, vertices: list[list[int]]) -> bytes:
-    """A CityJSONFeature of one city object."""
-    return json_line({"type": "CityJSONFeature", "id": name, "CityObjects": {name: city_object}, "vertices": vertices})
+def object_line(name: str, city_object: Json, vertices: list[list[int]], appearance: Json = None) -> bytes:
+    """A CityJSONFeature of one city object; `appearance` if it has any."""
+    feature = {"type": "CityJSONFeature", "id": name, "CityObjects": {name: city_object}, "vertices": vertices}
+    return json_line({**feature, "appearance": appearance} if appearance else feature)
 
 
 def json_line(value: Json) -> bytes:

@@ -12,8 +12,10 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Scalar
 from cityflow.core.reference import Reference
+from cityflow.io.appearance import BARE, Appearance
 from cityflow.io.attributes import scalars, xml_text
 from cityflow.io.cityjson import ORIGIN, Transform, json_line, object_line
+from cityflow.io.cityjson_appearance import Gathered, draped, relocated
 from cityflow.io.reference import vertical_datum
 
 Json = Any
@@ -86,8 +88,13 @@ def extent_of_headers(headers: Iterable[bytes]) -> Bounds3 | None:
     return extent_of((), [boxes[:, :3], boxes[:, 3:]]) if len(boxes) else None
 
 
-def join(files: Iterable[Iterable[bytes]], header: bytes) -> Iterator[bytes]:
-    """Lines of one CityJSONSeq from those of several, each with its header first; in the transform of `header`."""
+def join(files: Iterable[Iterable[bytes]], header: bytes, folders: tuple[str, str] | None = None) -> Iterator[bytes]:
+    """Lines of one CityJSONSeq from those of several, each with its header first; in the transform of `header`.
+
+    Parameters
+    ----------
+    folders : of the files, and of the one that they become, where these differ: images are named relative to them
+    """
     target = Transform.of_header(json.loads(header))
     yield header
     for lines in files:
@@ -95,8 +102,11 @@ def join(files: Iterable[Iterable[bytes]], header: bytes) -> Iterator[bytes]:
         for line in lines:
             if source is None:
                 source = Transform.of_header(json.loads(line))
-            else:
-                yield line if source == target else moved(line, source, target)
+                continue
+            # a line is only read where something in it changes; those without images are most of an untextured city
+            if folders is not None and b'"appearance":{' in line:
+                line = json_line(relocated(line, *folders))
+            yield line if source == target else moved(line, source, target)
 
 
 def moved(line: bytes, source: Transform, target: Transform) -> bytes:
@@ -110,16 +120,17 @@ def moved(line: bytes, source: Transform, target: Transform) -> bytes:
 def document(lines: Iterable[bytes]) -> bytes:
     """A plain CityJSON file from the lines of a CityJSONSeq, header first."""
     iterator = iter(lines)
-    city = json.loads(next(iterator))
+    city, appearance = json.loads(next(iterator)), Gathered()
     for line in iterator:
         feature = json.loads(line)
+        appearance.take(feature)
         start = len(city["vertices"])
         city["vertices"] += feature["vertices"]
         for city_object in feature["CityObjects"].values():
             for geometry in city_object["geometry"]:
                 geometry["boundaries"] = _offset(geometry["boundaries"], start)
         city["CityObjects"].update(feature["CityObjects"])
-    return json_line(city)
+    return json_line(city | ({"appearance": appearance.json} if appearance.json else {}))
 
 
 def terrain_feature_line(
@@ -128,15 +139,23 @@ def terrain_feature_line(
     triangles: IntArray,
     transform: Transform = ORIGIN,
     attributes: Mapping[str, Scalar] | None = None,
+    appearance: Appearance = BARE,
 ) -> bytes:
-    """A TINRelief: (V, 3) world vertices, (T, 3) vertex indices, counter-clockwise seen from above."""
-    surface = {
+    """A TINRelief: (V, 3) world vertices, (T, 3) vertex indices, counter-clockwise seen from above.
+
+    Where the appearance has an ortho it lies on the triangles.
+    """
+    surface: dict[str, Json] = {
         "type": "CompositeSurface",
         "lod": TERRAIN_LOD,
         "boundaries": [[[a, b, c]] for a, b, c in np.asarray(triangles, np.int64).tolist()],
     }
+    look: dict[str, Json] = {}
+    if appearance.drape is not None:
+        member, look = draped(appearance, appearance.drape, vertices, np.asarray(triangles, np.int64))
+        surface |= member
     relief: dict[str, Json] = {"type": "TINRelief", "attributes": scalars(attributes or {}), "geometry": [surface]}
-    return object_line(name, relief, transform.encode(vertices).tolist())
+    return object_line(name, relief, transform.encode(vertices).tolist(), look)
 
 
 def _points_of(building: Building) -> Iterator[FloatArray]:

@@ -1,0 +1,139 @@
+"""Appearances in CityGML 2.0: textures and plain colours of one building, an ortho on the terrain.
+
+Each appearance stands in its own city object, so that a file can be written, and read, object by object. Texture
+coordinates are given ring by ring: georeferenced textures and matrices would be shorter on terrain, but most readers
+pass them over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from urllib.parse import quote
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.building import Building, Lod
+from cityflow.core.texture import Colour, Drape, FaceTexture, PlainFace, TexturePage
+from cityflow.io.appearance import (
+    TEXTURE_DECIMALS,
+    THEME,
+    Appearance,
+    Look,
+    Looks,
+    coordinates_of,
+    looks_of,
+    unit_colour,
+)  # fmt: skip
+from cityflow.io.attributes import ncname
+
+NAMESPACE = "http://www.opengis.net/citygml/appearance/2.0"
+SOLID_MARK, BEYOND_MARK = "2", "b"
+"""Marks of the two textured shells in the ids of their polygons."""
+
+
+def polygon_name(identifier: str, mark: str, face: int) -> str:
+    """The gml:id of a face's polygon."""
+    return f"{ncname('p', identifier)}-{mark}-{face}"
+
+
+def ring_name(polygon: str, ring: int) -> str:
+    """The gml:id of a ring of a textured polygon."""
+    return f"{polygon}-r{ring}"
+
+
+class BuildingAppearance:
+    """How the faces of one building look."""
+
+    def __init__(self, appearance: Appearance, building: Building) -> None:
+        texture = appearance.of(building)
+        shells = {SOLID_MARK: Lod.LOD22 in building.solids, BEYOND_MARK: building.beyond is not None}
+        looks = {SOLID_MARK: looks_of(texture, "solid"), BEYOND_MARK: looks_of(texture, "beyond")}
+        self._appearance, self._id = appearance, building.id
+        self._looks: dict[str, Looks] = {mark: looks[mark] for mark, there in shells.items() if there}
+
+    def of(self, mark: str) -> Looks:
+        """How the faces of a shell look."""
+        return self._looks.get(mark, {})
+
+    def xml(self) -> str:
+        """The property ``app:appearance``; empty where nothing looks other than it always did."""
+        targets: dict[int, list[str]] = {}
+        colours: dict[Colour, list[str]] = {}
+        for name, look, rings in self._faces():
+            if isinstance(look, PlainFace):
+                colours.setdefault(look.colour, []).append(f"<app:target>#{name}</app:target>\n")
+            else:
+                targets.setdefault(look.page, []).append(_target(name, rings))
+        pages, stem = self._appearance.pages(), ncname("look", self._id)
+        members = [_texture(f"{stem}-t{page}", self._appearance, pages[page], found) for page, found in targets.items()]
+        members += [_material(f"{stem}-m{n}", colour, found) for n, (colour, found) in enumerate(colours.items())]
+        return _appearance(stem, members) if members else ""
+
+    def _faces(self) -> Iterator[tuple[str, Look, list[str]]]:
+        """Polygon, look, and of textured faces the texture coordinates of each ring."""
+        for mark, looks in self._looks.items():
+            texts = _ring_texts(coordinates_of(looks.values(), closed=True))
+            for i, look in looks.items():
+                rings = [next(texts) for _ in look.rings] if isinstance(look, FaceTexture) else []
+                yield polygon_name(self._id, mark, i), look, rings
+
+
+def draped(appearance: Appearance, drape: Drape, name: str, vertices: FloatArray, triangles: IntArray) -> Iterator[str]:
+    """The ortho on a terrain, piece by piece: one target, the triangulated surface, with every triangle's ring."""
+    stem, surface = ncname("look", name), ncname("triangles", name)
+    texts = [f"{u:.{TEXTURE_DECIMALS}f} {v:.{TEXTURE_DECIMALS}f}" for u, v in drape.uv(vertices).tolist()]
+    head, foot = _texture_frame(f"{stem}-t0", appearance, drape.page)
+    yield _APPEARANCE_HEAD.format(stem) + head + f'<app:target uri="#{surface}"><app:TexCoordList>\n'
+    for i, (a, b, c) in enumerate(triangles.tolist()):
+        yield _ring(triangle_ring(name, i), f"{texts[a]} {texts[b]} {texts[c]} {texts[a]}") + "\n"
+    yield f"</app:TexCoordList></app:target>\n{foot}{_APPEARANCE_FOOT}"
+
+
+def triangle_ring(name: str, triangle: int) -> str:
+    """The gml:id of a triangle's ring in a terrain of that name."""
+    return f"{ncname('t', name)}-{triangle}"
+
+
+_APPEARANCE_HEAD = f'<app:appearance><app:Appearance gml:id="{{}}"><app:theme>{THEME}</app:theme>\n'
+_APPEARANCE_FOOT = "</app:Appearance></app:appearance>\n"
+
+
+def _appearance(name: str, members: Iterable[str]) -> str:
+    return _APPEARANCE_HEAD.format(name) + "".join(members) + _APPEARANCE_FOOT
+
+
+def _texture(name: str, appearance: Appearance, page: TexturePage, targets: Iterable[str]) -> str:
+    head, foot = _texture_frame(name, appearance, page)
+    return head + "".join(targets) + foot
+
+
+def _texture_frame(name: str, appearance: Appearance, page: TexturePage) -> tuple[str, str]:
+    """What stands before and after the targets of a texture."""
+    head = (
+        f'<app:surfaceDataMember><app:ParameterizedTexture gml:id="{name}">'
+        f"<app:imageURI>{quote(appearance.image(page))}</app:imageURI><app:mimeType>{page.media_type}</app:mimeType>"
+        "<app:textureType>specific</app:textureType><app:wrapMode>clamp</app:wrapMode>\n"
+    )
+    return head, "</app:ParameterizedTexture></app:surfaceDataMember>\n"
+
+
+def _material(name: str, colour: Colour, targets: Iterable[str]) -> str:
+    red, green, blue = unit_colour(colour)
+    return (
+        f'<app:surfaceDataMember><app:X3DMaterial gml:id="{name}">'
+        f"<app:diffuseColor>{red} {green} {blue}</app:diffuseColor>\n{''.join(targets)}"
+        "</app:X3DMaterial></app:surfaceDataMember>\n"
+    )
+
+
+def _target(polygon: str, rings: Sequence[str]) -> str:
+    coordinates = "".join(_ring(ring_name(polygon, n), ring) for n, ring in enumerate(rings))
+    return f'<app:target uri="#{polygon}"><app:TexCoordList>{coordinates}</app:TexCoordList></app:target>\n'
+
+
+def _ring(name: str, coordinates: str) -> str:
+    return f'<app:textureCoordinates ring="#{name}">{coordinates}</app:textureCoordinates>'
+
+
+def _ring_texts(rings: Iterable[list[list[float]]]) -> Iterator[str]:
+    for ring in rings:
+        yield " ".join(f"{u:.{TEXTURE_DECIMALS}f} {v:.{TEXTURE_DECIMALS}f}" for u, v, _ in ring)
