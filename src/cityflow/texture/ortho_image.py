@@ -1,0 +1,29 @@
+"""A given ortho as an image: a camera so high up that its rays are as good as parallel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cityflow.core.camera import Camera, OrientedImage
+from cityflow.core.grid import Grid
+
+LOWEST_M = 1e7
+RELIEF_M = 100.0
+"""Heights around the ground's for which the image must fit its cells."""
+ERROR_CELLS = 5e-3
+
+
+def ortho_camera(grid: Grid, name: str, ground_m: float = 0.0) -> OrientedImage:
+    """The image whose pixel (row, col) shows cell (row, col) of a north-up ortho.
+
+    Parameters
+    ----------
+    grid : of the ortho
+    ground_m : height of the ground below, world metres; things up to 100 m above and below it are seen within 0.005 cells of their cell
+    """
+    half_cells = max(grid.rows, grid.cols) / 2
+    above = max(LOWEST_M, half_cells * RELIEF_M / ERROR_CELLS)
+    middle = grid.x_min + grid.cols * grid.cell / 2, grid.y_max - grid.rows * grid.cell / 2
+    focal = above / grid.cell
+    camera = Camera(grid.cols, grid.rows, focal, focal, grid.cols / 2, grid.rows / 2)
+    return OrientedImage(name, camera, np.diag([1.0, -1.0, -1.0]), np.array([*middle, ground_m + above]))

@@ -1,0 +1,1 @@
+"""What images really see of a face: rays past the surface and past the models that stand around."""

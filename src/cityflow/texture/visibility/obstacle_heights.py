@@ -1,0 +1,110 @@
+"""The surface as what stands between cameras and a unit: without the unit itself.
+
+A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So within the outline of a
+unit and a little around it the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. Around the
+outline the lowest ground nearby takes its place, which hides what of a wall is in the earth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numba import njit
+
+from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
+from cityflow.core.building import Polyhedron
+from cityflow.core.grid import Grid
+from cityflow.geometry.polyhedron import triangulate
+from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
+
+LOWEST = np.float32(-1e9)
+HIGHEST = np.float32(1e9)
+LEAST_CELLS = 25
+"""Fewer cells tell nothing about how far a model lies below the surface."""
+
+
+def obstacle_heights(
+    heights: FloatArray,
+    grid: Grid,
+    own: Sequence[Polyhedron],
+    others: Sequence[Polyhedron],
+    parameters: VisibilityParameters,
+) -> Float32Array:
+    """(rows, cols) heights of what stands in the way, metres above the lowest of the surface; `LOWEST` where nothing does.
+
+    Parameters
+    ----------
+    heights : (rows, cols) the surface, world metres; NaN where it is not known
+    own : shells of the unit whose faces are looked at;  others : shells around it
+    """
+    surface = np.where(np.isnan(heights), LOWEST, heights).astype(np.float32)
+    reach = _window(round(parameters.own_m / grid.cell))
+    roof = roof_heights(own, grid)
+    roof = np.where(roof > LOWEST, roof + np.float32(_below_surface(roof, surface)), LOWEST).astype(np.float32)
+    around = np.maximum(roof, roof_heights(others, grid))
+    mine = cv2.dilate(roof, reach) > LOWEST
+    rises = surface > cv2.dilate(around, reach) + np.float32(parameters.rise_m)
+    result = np.where(mine & ~rises, np.where(roof > LOWEST, LOWEST, _ground(surface, around, reach)), surface)
+    widened = max(1, round(parameters.margin_m / grid.cell)) if parameters.margin_m > 0 else 0
+    return np.asarray(cv2.dilate(result, _window(widened)), np.float32)
+
+
+def roof_heights(shells: Sequence[Polyhedron], grid: Grid) -> Float32Array:
+    """(rows, cols) greatest height of the shells in each cell, world metres; `LOWEST` beside them."""
+    out = np.full(grid.shape, LOWEST, np.float32)
+    for shell in shells:
+        mesh = triangulate(shell)
+        if len(mesh.triangles):
+            _raise_to(out, mesh.vertices[mesh.triangles], grid.x_min, grid.y_max, grid.cell)
+    return out
+
+
+def _below_surface(roof: Float32Array, surface: Float32Array) -> float:
+    """How far a model as a whole lies below the surface: what is just too low does not make everything above it an obstacle."""
+    known = (roof > LOWEST) & (surface > LOWEST)
+    if np.count_nonzero(known) < LEAST_CELLS:
+        return 0.0
+    return max(float(np.median(surface[known] - roof[known])), 0.0)
+
+
+def _ground(surface: Float32Array, models: Float32Array, reach: ByteArray) -> Float32Array:
+    """Lowest surface nearby that is no model's; never above the surface itself."""
+    free = np.where((models > LOWEST) | (surface <= LOWEST), HIGHEST, surface)
+    low = cv2.erode(free, reach, borderType=cv2.BORDER_REPLICATE)
+    return np.where(low >= HIGHEST, LOWEST, np.minimum(low, surface)).astype(np.float32)
+
+
+def _window(cells: int) -> ByteArray:
+    return np.ones((2 * cells + 1, 2 * cells + 1), np.uint8)
+
+
+@njit(cache=True, nogil=True)
+def _raise_to(out, corners, x_min, y_max, cell):  # type: ignore[no-untyped-def]
+    """Every cell whose middle lies in a triangle in plan, or within half a cell of it, is at least as high as the triangle there."""
+    rows, cols = out.shape
+    for t in range(corners.shape[0]):
+        ax, ay = (corners[t, 0, 0] - x_min) / cell - 0.5, (y_max - corners[t, 0, 1]) / cell - 0.5
+        bx, by = (corners[t, 1, 0] - x_min) / cell - 0.5, (y_max - corners[t, 1, 1]) / cell - 0.5
+        cx, cy = (corners[t, 2, 0] - x_min) / cell - 0.5, (y_max - corners[t, 2, 1]) / cell - 0.5
+        double = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if abs(double) < 1e-3:
+            continue
+        # barycentric coordinates may be this far negative half a cell beside each edge
+        wa = 0.5 * np.hypot(cx - bx, cy - by) / abs(double)
+        wb = 0.5 * np.hypot(ax - cx, ay - cy) / abs(double)
+        wc = 0.5 * np.hypot(bx - ax, by - ay) / abs(double)
+        c_0, c_1 = max(int(np.floor(min(ax, bx, cx))), 0), min(int(np.ceil(max(ax, bx, cx))), cols - 1)
+        r_0, r_1 = max(int(np.floor(min(ay, by, cy))), 0), min(int(np.ceil(max(ay, by, cy))), rows - 1)
+        for r in range(r_0, r_1 + 1):
+            for c in range(c_0, c_1 + 1):
+                a = ((bx - c) * (cy - r) - (by - r) * (cx - c)) / double
+                b = ((cx - c) * (ay - r) - (cy - r) * (ax - c)) / double
+                g = 1.0 - a - b
+                if a < -wa or b < -wb or g < -wc:
+                    continue
+                a, b, g = max(a, 0.0), max(b, 0.0), max(g, 0.0)
+                z = (a * corners[t, 0, 2] + b * corners[t, 1, 2] + g * corners[t, 2, 2]) / (a + b + g)
+                if z > out[r, c]:
+                    out[r, c] = z

@@ -1,0 +1,31 @@
+"""What counts as standing in the way."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from cityflow.core.parameters import Parameters
+
+
+class VisibilityParameters(Parameters):
+    """How surface and models together hide faces."""
+
+    reach_m: float = Field(
+        60.0, ge=5, le=500, description="surface and models this far around a unit are looked at, metres"
+    )
+    own_m: float = Field(
+        1.0, ge=0, le=5, description="so far around a unit the surface is taken for its own blurred walls and eaves, metres"
+    )  # fmt: skip
+    rise_m: float = Field(
+        1.0, ge=0.1, le=10, description="what rises this much above the models there is something else, and hides them; metres"
+    )  # fmt: skip
+    margin_m: float = Field(
+        0.15, ge=0, le=2, description="what hides is widened by this, at least by a cell of the surface; metres, 0 widens nothing"
+    )  # fmt: skip
+    bias_m: float = Field(0.02, ge=1e-4, le=0.5, description="rays start this far in front of the face, metres")
+    dip_m: float = Field(
+        0.05, ge=0, le=1, description="rays may run this deep below the surface; its noise hides nothing then; metres"
+    )  # fmt: skip
+    coarse_cells: int = Field(
+        1500, ge=16, le=100000, description="cells of a face, at most, on which all images are tried before a few are kept"
+    )  # fmt: skip
