@@ -47,14 +47,14 @@ def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[O
         return list(outlines), []
     drawn = _apart(edits.outlines)
     no_building = rejected([o.polygon for o in outlines], edits)
-    refusals = [Refusal(o.id, REJECTED) for o, no in zip(outlines, no_building, strict=True) if no]
+    refusals = [Refusal(o.id, REJECTED, o.polygon) for o, no in zip(outlines, no_building, strict=True) if no]
     standing = [o for o, no in zip(outlines, no_building, strict=True) if not no]
     common = _common_area(standing, drawn)
     area = np.array([o.polygon.area for o in standing])
     gone = common.sum(axis=1) >= _HALF * area
     heirs = _heirs(common, gone, drawn)
     left = [p for o, g, c in zip(standing, gone, common, strict=True) for p in _left_of(o, bool(g), c, drawn)]
-    refusals += [Refusal(o.id, REPLACED) for i, o in enumerate(standing) if gone[i] and i not in heirs.values()]
+    refusals += [Refusal(o.id, REPLACED, o.polygon) for i, o in enumerate(standing) if gone[i] and i not in heirs.values()]
     new = [_as_outline(d, standing[heirs[k]] if k in heirs else None) for k, d in enumerate(drawn)]
     return _tied(left, with_ids(new)), refusals
 

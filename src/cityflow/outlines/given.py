@@ -31,10 +31,11 @@ class CleaningParameters(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """An outline that cannot be a building, and why."""
+    """An outline that cannot be a building, why, and its geometry as it came, of any kind and quality; None where it has none."""
 
     id: str
     reason: str
+    shape: BaseGeometry | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ def clean_outlines(
         if repaired.parts:
             kept.extend(_as_outlines(outline, repaired))
         else:
-            refused.append(Refusal(outline.id, repaired.remark))
+            refused.append(Refusal(outline.id, repaired.remark, outline.polygon))
     unique, duplicates = _without_duplicates(with_ids(kept))
     return unique, refused + duplicates
 
@@ -201,7 +202,7 @@ def _without_duplicates(outlines: Sequence[Outline]) -> tuple[list[Outline], lis
     for outline in outlines:
         key = shapely.to_wkb(shapely.normalize(outline.polygon))
         if key in first_with:
-            refused.append(Refusal(outline.id, f"same polygon as {first_with[key]}"))
+            refused.append(Refusal(outline.id, f"same polygon as {first_with[key]}", outline.polygon))
         else:
             first_with[key] = outline.id
             kept.append(outline)

@@ -67,7 +67,7 @@ def neighbours(outlines: Sequence[Outline]) -> dict[str, dict[str, float]]:
 def vanished(before: Sequence[Outline], after: Sequence[Outline]) -> list[Refusal]:
     """The outlines that noding has left nothing of, because smaller ones cover them."""
     left = {outline.id for outline in after} | {outline.id.rpartition("-")[0] for outline in after}
-    return [Refusal(o.id, "covered by smaller outlines") for o in before if o.id not in left]
+    return [Refusal(o.id, "covered by smaller outlines", o.polygon) for o in before if o.id not in left]
 
 
 def _groups(polygons: Sequence[Polygon], tolerance: float) -> IntArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from cityflow.core.edits import Edits
@@ -17,6 +18,7 @@ from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.given import Refusal, clean_outlines
 from cityflow.outlines.noding import node_outlines, vanished
 from cityflow.stages.outline_lines import lines, owned
+from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.survey import Survey
 
 STAGE = "ingest"
@@ -86,7 +88,7 @@ def outlines_task(survey: Survey) -> Task:
 
 
 def run_outlines(workspace: Workspace, task: Task) -> Outcome:
-    """One file of outline lines per tile, and those refused with their reasons."""
+    """One file of outline lines per tile, and those refused with their reasons and places."""
     p = task.parameters
     with local_file(task.arguments["href"]) as path:
         refuse_other_file(path, task)
@@ -98,14 +100,20 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
     by_tile = owned(noded, p["tile_m"], known)
     for tile in sorted(known & by_tile.keys()):
         workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
-    outside = [Refusal(s.outline.id, OUTSIDE) for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
+    far = [s.outline for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
+    outside = [Refusal(o.id, OUTSIDE, o.polygon) for o in far]
     named = _unique_names(
         [*refused, *rejected, *vanished(clean, noded), *outside], {o.id for o in noded} - {r.id for r in outside}
     )
-    return workspace.outcome(reason="; ".join(notes), result={"refused": named, "notes": notes, "outlines": len(raw)})
+    if named:
+        workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in named))
+    return workspace.outcome(
+        reason="; ".join(notes),
+        result={"refused": [[r.id, r.reason] for r in named], "notes": notes, "outlines": len(raw)},
+    )
 
 
-def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[list[str]]:
+def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[Refusal]:
     """Refused outlines under names of their own: a duplicate must not hide the unit whose id it bears."""
     named = []
     for refusal in refusals:
@@ -114,5 +122,5 @@ def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[list[str]]:
             n += 1
             name = f"{refusal.id}~{n}"
         taken.add(name)
-        named.append([name, refusal.reason])
+        named.append(replace(refusal, id=name))
     return named

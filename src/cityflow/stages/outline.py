@@ -13,6 +13,7 @@ from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.stages.outline_lines import entries, lines, owned
+from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
@@ -88,11 +89,14 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     own = {s.outline.id for s in owned(found, size, task.arguments["tiles"]).get(tile.name, [])}
     text = lines(mine)
     workspace.write("outlines.jsonl", text)
+    refused = [r for r in refused if r.id in own]
+    if refused:
+        workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in refused))
     without = "; ".join(f"without the {t}: {why}" for t, why in task.arguments["blind"].items())
     return workspace.outcome(
         Status.DEGRADED if without else Status.DONE, without,
         {
             "units": entries(text, workspace.path("outlines.jsonl")),
-            "refused": [[r.id, r.reason] for r in refused if r.id in own],
+            "refused": [[r.id, r.reason] for r in refused],
         },
     )  # fmt: skip

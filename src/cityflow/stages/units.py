@@ -23,6 +23,7 @@ from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
 from cityflow.stages.outline_lines import Standing, decode, entries, lines, party_edges, touching
 from cityflow.stages.pieces import read_text
+from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.split_lines import decode_splitting
 from cityflow.stages.survey import Survey, UnitEntry
 
@@ -75,7 +76,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     no_building = rejected(
         [p.outline.polygon for p in parts], Edits.from_lines(task.arguments["edits"]), by_points=False
     )
-    refused = [[p.outline.id, REJECTED] for p, no in zip(parts, no_building, strict=True) if no and p.source in own]
+    refused = [p.outline for p, no in zip(parts, no_building, strict=True) if no and p.source in own]
+    if refused:
+        workspace.write(REFUSED, encode_refused((o.id, o.polygon) for o in refused))
     tied = _tied([p for p, no in zip(parts, no_building, strict=True) if not no])
     every = [p.outline for p in tied]
     shared, party = touching(every), party_edges(every)
@@ -91,7 +94,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     reason = f"{len(unsplit)} outlines could not be split: {', '.join(unsplit[:5])}" if unsplit else ""
     return workspace.outcome(
         Status.DEGRADED if unsplit else Status.DONE, reason,
-        {"units": entries(text, workspace.path(UNITS)), "outlines": len(own), "refused": refused},
+        {"units": entries(text, workspace.path(UNITS)), "outlines": len(own), "refused": [[o.id, REJECTED] for o in refused]},
     )  # fmt: skip
 
 

@@ -14,13 +14,12 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.viewer.image_rows import ImageFigures
+from cityflow.viewer.roof_figures import roof_figures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
+from cityflow.viewer.worth_a_look import worth_a_look
 
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
-
-SUSPECT_NMAD_M, SUSPECT_SHARE = 0.20, 0.80
-"""A model is worth a look where its points scatter more than this, or fewer of them are explained."""
 
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
@@ -35,10 +34,12 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "summary": summary(units),
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
+        "unused_edits": [asdict(e) for e in data.unused_edits],
         "images": image_summary(data.images) if data.images else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
-        "worth_a_look": [u.id for u in units if is_suspect(u)],
+        "worth_a_look": [{"id": s.unit.id, "reason": s.reason} for s in worth_a_look(units)],
+        "roofs": roof_figures(units),
         "units": [_unit(u) for u in units],
         "products": [asdict(p) for p in data.products],
         "sources": [asdict(s) for s in data.sources],
@@ -94,13 +95,6 @@ def image_summary(images: ImageFigures) -> dict[str, Any]:
         "refused_pairs": [asdict(r) for r in images.refused],
         "tiles": [asdict(t) for t in images.tiles],
     }
-
-
-def is_suspect(unit: UnitRow) -> bool:
-    """True for a model that was made but fits its points badly."""
-    far = unit.nmad is not None and unit.nmad > SUSPECT_NMAD_M
-    sparse = unit.share_explained is not None and unit.share_explained < SUSPECT_SHARE
-    return unit.status in (Status.DONE, Status.DEGRADED) and (far or sparse)
 
 
 def measured(units: Iterable[UnitRow], name: str) -> list[float]:

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from cityflow.core.building import Status
-from cityflow.viewer.figures import finite, is_suspect, measured, report_figures
+from cityflow.viewer.figures import finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.rows import ReportData, UnitRow
@@ -61,7 +61,7 @@ def _page(data: ReportData, figures: dict[str, Any]) -> str:
             image_histograms=_image_histograms(data.images) if data.images else [],
             worst_tiles=_most_gaps(data.images) if data.images else [],
             row_of={u.id: i for i, u in enumerate(units)},
-            suspects=[(i, u) for i, u in enumerate(units) if is_suspect(u)],
+            off_map=_off_map(units, {s.row for s in unit_map.shapes}),
             worst=_highest(units, "nmad"),
             slowest=_highest(units, "seconds"),
             payload=Markup(_script_json(_payload(units, data))),
@@ -85,6 +85,12 @@ def verdict(summary: dict[str, Any]) -> str:
         if summary[status]:
             parts.append(f"{summary[status]:,} {text}")
     return ", ".join(parts) + "."
+
+
+def _off_map(units: Sequence[UnitRow], drawn: set[int]) -> list[UnitRow]:
+    """Units that the map does not show, the refused first."""
+    missing = [u for i, u in enumerate(units) if i not in drawn]
+    return sorted(missing, key=lambda u: (u.status is not Status.REFUSED, u.id))
 
 
 def _highest(units: Sequence[UnitRow], name: str) -> list[tuple[int, UnitRow]]:

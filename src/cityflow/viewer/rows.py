@@ -26,6 +26,7 @@ class UnitRow:
     seconds, peak_mb : time and memory of the task
     rings : exterior, then holes, (n, 2) world metres
     attributes : more to show when the building is chosen
+    reaches_m : how far the roof stands out, of every edge where it does, metres
     """
 
     id: str
@@ -44,6 +45,7 @@ class UnitRow:
     peak_mb: float = 0.0
     rings: tuple[FloatArray, ...] = ()
     attributes: Mapping[str, Scalar] = field(default_factory=dict)
+    reaches_m: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,30 @@ class ProblemRow:
     unit: str
     status: Status
     reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class EditRow:
+    """Something that a person has drawn and that has no effect.
+
+    Attributes
+    ----------
+    layer : of the file of edits;  name : its id or roof type, may be empty
+    place : x, y, world metres
+    reason, remedy : why it has none, and what to do
+    """
+
+    layer: str
+    name: str
+    place: tuple[float, float]
+    reason: str
+    remedy: str
+
+    @property
+    def text(self) -> str:
+        """As one line."""
+        named = f" '{self.name}'" if self.name else ""
+        return f"{self.layer}{named} at {self.place[0]:.2f}, {self.place[1]:.2f}: {self.reason}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +129,7 @@ class ReportData:
     overrides : unit → parameters that were set for it alone
     pictures : of what has been made;  images : None where the survey has none
     checkpoints : residuals of products at points of known position
+    unused_edits : what a person has drawn without effect
     """
 
     title: str
@@ -121,3 +148,4 @@ class ReportData:
     pictures: tuple[Picture, ...] = ()
     images: ImageFigures | None = None
     checkpoints: tuple[CheckpointRow, ...] = ()
+    unused_edits: tuple[EditRow, ...] = ()

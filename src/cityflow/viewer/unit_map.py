@@ -15,8 +15,11 @@ from cityflow.viewer.figures import quantile
 from cityflow.viewer.rows import UnitRow
 
 UNITS_PER_METRE = 10
-STATUS_ORDER = (Status.DONE, Status.DEGRADED, Status.REFUSED, Status.FAILED)
-"""Drawn in this order, so that what needs attention lies on top."""
+STATUS_ORDER = (Status.REFUSED, Status.DONE, Status.DEGRADED, Status.FAILED)
+"""Drawn in this order, so that what needs attention lies on top, and a refused duplicate below the building that it repeats."""
+
+AROUND = 0.1
+"""Refused outlines farther away than this share of the town's extent are not drawn: one of them would make the town a dot."""
 
 NMAD_BREAKS_M = (0.02, 0.04, 0.06, 0.10, 0.20)
 PLANE_BREAKS = (2.0, 3.0, 5.0, 9.0, 17.0)
@@ -58,19 +61,39 @@ class UnitMap:
 
 
 def draw_map(units: Sequence[UnitRow]) -> UnitMap:
-    """The map of units, in the order given; units without outline are left out."""
-    drawn = [(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)]
+    """The map of units, in the order given; units without outline and refused ones far off are left out."""
+    drawn = _near([(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)])
     scales = colour_scales(units)
     if not drawn:
         return UnitMap((), 0, 0, scales)
-    corners = np.concatenate([np.asarray(r, np.float64)[:, :2] for _, u in drawn for r in u.rings if len(r)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = _extent([u for _, u in drawn])
     margin = max(0.02 * float((high - low).max()), 2.0)
     origin = np.array([low[0] - margin, high[1] + margin])
     drawn.sort(key=lambda entry: (STATUS_ORDER.index(entry[1].status), entry[0]))
     shapes = tuple(_shape(i, u, origin, scales) for i, u in drawn)
     width, height = ((high - low + 2 * margin) * UNITS_PER_METRE).round().astype(int)
     return UnitMap(shapes, int(width), int(height), scales)
+
+
+def _near(drawn: list[tuple[int, UnitRow]]) -> list[tuple[int, UnitRow]]:
+    """Without refused outlines that reach beyond the town."""
+    town = [u for _, u in drawn if u.status is not Status.REFUSED]
+    if not town:
+        return drawn
+    low, high = _extent(town)
+    margin = AROUND * float((high - low).max())
+    return [(i, u) for i, u in drawn if u.status is not Status.REFUSED or _within(u, low - margin, high + margin)]
+
+
+def _within(unit: UnitRow, low: FloatArray, high: FloatArray) -> bool:
+    least, most = _extent([unit])
+    return bool((least >= low).all() and (most <= high).all())
+
+
+def _extent(units: Sequence[UnitRow]) -> tuple[FloatArray, FloatArray]:
+    """(2,) lowest and (2,) highest x, y of all outlines."""
+    corners = np.concatenate([np.asarray(r, np.float64)[:, :2] for u in units for r in u.rings if len(r)])
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def colour_scales(units: Sequence[UnitRow]) -> tuple[Scale, ...]:

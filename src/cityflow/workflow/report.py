@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+import shapely
 from rich.console import Console
 
 from cityflow.core.arrays import FloatArray
@@ -14,8 +15,9 @@ from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.io.reference import vertical_datum
-from cityflow.stages import export, outline, reconstruct, units
+from cityflow.stages import export, ingest, outline, reconstruct, units
 from cityflow.stages.outline_lines import decode_all
+from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.viewer.report import write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.workflow.checkpoint_rows import checkpoint_rows
@@ -25,6 +27,7 @@ from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.pictures import run_pictures
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
+from cityflow.workflow.unused_edits import unused_edits
 
 PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
@@ -85,6 +88,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         pictures=run_pictures(run.store, survey, rows, records),
         images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
+        unused_edits=unused_edits(run, records),
     )  # fmt: skip
 
 
@@ -96,22 +100,24 @@ def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:
             record,
             tiles.get(record.unit, ""),
             rings.get(record.unit, ()),
-            exported.get(record.unit, {}).get("attributes") or {},
+            exported.get(record.unit, {}),
         )
 
 
 def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
-    found = record.result
-    more = {k: v for k, v in {**found, **exported}.items() if k not in ("scores", "notes", "reason", "status")}
+    """A row of a unit; `exported`: what the export of its tile says of it, nothing where that did not run yet."""
+    found, attributes = record.result, exported.get("attributes") or {}
+    reaches = tuple(float(row[4]) for row in exported.get("overhangs", []))
+    more = {k: v for k, v in {**found, **attributes}.items() if k not in ("scores", "notes", "reason", "status")}
     return UnitRow(
         record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
         int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
-        found.get("share_explained"), record.seconds, record.peak_mb, rings, more,
+        found.get("share_explained"), record.seconds, record.peak_mb, rings, more, reaches,
     )  # fmt: skip
 
 
 def _outlines(run: Prepared, records: CurrentRecords) -> tuple[dict[str, tuple[FloatArray, ...]], dict[str, str]]:
-    """Rings and owning tile of every unit whose outline is known."""
+    """Rings of every unit and refused outline that is a polygon, and the tiles that own the units."""
     rings: dict[str, tuple[FloatArray, ...]] = {}
     tiles: dict[str, str] = {}
     for record in records.of(units.STAGE) or records.of(outline.STAGE):
@@ -122,6 +128,9 @@ def _outlines(run: Prepared, records: CurrentRecords) -> tuple[dict[str, tuple[F
                     np.asarray(r.coords)[:, :2] for r in (polygon.exterior, *polygon.interiors)
                 )
                 tiles[standing.outline.id] = record.unit
+    records_of = [r for stage in (ingest.STAGE, outline.STAGE, units.STAGE) for r in records.of(stage)]
+    for unit, shape in refused_shapes(run.store, records_of).items():
+        rings.setdefault(unit, tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape)))
     return rings, tiles
 
 

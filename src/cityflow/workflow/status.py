@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.table import Table
 
 from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
+from cityflow.viewer.rows import EditRow
 from cityflow.workflow.current import CurrentRecords, StageFigures, current_records
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import open_run
+from cityflow.workflow.unused_edits import unused_edits
 
 REASONS_SHOWN = 12
 UNITS_NAMED = 3
@@ -25,12 +28,14 @@ def print_status(url: str, console: Console) -> None:
     console.print(f"{wanted.workflow.name}: {wanted.catalog.title} in {wanted.store.root}", markup=False)
     _print_stages(records, console)
     _print_reasons(records, wanted, console)
+    _print_unused(unused_edits(wanted, records), console)
 
 
 def print_summary(records: CurrentRecords, wanted: Prepared, report: str, console: Console) -> None:
     """What stands on the terminal when a run has ended."""
     _print_stages(records, console)
     _print_reasons(records, wanted, console)
+    _print_unused(unused_edits(wanted, records), console)
     console.print(f"Report:   {report}", markup=False, soft_wrap=True)
     console.print(f"Products: {wanted.store.url('products')}", markup=False, soft_wrap=True)
 
@@ -62,3 +67,13 @@ def _print_reasons(records: CurrentRecords, wanted: Prepared, console: Console) 
                 console.print(
                     f"    cityflow rerun {wanted.store.root} --failed", markup=False, highlight=False, soft_wrap=True
                 )
+
+
+def _print_unused(edits: Sequence[EditRow], console: Console) -> None:
+    """Edits without effect, and what to do about each kind."""
+    for edit in edits[:REASONS_SHOWN]:
+        console.print(
+            f"edit without effect: {edit.text} → {edit.remedy}", markup=False, highlight=False, soft_wrap=True
+        )
+    if len(edits) > REASONS_SHOWN:
+        console.print(f"    and {len(edits) - REASONS_SHOWN} more edits without effect: see report.html", markup=False)

@@ -93,7 +93,7 @@ if (city) {
     if (!shape) return;
     const row = Number(shape.dataset.row), box = $(".mapbox").getBoundingClientRect();
     tip.textContent = "";
-    tip.append(make("b", value(row, "id")), make("br"), statusNames[value(row, "status")] + " · NMAD " + cm(value(row, "nmad")) + " · " + plain(value(row, "planes") || null) + " planes · " + time(value(row, "seconds")));
+    tip.append(make("b", value(row, "id")), make("br"), value(row, "status") === "refused" ? "Refused · " + plain(value(row, "reason")) : statusNames[value(row, "status")] + " · NMAD " + cm(value(row, "nmad")) + " · " + plain(value(row, "planes") || null) + " planes · " + time(value(row, "seconds")));
     const x = event.clientX - box.left, y = event.clientY - box.top;
     tip.style.left = Math.max(0, Math.min(x + 14, box.width - tip.offsetWidth - 6)) + "px"; tip.style.top = (y + 24 + tip.offsetHeight > box.height ? y - tip.offsetHeight - 8 : y + 18) + "px";
   };
