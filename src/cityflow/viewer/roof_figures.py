@@ -1,0 +1,80 @@
+"""What a run says of roofs, in words for people who model no cities: types, expected errors, eaves, methods."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.roof_types import RoofType
+from cityflow.viewer.rows import UnitRow
+
+CLAIMS_M = (0.1, 0.2)
+
+TYPE_TEXTS: dict[str, str] = {
+    RoofType.FLAT: "level, or nearly so",
+    RoofType.STEPPED_FLAT: "level parts at several heights",
+    RoofType.SHED: "one slope",
+    RoofType.GABLE: "two slopes that meet in a ridge, upright walls at both ends",
+    RoofType.HIP: "a ridge, slopes on all sides",
+    RoofType.HALF_HIP: "a ridge whose ends slope in their upper part only",
+    RoofType.PYRAMID: "slopes on all sides that meet in one point",
+    RoofType.MANSARD: "slopes that are steep below and gentle above",
+    RoofType.CONE: "round, to a point",
+    RoofType.DOME: "round, vaulted",
+    RoofType.SAWTOOTH: "several ridges side by side, as on factories",
+    RoofType.BUTTERFLY: "two slopes that fall to the middle",
+    RoofType.COMPLEX: "several of these together",
+    RoofType.UNKNOWN: "none that could be told",
+}
+
+METHOD_TEXTS = {
+    "orientation_histogram": "planes found by the directions that points lie in",
+    "monolithic": "walls and roof planes found together in a grid of cells",
+    "volumetric": "surfaces intersected in space; steps, passages and set-backs",
+    "roof_types": "known shapes of roofs fitted to edges in the picture and to heights",
+    "extruded": "a block with a level top",
+}
+
+
+def roof_figures(units: Sequence[UnitRow]) -> dict[str, Any]:
+    """Counts of modelled buildings by roof type, by expected error and by method; edges that stand out beyond walls."""
+    made = [u for u in units if u.method]
+    types = Counter(str(u.attributes["roof_type"]) for u in made if u.attributes.get("roof_type"))
+    methods = Counter(u.method for u in made)
+    return {
+        "models": len(made),
+        "types": [{"type": t, "text": TYPE_TEXTS.get(t, ""), "count": n} for t, n in _ranked(types)],
+        "claims": _claims(made),
+        "overhangs": _overhangs(made),
+        "methods": [{"method": m, "text": METHOD_TEXTS.get(m, ""), "count": n} for m, n in _ranked(methods)],
+    }
+
+
+def _ranked(counts: Counter[str]) -> list[tuple[str, int]]:
+    return sorted(counts.items(), key=lambda entry: (-entry[1], entry[0]))
+
+
+def _claims(made: Sequence[UnitRow]) -> dict[str, Any] | None:
+    """How many models expect an error of no more than each of `CLAIMS_M`; None where no model says anything."""
+    known = [float(v) for u in made if isinstance(v := u.attributes.get("claimed_rmse_m"), int | float)]
+    if not known:
+        return None
+    within = [{"most_m": most, "count": sum(v <= most for v in known)} for most in CLAIMS_M]
+    return {
+        "within": within, "more": sum(v > CLAIMS_M[-1] for v in known), "unknown": len(made) - len(known),
+        "median_m": float(np.median(known)),
+    }  # fmt: skip
+
+
+def _overhangs(made: Sequence[UnitRow]) -> dict[str, Any] | None:
+    """Edges whose roof reaches beyond the wall; None where nobody looked for any."""
+    if not any("overhang_max_m" in u.attributes for u in made):
+        return None
+    reaches = [r for u in made for r in u.reaches_m]
+    return {
+        "buildings": sum(bool(u.reaches_m) for u in made), "edges": len(reaches),
+        "median_m": float(np.median(reaches)) if reaches else None, "longest_m": max(reaches, default=None),
+    }  # fmt: skip
