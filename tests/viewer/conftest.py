@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Status
-from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.viewer.rows import EditRow, ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 
 REASONS = {
     Status.DONE: "",
@@ -48,6 +48,7 @@ def town(count: int, seed: int = 0) -> ReportData:
             "surface": {"cell_m": 0.5, "dtm": {"method": "classes"}},
             "reconstruct": {"planes": {"angle_deg": 15}},
         },
+        unused_edits=(EditRow("roof_types", "hip", (85001.5, 447002.25), "touches no building", "move the point"),),
         overrides={"NL.0503.000000": {"planes": {"angle_deg": 25}}},
     )
 
@@ -78,7 +79,12 @@ def _house(i: int, rng: np.random.Generator, count: int) -> UnitRow:
         seconds=600.2 if status is Status.FAILED else float(rng.lognormal(-2.9, 0.6)),
         peak_mb=float(rng.uniform(280, 420)),
         rings=(ring,),
-        attributes={"bouwjaar": int(rng.integers(1890, 2020)), "ridge_height": float(rng.uniform(6, 14))},
+        attributes={
+            "bouwjaar": int(rng.integers(1890, 2020)),
+            "ridge_height": float(rng.uniform(6, 14)),
+            **({"roof_type": "gable", "claimed_rmse_m": 0.08, "overhang_max_m": 0.4} if modelled else {}),
+        },
+        reaches_m=(0.3, 0.4) if modelled else (),
     )
 
 

@@ -4,7 +4,7 @@ import shlex
 from dataclasses import replace
 
 from cityflow.core.building import Status
-from cityflow.viewer.figures import finite, is_suspect, problem_groups, rerun_command, summary
+from cityflow.viewer.figures import finite, problem_groups, rerun_command, summary
 from cityflow.viewer.rows import ReportData, UnitRow
 
 
@@ -48,13 +48,6 @@ def test_summary_takes_medians_of_what_was_measured() -> None:
     assert figures["seconds_total"] == 13
     assert figures["seconds_max"] == 9
     assert (figures["done"], figures["failed"]) == (2, 1)
-
-
-def test_bad_fits_are_worth_a_look_but_failures_are_not() -> None:
-    assert is_suspect(unit("a", nmad=0.25))
-    assert is_suspect(unit("a", nmad=0.02, share_explained=0.5))
-    assert not is_suspect(unit("a", nmad=0.02, share_explained=0.99))
-    assert not is_suspect(unit("a", Status.FAILED, nmad=0.5))
 
 
 def test_numbers_that_json_cannot_say_become_none() -> None:

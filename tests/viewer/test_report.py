@@ -12,7 +12,7 @@ from lxml import html
 
 from cityflow.core.building import Status
 from cityflow.viewer.report import verdict, write_report
-from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, UnitRow
+from cityflow.viewer.rows import EditRow, ProblemRow, Product, ReportData, Source, UnitRow
 
 HOSTILE = [
     "<script>alert(1)</script>",
@@ -103,6 +103,7 @@ def test_hostile_names_and_reasons_stay_text(text: str, small_town: ReportData) 
         problems=(ProblemRow(text, text, Status.REFUSED, text),),
         products=(Product("javascript:alert(1)", text, text),),
         sources=(Source(text, text, text),),
+        unused_edits=(EditRow(text, text, (1.0, 2.0), text, text),),
         versions={text: text}, parameters={text: {text: [text]}}, overrides={text: {text: text}},
     )  # fmt: skip
     page = page_of(data)
@@ -113,6 +114,43 @@ def test_hostile_names_and_reasons_stay_text(text: str, small_town: ReportData) 
     assert payload_of(page)["rows"][0][0] == text
     assert page.xpath("//h1")[0].text_content() == text
     assert text in [r.text_content() for r in page.xpath("//p[@class='reason']")]
+
+
+def test_roofs_are_said_in_words(small_town: ReportData) -> None:
+    section = page_of(small_town).get_element_by_id("roofs").text_content()
+    modelled = sum(bool(u.method) for u in small_town.units)
+    assert "two slopes that meet in a ridge" in section
+    assert f"The roofs of {modelled} buildings reach beyond their walls: {2 * modelled} eaves and verges" in section
+    assert "up to 10 cm" in section
+    assert "partition" in section
+    assert not page_of(empty()).xpath("//*[@id='roofs']")
+
+
+def test_edits_without_effect_are_listed(small_town: ReportData) -> None:
+    text = page_of(small_town).get_element_by_id("todo").text_content()
+    assert "Edits without effect" in text
+    assert "85001.50, 447002.25" in text
+    assert json.loads(write_report(small_town)[0])["unused_edits"][0]["reason"] == "touches no building"
+
+
+def test_refused_outlines_are_shown_as_refused_with_their_reason(small_town: ReportData) -> None:
+    town = tuple(u for u in small_town.units if u.status is not Status.REFUSED)
+    shown = replace(town[0], id="twin", status=Status.REFUSED, reason="same polygon as another")
+    far = replace(shown, id="lost", reason="stands outside the survey", rings=(town[0].rings[0] + 90_000.0,))
+    none = UnitRow("gone", "", Status.REFUSED, "empty geometry")
+    page = page_of(replace(small_town, units=(*town, shown, far, none)))
+    assert len(page.xpath("//path[contains(@class, 'u refused')]")) == 1
+    text = page.get_element_by_id("map").text_content()
+    assert "gone (refused: empty geometry), lost (refused: stands outside the survey)." in text
+    assert "have no outline" not in text
+
+
+def test_models_that_stand_out_are_listed_with_why(small_town: ReportData) -> None:
+    bad = replace(small_town.units[0], id="bad", status=Status.DONE, nmad=1.5)
+    data = replace(small_town, units=(*small_town.units, bad))
+    looks = page_of(data).xpath("//ol[@class='looks']/li")
+    assert looks[0].text_content().startswith("bad points scatter by 150 cm")
+    assert len(looks) <= 8
 
 
 def test_no_network_and_no_clock(small_town: ReportData) -> None:

@@ -32,6 +32,18 @@ def test_outlines_keep_their_shape_and_their_place_to_each_other(small_town: Rep
         assert (ring.max(axis=0) <= np.array([drawn.width, drawn.height]) / UNITS_PER_METRE).all()
 
 
+def test_refused_outlines_lie_below_and_those_far_off_are_left_out(small_town: ReportData) -> None:
+    town = [u for u in small_town.units if u.status is not Status.REFUSED]
+    ring = town[0].rings[0]
+    twin = replace(town[0], id="twin", status=Status.REFUSED)
+    far = replace(twin, id="far", rings=(ring + 50_000.0,))
+    alone, drawn = draw_map(town), draw_map([*town, twin, far])
+    assert (drawn.width, drawn.height) == (alone.width, alone.height)
+    assert drawn.shapes[0].row == len(town)
+    assert len(town) + 1 not in [s.row for s in drawn.shapes]
+    assert len(draw_map([twin, far]).shapes) == 2
+
+
 def test_holes_are_drawn_as_further_rings() -> None:
     square = np.array([(0, 0), (10, 0), (10, 10), (0, 10)], np.float64)
     unit = UnitRow("a", "0_0", Status.DONE, rings=(square, (square[::-1] * 0.4) + 3))
