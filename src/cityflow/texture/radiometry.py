@@ -31,7 +31,9 @@ class RadiometryParameters(Parameters):
 
     least_cells: int = Field(12, ge=3, description="cells that two images see in common, from which they are compared")
     offset_sigma: float = Field(
-        8.0, gt=0, description="expected offset between images, values of 0 to 255: plain faces tell gains from it alone"
+        8.0,
+        gt=0,
+        description="expected offset between images, values of 0 to 255: plain faces tell gains from it alone",
     )
     gain_sigma: float = Field(1.0, gt=0, description="how far gains are expected to differ from 1")
     noise: float = Field(3.0, gt=0, description="how well cells of two images agree at best, values of 0 to 255")
@@ -41,7 +43,9 @@ class RadiometryParameters(Parameters):
     most_gain: float = Field(8.0, gt=1, description="gains stay between 1 / this and this")
     most_offset: float = Field(60.0, ge=0, description="greatest offset, values of 0 to 255")
     odd: float = Field(
-        0.15, ge=0, description="a root whose exposure differs by more than this from the middle of the images gives way"
+        0.15,
+        ge=0,
+        description="a root whose exposure differs by more than this from the middle of the images gives way",
     )
 
 
@@ -69,7 +73,7 @@ class Comparison:
     ----------
     first, second : indices of images
     model : what a colour of the second would be in the first
-    spread : standard deviation of what remains, values of 0 to 255, bands together
+    spread : standard deviation of what remains, values of 0 to 255 between those of the two images, bands together
     cells : number of cells that both see
     """
 
@@ -116,11 +120,12 @@ def balance(faces: Sequence[FaceSamples], parameters: RadiometryParameters | Non
     pixels = _pixels(faces)
     trees = spanning_trees(sorted(pixels), comparisons(faces, asked))
     models: dict[int, LinearModel] = {}
+    grey = _grey_images(faces)
     for tree in trees:
-        grey = _grey_images(faces)
-        root = max(tree, key=lambda image: (image not in grey, pixels[image], -image))
-        found = _handed_on(root, tree)
-        models.update(_like_the_middle(found, pixels, root, asked))
+        # colours made like grey would be none
+        leading = {image: pixels[image] for image in tree if image not in grey} or {i: pixels[i] for i in tree}
+        root = max(leading, key=lambda image: (leading[image], -image))
+        models.update(_like_the_middle(_handed_on(root, tree), leading, root, asked))
     return models
 
 
@@ -219,10 +224,12 @@ def _grey_images(faces: Sequence[FaceSamples]) -> set[int]:
 def _compared(first: int, second: int, x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> Comparison:
     bands = np.array([fitted(x[:, b], y[:, b], parameters) for b in range(x.shape[1])])
     model = LinearModel(bands[:, 0].copy(), bands[:, 1].copy())
-    return Comparison(first, second, model, float(bands[:, 2].mean()), len(x))
+    return Comparison(first, second, model, float((bands[:, 2] / np.sqrt(bands[:, 0])).mean()), len(x))
 
 
-def _both_ways(x: FloatArray, y: FloatArray, weight: FloatArray, parameters: RadiometryParameters) -> tuple[float, float]:
+def _both_ways(
+    x: FloatArray, y: FloatArray, weight: FloatArray, parameters: RadiometryParameters
+) -> tuple[float, float]:
     """The line between that of y on x and that of x on y: neither image is without noise."""
     there, here = _ridge(x, y, weight, parameters), _ridge(y, x, weight, parameters)
     gain = float(np.sqrt(there[0] / here[0]))
@@ -256,14 +263,14 @@ def _handed_on(root: int, tree: Mapping[int, Sequence[tuple[int, LinearModel]]])
 
 
 def _like_the_middle(
-    models: Mapping[int, LinearModel], pixels: Mapping[int, float], root: int, parameters: RadiometryParameters
+    models: Mapping[int, LinearModel], leading: Mapping[int, float], root: int, parameters: RadiometryParameters
 ) -> dict[int, LinearModel]:
-    """The models, relative to the image of middle exposure where the root's is odd."""
-    bright = {image: float(np.mean(m.gain * MID_GREY + m.offset)) / MID_GREY for image, m in models.items()}
-    order = sorted(models, key=lambda image: (bright[image], image))
-    summed = np.cumsum([pixels[image] for image in order])
+    """The models, relative to the image of middle exposure among the leading ones (image → pixels) where the root's is odd."""
+    bright = {i: max(float(np.mean(models[i].gain * MID_GREY + models[i].offset)) / MID_GREY, 1e-3) for i in leading}
+    order = sorted(leading, key=lambda image: (bright[image], image))
+    summed = np.cumsum([leading[image] for image in order])
     middle = order[int(np.searchsorted(summed, 0.5 * summed[-1]))]
-    if abs(np.log(max(bright[middle], 1e-3))) <= parameters.odd or middle == root:
+    if abs(np.log(bright[middle])) <= parameters.odd or middle == root:
         return dict(models)
     back = models[middle].inverse
     return {image: _bounded(back.after(model), parameters) for image, model in models.items()}

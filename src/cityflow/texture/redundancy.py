@@ -28,6 +28,9 @@ class RedundancyParameters(Parameters):
     least_new: float = Field(
         0.002, ge=0, le=1, description="and if that is at least this share of all that is seen of the face"
     )
+    least_covered: float = Field(
+        0.995, ge=0, le=1, description="images that went come back until this share of what all see together is seen"
+    )
     most_images: int = Field(12, ge=1, le=100, description="images per face that remain at most")
     tie: float = Field(
         0.03, ge=0, le=1, description="images whose visible pixels differ by no more than this share may both be root"
@@ -94,10 +97,13 @@ def kept(
     if not useful:
         return ()
     root = _root(seen, useful, visible, asked.tie)
-    others = _adding(masks, root, [i for i in useful if i != root], asked)
-    if len(others) >= asked.most_images:
-        others = _widest(masks, root, others, asked.most_images - 1)
-    return (root, *others)
+    candidates = [i for i in useful if i != root]
+    others = _adding(masks, root, candidates, asked)
+    chosen = _widest(masks, (root,), others, asked.most_images - 1)
+    enough = asked.least_covered * int(masks.any(axis=0).sum())
+    rest = [i for i in candidates if i not in chosen]
+    chosen |= _widest(masks, (root, *chosen), rest, asked.most_images - 1 - len(chosen), enough)
+    return (root, *(i for i in candidates if i in chosen))
 
 
 def _flat(seen: Sequence[SeenFace]) -> BoolArray:
@@ -123,12 +129,16 @@ def _adding(masks: BoolArray, root: int, others: Sequence[int], asked: Redundanc
     return found
 
 
-def _widest(masks: BoolArray, root: int, others: Sequence[int], most: int) -> list[int]:
-    """At most so many, that together see most; in the given order."""
-    covered, left, found = masks[root].copy(), list(others), set[int]()
-    while left and len(found) < most:
+def _widest(
+    masks: BoolArray, given: Sequence[int], others: Sequence[int], most: int, enough: float = np.inf
+) -> set[int]:
+    """Those, at most so many, that together with the given ones see most; no more of them than it takes to see enough cells."""
+    covered, left, found = masks[list(given)].any(axis=0), list(others), set[int]()
+    while left and len(found) < most and int(covered.sum()) < enough:
         new = [int((masks[i] & ~covered).sum()) for i in left]
+        if not any(new):
+            break
         best = left.pop(int(np.argmax(new)))
         found.add(best)
         covered |= masks[best]
-    return [i for i in others if i in found]
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
@@ -13,6 +14,7 @@ from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.patches.pixel_set import depth_inside
 
+FAR_PX = 1e6
 LEAST_DEPTH = 1e-3
 """Metres in front of a camera below which a vertex counts as behind it."""
 LENS_MARGIN = 0.02
@@ -47,6 +49,14 @@ class Canvas:
     @property
     def shape(self) -> tuple[int, int]:
         return int(self.depth.shape[0]), int(self.depth.shape[1])
+
+    def distance(self, of: BoolArray) -> Float32Array:
+        """(N,) distance of each own pixel from those of them that are marked, (N,) bool, pixels; 0 at them, huge where none is."""
+        raster = np.ones(self.shape, np.uint8)
+        raster[self.own] = ~of
+        if raster.all():
+            return np.full(len(of), FAR_PX, np.float32)
+        return np.asarray(cv2.distanceTransform(raster, cv2.DIST_L2, cv2.DIST_MASK_5)[self.own])
 
 
 def root_canvas(face: FacePlane, root: OrientedImage, gsd_m: float, parameters: PatchParameters) -> Canvas | None:
@@ -121,9 +131,8 @@ def _in_reach(projected: list[tuple[FloatArray, FloatArray]], root: OrientedImag
 
 
 def _own(depth: Float32Array, parameters: PatchParameters) -> BoolArray:
-    """Pixels well inside; of a face so narrow that there are none, those just inside."""
-    own = np.asarray(depth > parameters.inset_px)
-    return own if own.any() else np.asarray(depth > 0)
+    """Pixels well inside; of a narrow face, those nearer to its middle than to its edge."""
+    return np.asarray(depth > max(min(parameters.inset_px, 0.5 * float(depth.max())), 0.0))
 
 
 def _on_face(face: FacePlane, root: OrientedImage, uv: FloatArray) -> FloatArray:

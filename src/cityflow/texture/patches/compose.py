@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, FaceGrid, FacePlane, SeenFace
 from cityflow.texture.patches.canvas import Canvas
+from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
 
 
@@ -46,11 +47,13 @@ class Composition:
     ----------
     colours : (N, 3) float32;  index : (N,) uint16, `OUTSIDE` where no image sees anything
     root_sees : (N,) bool
+    sure : (N,) bool, painted, and not right beside something that stands in between
     """
 
     colours: Float32Array
     index: NDArray[np.uint16]
     root_sees: BoolArray
+    sure: BoolArray
 
 
 def compose(
@@ -59,37 +62,70 @@ def compose(
     views: FaceSources,
     sources: UnitSources,
     visible: Visible | None,
-    feather_px: float,
+    parameters: PatchParameters,
 ) -> Composition:
     """Paint the own pixels of a canvas.
+
+    Beside an edge behind which an image sees nothing its pixels show some of what stands in between; they are used only where no other image sees better.
 
     Parameters
     ----------
     visible : asked for every pixel; None: the masks on the face's grid say it
-    feather_px : over so many pixels beside a gap the image that fills it fades into the one before
     """
-    eye = _Eye(face, views, sources, visible)
-    count = len(canvas.xyz)
-    colours, index = np.zeros((count, 3), np.float32), np.full(count, OUTSIDE, np.uint16)
-    root_sees = np.zeros(count, bool)
+    eye, paint = _Eye(face, views, sources, visible), _Paint(canvas, sources, parameters.feather_px)
+    root_sees = np.zeros(len(canvas.xyz), bool)
+    unsure: list[tuple[SeenFace, int, IntArray, FloatArray]] = []
     for rank, seen in enumerate(views.kept):
-        missing = index == OUTSIDE
-        if not missing.any():
+        if not paint.missing.any():
             break
-        asked = missing | (_distance(canvas, missing) <= feather_px)
-        asked[asked] = eye.may_see(seen, canvas.xyz[asked])
-        uv = canvas.uv if rank == 0 else None
-        at, uv = eye.seen(seen, canvas.xyz, np.flatnonzero(asked), uv)
+        asked = np.flatnonzero(paint.missing | (canvas.distance(paint.missing) <= parameters.feather_px))
+        at, uv = eye.seen(seen, canvas, asked, rank == 0)
+        hidden = np.zeros(len(canvas.xyz), bool)
+        hidden[asked] = True
+        hidden[at] = False
         if rank == 0:
             root_sees[at] = True
-        share = _share(canvas, at, missing, feather_px)
+        sure = canvas.distance(hidden)[at] > parameters.retreat_px
+        paint.lay(seen, eye.level(seen, canvas, rank), at[sure], uv[sure])
+        unsure.append((seen, eye.level(seen, canvas, rank), at[~sure], uv[~sure]))
+    painted = ~paint.missing
+    for seen, level, at, uv in unsure:
+        left = paint.missing[at]
+        paint.lay(seen, level, at[left], uv[left])
+    return Composition(paint.colours, paint.index, root_sees, painted)
+
+
+class _Paint:
+    """What is painted of a canvas."""
+
+    def __init__(self, canvas: Canvas, sources: UnitSources, feather_px: float) -> None:
+        count = len(canvas.xyz)
+        self.canvas, self.sources, self.feather_px = canvas, sources, feather_px
+        self.colours: Float32Array = np.zeros((count, 3), np.float32)
+        self.index: NDArray[np.uint16] = np.full(count, OUTSIDE, np.uint16)
+
+    @property
+    def missing(self) -> BoolArray:
+        return np.asarray(self.index == OUTSIDE)
+
+    def lay(self, seen: SeenFace, level: int, at: IntArray, uv: FloatArray) -> None:
+        """An image's colours at some pixels: on those without one, and beside them less and less over what is there."""
+        share = self._share(at)
         at, uv, share = at[share > 0], uv[share > 0], share[share > 0]
         if not len(at):
-            continue
-        painted = sources.colours(seen.view.image, uv, eye.level(seen, canvas, rank))
-        colours[at] += share[:, None] * (painted - colours[at])
-        index[at[share > 0.5]] = FIRST_IMAGE + seen.view.image
-    return Composition(colours, index, root_sees)
+            return
+        image = seen.view.image
+        self.colours[at] += share[:, None] * (self.sources.colours(image, uv, level) - self.colours[at])
+        self.index[at[share > 0.5]] = FIRST_IMAGE + image
+
+    def _share(self, at: IntArray) -> Float32Array:
+        """(len(at),) of the new image."""
+        new = np.zeros(len(self.index), bool)
+        new[at] = self.missing[at]
+        if not new.any():
+            return np.zeros(len(at), np.float32)
+        away = np.maximum(self.canvas.distance(new)[at] - 0.5, 0.0)
+        return np.asarray(np.clip(1.0 - away / (self.feather_px + 0.5), 0.0, 1.0), np.float32)
 
 
 class _Eye:
@@ -98,30 +134,22 @@ class _Eye:
     def __init__(self, face: FacePlane, views: FaceSources, sources: UnitSources, visible: Visible | None) -> None:
         self.face, self.grid, self.sources, self.visible = face, views.grid, sources, visible
 
-    def may_see(self, seen: SeenFace, xyz: FloatArray) -> BoolArray:
-        """(N,) bool: by the coarse mask; with a cell around it where pixels are asked one by one later."""
-        mask = seen.mask.mask()
-        if self.visible is not None:
-            mask = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-        st = self.face.on_plane(xyz)
-        row = np.clip((self.grid.t_max - st[:, 1]) / self.grid.cell, 0, self.grid.rows - 1).astype(np.int64)
-        col = np.clip((st[:, 0] - self.grid.s_min) / self.grid.cell, 0, self.grid.cols - 1).astype(np.int64)
-        return np.asarray(mask[row, col])
-
-    def seen(
-        self, seen: SeenFace, xyz: FloatArray, asked: NDArray[np.int64], uv: FloatArray | None
-    ) -> tuple[NDArray[np.int64], FloatArray]:
-        """Which of the asked points the image really sees, and where they are in it."""
+    def seen(self, seen: SeenFace, canvas: Canvas, asked: IntArray, is_root: bool) -> tuple[IntArray, FloatArray]:
+        """Which of the asked pixels the image really sees, and where they are in it."""
         image = self.sources.sources[seen.view.image].image
-        found, depth = (uv[asked], np.ones(len(asked))) if uv is not None else image.project(xyz[asked])
-        inside = (depth > 0) & image.holds(found)
         if (image.centre - self.face.origin) @ self.face.normal <= 0:
-            inside[:] = False
-        asked, found = asked[inside], found[inside]
+            return asked[:0], np.zeros((0, 2))
+        asked = asked[self._may_see(seen, canvas.xyz[asked])]
+        uv, depth = image.project(canvas.xyz[asked])
+        if is_root and canvas.uv is not None:
+            # not the way through the world and back: these are centres of pixels, and shall stay so
+            uv = canvas.uv[asked]
+        inside = (depth > 0) & image.holds(uv)
+        asked, uv = asked[inside], uv[inside]
         if self.visible is None or not len(asked):
-            return asked, found
-        clear = np.asarray(self.visible(seen.view.image, xyz[asked]), bool)
-        return asked[clear], found[clear]
+            return asked, uv
+        clear = np.asarray(self.visible(seen.view.image, canvas.xyz[asked]), bool)
+        return asked[clear], uv[clear]
 
     def level(self, seen: SeenFace, canvas: Canvas, rank: int) -> int:
         """The pyramid level whose pixels are as large on the face as the canvas's; the root's own are not averaged."""
@@ -130,19 +158,12 @@ class _Eye:
         finer = canvas.gsd_m / max(seen.view.gsd_m, 1e-6)
         return int(np.clip(np.floor(np.log2(finer) + 0.25), 0, self.sources.sources[seen.view.image].most_level))
 
-
-def _distance(canvas: Canvas, of: BoolArray) -> Float32Array:
-    """(N,) distance of each own pixel from those marked, pixels; 0 at them."""
-    raster = np.ones(canvas.shape, np.uint8)
-    raster[canvas.own] = ~of
-    return np.asarray(cv2.distanceTransform(raster, cv2.DIST_L2, cv2.DIST_MASK_5)[canvas.own])
-
-
-def _share(canvas: Canvas, at: NDArray[np.int64], missing: BoolArray, feather_px: float) -> Float32Array:
-    """(len(at),) share of a new image at pixels that it sees: all of those that were missing, beside them less and less."""
-    new = np.zeros(len(missing), bool)
-    new[at] = missing[at]
-    if not new.any():
-        return np.zeros(len(at), np.float32)
-    away = np.maximum(_distance(canvas, new)[at] - 0.5, 0.0)
-    return np.asarray(np.clip(1.0 - away / (feather_px + 0.5), 0.0, 1.0), np.float32)
+    def _may_see(self, seen: SeenFace, xyz: FloatArray) -> BoolArray:
+        """(N,) bool: by the coarse mask; with a cell around it where pixels are asked one by one later."""
+        mask = seen.mask.mask()
+        if self.visible is not None:
+            mask = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+        st = self.face.on_plane(xyz)
+        row = np.clip((self.grid.t_max - st[:, 1]) / self.grid.cell, 0, self.grid.rows - 1).astype(np.int64)
+        col = np.clip((st[:, 0] - self.grid.s_min) / self.grid.cell, 0, self.grid.cols - 1).astype(np.int64)
+        return np.asarray(mask[row, col])

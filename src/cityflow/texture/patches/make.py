@@ -60,7 +60,7 @@ def make_patches(
     cell = max(view.gsd_m if canvas is None else _pixel_m(face, root, view.gsd_m), asked.finest_m)
     front = front_canvas(face, cell, asked)
     raw_canvas = canvas or front
-    painted = compose(face, raw_canvas, views, sources, visible, asked.feather_px)
+    painted = compose(face, raw_canvas, views, sources, visible, asked)
     if not (painted.index >= FIRST_IMAGE).any():
         return None
     raw = _patch(face, raw_canvas, painted, views, asked)
@@ -76,7 +76,9 @@ def _patch(
 ) -> Patch:
     colours, index = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, np.uint16)
     colours[canvas.own], index[canvas.own] = painted.colours, painted.index
-    colours = interpolated(colours, index >= FIRST_IMAGE)
+    known, sure = index >= FIRST_IMAGE, np.zeros(canvas.shape, bool)
+    sure[canvas.own] = painted.sure
+    colours = np.where(known[..., None], colours, interpolated(colours, sure if sure.any() else known))
     index[canvas.own & (index == OUTSIDE)] = INTERPOLATED
     pixels = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
     view, own = views.kept[0].view, max(len(painted.index), 1)

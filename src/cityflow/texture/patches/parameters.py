@@ -12,12 +12,15 @@ class PatchParameters(Parameters):
 
     padding_px: int = Field(3, ge=2, le=16, description="pixels around a face that get its colours, against bleeding")
     inset_px: float = Field(
-        0.5,
+        1.0,
         ge=0,
         le=3,
         description="pixels whose centre is nearer than this to the face's edge take the colour of the next",
     )
     feather_px: float = Field(3.0, ge=0, le=32, description="pixels over which one image fades into the next")
+    retreat_px: float = Field(
+        1.5, ge=0, le=8, description="pixels so near to what hides a face from their image are used last"
+    )
     most_distortion_px: float = Field(
         0.5, gt=0, le=10, description="what the lens may bend a face before it is rectified, pixels"
     )
