@@ -10,43 +10,21 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.core.parameters import Parameters
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
+from cityflow.texture.linear_fit import RadiometryParameters, fitted
 from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
 MID_GREY = 110.0
 """A usual value, at which images are said to be brighter or darker than others."""
-ROUNDS = 12
-TUKEY = 4.685
-"""Residuals beyond so many standard deviations have no weight."""
-
-
-class RadiometryParameters(Parameters):
-    """How the images of a unit are made alike."""
-
-    least_cells: int = Field(12, ge=3, description="cells that two images see in common, from which they are compared")
-    offset_sigma: float = Field(
-        8.0,
-        gt=0,
-        description="expected offset between images, values of 0 to 255: plain faces tell gains from it alone",
-    )
-    gain_sigma: float = Field(1.0, gt=0, description="how far gains are expected to differ from 1")
-    noise: float = Field(3.0, gt=0, description="how well cells of two images agree at best, values of 0 to 255")
-    most_weight: float = Field(
-        200.0, ge=1, description="cells that a comparison counts as at most, since neighbours err alike"
-    )
-    most_gain: float = Field(8.0, gt=1, description="gains stay between 1 / this and this")
-    most_offset: float = Field(60.0, ge=0, description="greatest offset, values of 0 to 255")
-    odd: float = Field(
-        0.15,
-        ge=0,
-        description="a root whose exposure differs by more than this from the middle of the images gives way",
-    )
+CELLS_OF_FACE = 800
+"""Cells of one face that are compared at most."""
+PARTNERS = 8
+"""Images that one is compared with at least, if it can be: those with most cells in common."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,11 +75,13 @@ def face_samples(face: FacePlane, grid: FaceGrid, seen: Sequence[SeenFace], sour
     seen : images of the face that the unit uses anywhere, also where another face is all that they are kept for: they join what is far apart
     sources : all images of the unit
     """
-    st = grid.centres().reshape(-1, 2)
-    xyz = face.world(st)
-    colours = np.full((len(seen), len(st), 3), np.nan, np.float32)
+    sees = np.array([s.mask.mask().ravel() for s in seen]).reshape(len(seen), grid.rows * grid.cols)
+    asked = np.flatnonzero(sees.any(axis=0))
+    asked = asked[:: max(1, -(-len(asked) // CELLS_OF_FACE))]
+    xyz = face.world(grid.centres().reshape(-1, 2)[asked])
+    colours = np.full((len(seen), len(asked), 3), np.nan, np.float32)
     for k, one in enumerate(seen):
-        cells = np.flatnonzero(one.mask.mask().ravel())
+        cells = np.flatnonzero(sees[k, asked])
         uv, depth = sources[one.view.image].image.project(xyz[cells])
         inside = (depth > 0) & sources[one.view.image].image.holds(uv)
         if inside.any():
@@ -130,22 +110,19 @@ def balance(faces: Sequence[FaceSamples], parameters: RadiometryParameters | Non
 
 
 def comparisons(faces: Sequence[FaceSamples], parameters: RadiometryParameters) -> list[Comparison]:
-    """All pairs of images with enough cells in common, over all faces."""
-    common: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = defaultdict(list)
-    for face in faces:
-        sees = ~np.isnan(face.colours[..., 0])
-        for i in range(len(face.images)):
-            for j in range(i + 1, len(face.images)):
-                both = sees[i] & sees[j]
-                if both.any() and face.images[i] != face.images[j]:
-                    a, b = (i, j) if face.images[i] < face.images[j] else (j, i)
-                    pair = face.colours[a, both].astype(np.float64), face.colours[b, both].astype(np.float64)
-                    common[face.images[a], face.images[b]].append(pair)
-    found = []
-    for (first, second), parts in sorted(common.items(), key=lambda item: item[0]):
-        x, y = np.concatenate([p[1] for p in parts]), np.concatenate([p[0] for p in parts])
-        if len(x) >= parameters.least_cells:
+    """Pairs of images with enough cells in common, over all faces; of images with many partners those that share most."""
+    common = _common_cells(faces)
+    found, partners = [], dict[int, int]()
+    sets = _Sets()
+    for first, second in sorted(common, key=lambda pair: (-_count(common[pair]), pair)):
+        parts = common[first, second]
+        if _count(parts) < parameters.least_cells:
+            continue
+        few = min(partners.get(first, 0), partners.get(second, 0)) < PARTNERS
+        if sets.joined(first, second) or few:
+            x, y = np.concatenate([p[1] for p in parts]), np.concatenate([p[0] for p in parts])
             found.append(_compared(first, second, x, y, parameters))
+            partners[first], partners[second] = partners.get(first, 0) + 1, partners.get(second, 0) + 1
     return found
 
 
@@ -153,47 +130,54 @@ def spanning_trees(
     images: Sequence[int], edges: Sequence[Comparison]
 ) -> list[dict[int, list[tuple[int, LinearModel]]]]:
     """Minimum spanning trees (Kruskal 1956): for each set of joined images, image → (neighbour, model from neighbour to image)."""
-    parent = {image: image for image in images}
-
-    def top(image: int) -> int:
-        while parent[image] != image:
-            parent[image] = parent[parent[image]]
-            image = parent[image]
-        return image
-
+    joint = _Sets()
     near: dict[int, list[tuple[int, LinearModel]]] = {image: [] for image in images}
     for edge in sorted(edges, key=lambda e: (e.length, e.first, e.second)):
-        a, b = top(edge.first), top(edge.second)
-        if a != b:
-            parent[b] = a
+        if joint.joined(edge.first, edge.second):
             near[edge.first].append((edge.second, edge.model))
             near[edge.second].append((edge.first, edge.model.inverse))
     sets: dict[int, dict[int, list[tuple[int, LinearModel]]]] = {}
     for image in images:
-        sets.setdefault(top(image), {})[image] = near[image]
+        sets.setdefault(joint.top(image), {})[image] = near[image]
     return list(sets.values())
 
 
-def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tuple[float, float, float]:
-    """Gain, offset and spread of y = gain · x + offset, of one band, robustly and the same in both directions.
+class _Sets:
+    """Disjoint sets of images."""
 
-    Starts from the ratio of the medians, a gain alone, and weighs by Tukey's function of what remains. An offset needs contrast to show; without it its
-    expectation, none, keeps it small and the gain near that ratio.
+    def __init__(self) -> None:
+        self.above: dict[int, int] = {}
 
-    Returns
-    -------
-    gain ; offset ; standard deviation of what remains (1.4826 · MAD)
-    """
-    start = float(np.median(y)) / max(float(np.median(x)), 1.0)
-    gain, offset = float(np.clip(start, 1 / parameters.most_gain, parameters.most_gain)), 0.0
-    spread = parameters.noise
-    for _ in range(ROUNDS):
-        rest = np.abs(y - gain * x - offset)
-        # what remains is judged in the darker image's values, so that both directions give the same
-        spread = max(1.4826 * float(np.median(rest)), parameters.noise * max(gain, 1.0))
-        weight = np.clip(1.0 - (rest / (TUKEY * spread)) ** 2, 0.0, None) ** 2
-        gain, offset = _both_ways(x, y, weight, parameters)
-    return gain, offset, spread
+    def top(self, image: int) -> int:
+        """The image that stands for the set."""
+        while (above := self.above.get(image, image)) != image:
+            self.above[image] = self.above.get(above, above)
+            image = above
+        return image
+
+    def joined(self, first: int, second: int) -> bool:
+        """Make one set of two; False where they are one already."""
+        a, b = self.top(first), self.top(second)
+        self.above[max(a, b)] = min(a, b)
+        return a != b
+
+
+def _common_cells(faces: Sequence[FaceSamples]) -> dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]]:
+    """(image, later image) → face by face (n, 3) colours of the cells that both see."""
+    common: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = defaultdict(list)
+    for face in faces:
+        sees = ~np.isnan(face.colours[..., 0])
+        order = sorted(range(len(face.images)), key=lambda k: face.images[k])
+        for a, b in combinations(order, 2):
+            both = sees[a] & sees[b]
+            if both.any():
+                pair = face.colours[a, both].astype(np.float64), face.colours[b, both].astype(np.float64)
+                common[face.images[a], face.images[b]].append(pair)
+    return common
+
+
+def _count(parts: Sequence[tuple[FloatArray, FloatArray]]) -> int:
+    return sum(len(p[0]) for p in parts)
 
 
 def _cell_colours(source: Source, uv: FloatArray, pixels_per_cell: float) -> Float32Array:
@@ -224,30 +208,7 @@ def _grey_images(faces: Sequence[FaceSamples]) -> set[int]:
 def _compared(first: int, second: int, x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> Comparison:
     bands = np.array([fitted(x[:, b], y[:, b], parameters) for b in range(x.shape[1])])
     model = LinearModel(bands[:, 0].copy(), bands[:, 1].copy())
-    return Comparison(first, second, model, float((bands[:, 2] / np.sqrt(bands[:, 0])).mean()), len(x))
-
-
-def _both_ways(
-    x: FloatArray, y: FloatArray, weight: FloatArray, parameters: RadiometryParameters
-) -> tuple[float, float]:
-    """The line between that of y on x and that of x on y: neither image is without noise."""
-    there, here = _ridge(x, y, weight, parameters), _ridge(y, x, weight, parameters)
-    gain = float(np.sqrt(there[0] / here[0]))
-    offset = 0.5 * (there[1] - here[1] * gain)
-    most = parameters.most_gain
-    return float(np.clip(gain, 1 / most, most)), float(np.clip(offset, -parameters.most_offset, parameters.most_offset))
-
-
-def _ridge(x: FloatArray, y: FloatArray, weight: FloatArray, parameters: RadiometryParameters) -> tuple[float, float]:
-    """Weighted least squares of gain and offset, with their expectations of 1 and 0 as two more observations."""
-    total = max(float(weight.sum()), 1e-9)
-    trust = min(total, parameters.most_weight) / total / parameters.noise**2
-    sxx, sx, sxy, sy = (float(trust * (weight * v).sum()) for v in (x * x, x, x * y, y))
-    a, c = sxx + 1.0 / parameters.gain_sigma**2, trust * total + 1.0 / parameters.offset_sigma**2
-    right = sxy + 1.0 / parameters.gain_sigma**2
-    gain = (right * c - sx * sy) / (a * c - sx * sx)
-    gain = float(np.clip(gain, 1 / parameters.most_gain, parameters.most_gain))
-    return gain, (sy - sx * gain) / c
+    return Comparison(first, second, model, float(bands[:, 2].mean()), len(x))
 
 
 def _handed_on(root: int, tree: Mapping[int, Sequence[tuple[int, LinearModel]]]) -> dict[int, LinearModel]:
