@@ -1,4 +1,4 @@
-"""Pictures as files: JPEG for colours of 8 bits, TIFF for everything else."""
+"""Pictures as files: JPEG and PNG for colours of 8 bits, TIFF for everything else."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rasterio.io import MemoryFile
 
 from cityflow.core.pixels import PixelArray
 
-JPEG_ENDING, TIFF_ENDING = ".jpg", ".tif"
+JPEG_ENDING, PNG_ENDING, TIFF_ENDING = ".jpg", ".png", ".tif"
 BLOCK_PX = 256
 
 
@@ -29,6 +29,14 @@ def jpeg_bytes(pixels: PixelArray, quality: int) -> bytes:
     done, data = cv2.imencode(JPEG_ENDING, colour, [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not done:
         raise ValueError(f"no JPEG of shape {pixels.shape}")
+    return data.tobytes()
+
+
+def png_bytes(pixels: PixelArray) -> bytes:
+    """A PNG of (rows, cols, 1 or 3) uint8 or uint16 pixels."""
+    done, data = cv2.imencode(PNG_ENDING, np.ascontiguousarray(pixels[..., ::-1]), [cv2.IMWRITE_PNG_COMPRESSION, 6])
+    if not done:
+        raise ValueError(f"no PNG of shape {pixels.shape} and {pixels.dtype}")
     return data.tobytes()
 
 

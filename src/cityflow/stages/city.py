@@ -14,6 +14,7 @@ from cityflow.flow.gates import Gates
 from cityflow.flow.task import Json, Record, Task
 from cityflow.io.stac_assets import Catalog
 from cityflow.stages import (
+    atlas,
     calibration,
     export,
     export_city,
@@ -29,6 +30,7 @@ from cityflow.stages import (
     surface,
     surface_images,
     surface_rasters,
+    texture,
     units,
     walls,
 )  # fmt: skip
@@ -74,6 +76,9 @@ class CitySource:
         self._wanted: set[Node] = set()
         self._known: dict[str, UnitEntry] = {}
         self._chosen: dict[str, list[str]] = {}
+        self._units_of: dict[str, list[UnitEntry]] = {}
+        self._leaves: dict[str, list[str]] = {}
+        self._leaves_of: dict[str, list[str]] = {}
         self._outlines: dict[str, UnitEntry] = {}
         self._outlines_of: dict[str, list[str]] = {}
         self._exports: dict[Node, None] = {}
@@ -185,9 +190,14 @@ class CitySource:
             return [(self._unit_stage, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
         if stage == ingest.STAGE:
             return self._needs_of_ingest(name)
+        if stage == texture.STAGE:
+            return self._needs_of_texture(self._known[name])
+        if stage == atlas.STAGE:
+            return [(texture.STAGE, u) for u in self._leaves[name]]
         return [
             *((surface.STAGE, t) for t in survey.ring(name)),
             *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
+            *self._needs_of_textures(name),
         ]
 
     @property
@@ -214,6 +224,30 @@ class CitySource:
         under = self.survey.tiles_under(unit)
         pictures = [(s, t) for s in (ortho.STAGE, walls.STAGE) for t in under] if self.survey.door == IMAGES else []
         return [*((surface.STAGE, t) for t in under), *pictures]
+
+    def _needs_of_textures(self, tile: str) -> list[Node]:
+        """The pages of a tile's units, and the ortho that lies on its terrain."""
+        if not self.survey.textures:
+            return []
+        found: dict[str, list[str]] = {}
+        for unit in self._chosen[tile]:
+            found.setdefault(atlas.leaf_of(self.survey, self._known[unit]), []).append(unit)
+        self._leaves.update(found)
+        self._leaves_of[tile] = sorted(found)
+        under = [(ortho.STAGE, tile)] if self.survey.door == IMAGES else []
+        return [*((atlas.STAGE, leaf) for leaf in self._leaves_of[tile]), *under]
+
+    def _needs_of_texture(self, unit: UnitEntry) -> list[Node]:
+        """The models and surfaces that may stand between a unit and the cameras, and the images."""
+        survey = self.survey
+        hulls = [(reconstruct.STAGE, u) for u in (unit.id, *self._around(unit))]
+        surfaces = [(surface.STAGE, t) for t in texture.surfaces_around(survey, unit)]
+        return [*hulls, *surfaces, *((ingest.STAGE, n) for n in texture.images_of(survey, unit))]
+
+    def _around(self, unit: UnitEntry) -> list[str]:
+        """Units near this one, of its tile and of those around it, whose units are all known."""
+        near = [u for t in self.survey.ring(unit.tile) for u in self._units_of.get(t, [])]
+        return [u for u in texture.hulls_around(self.survey, unit, near) if u in self._known]
 
     def _touched_by(self, tile: str) -> list[str]:
         """The outlines of a tile and those that touch them."""
@@ -269,19 +303,32 @@ class CitySource:
             yield outline.task(survey, name)
         elif stage == reconstruct.STAGE:
             yield reconstruct.task(survey, self._known[name])
+        elif stage == texture.STAGE:
+            unit = self._known[name]
+            made = texture.task(survey, unit, self._around(unit)) if survey.hull(name)["path"] else None
+            yield from self._unless_none(node, made)
+        elif stage == atlas.STAGE:
+            yield from self._unless_none(node, atlas.task(survey, name, self._leaves[name]))
         elif node == CITY:
             refused = survey.refused_outlines() if self.area.is_everywhere else {}
             yield export_city.task(survey, [tile for _, tile in self._exports], refused)
         else:
             shown = [self._known[u] for u in self._units_of_export(name)]
-            yield export.task(survey, name, self._chosen[name], shown)
+            yield export.task(survey, name, self._chosen[name], shown, self._leaves_of.get(name, []))
+
+    def _unless_none(self, node: Node, task: Task | None) -> Iterator[Task]:
+        """A task, or, where there is nothing to do, what waits for it."""
+        if task is None:
+            yield from self._open(node)
+        else:
+            yield task
 
     def _ingest_task(self, name: str) -> Task:
         if name == ingest.OUTLINES:
             return ingest.outlines_task(self.survey)
         if name.startswith(calibration.UNIT) and name not in self.survey.images.assets:
             return calibration.task(self.survey, name)
-        make = ingest_image.image_task if self.survey.door == IMAGES else ingest.points_task
+        make = ingest_image.image_task if name in self.survey.images.assets else ingest.points_task
         return make(self.survey, name)
 
     def _units_of_export(self, tile: str) -> list[str]:
@@ -297,6 +344,7 @@ class CitySource:
         """Units of the area start at once; neighbours outside it only because an export needs their walls."""
         mine = [UnitEntry.of(tile, entry) for entry in record.result.get("units", [])]
         self._known.update({u.id: u for u in mine})
+        self._units_of[tile] = mine
         self._chosen[tile] = [u.id for u in mine if self.area.holds(u.point)]
         if ("export", tile) in self._exports:
             yield from self._want([(reconstruct.STAGE, u) for u in self._chosen[tile]])

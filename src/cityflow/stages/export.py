@@ -20,7 +20,8 @@ from cityflow.io.cityjson import overhang_rows, read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
-from cityflow.stages import reconstruct
+from cityflow.stages import atlas, reconstruct
+from cityflow.stages.city_textures import drape, texture_sets, with_texture_figures
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all
 from cityflow.stages.parameters import ExportParameters
@@ -31,30 +32,43 @@ from cityflow.surface.tin import Tin, terrain_tin
 STAGE = "export"
 CITY = "city"
 ROWS = "units.json"
-VERSION = 2
+VERSION = 3
 BLOCK_PERCENTILE = 70.0
 MARGIN_CELLS = 4
 
 
-def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry]) -> Task:
-    """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them."""
+def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
+    """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `leaves` hold their textures."""
     ring = survey.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
     outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in ring}
+    pages = {leaf: survey.outputs_of("atlas", leaf) for leaf in leaves}
     hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
     return Task(
         STAGE, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
-        inputs={**hulls, **outlines, **surfaces, "own": digest_of(sorted(own)), "said": digest_of(survey.said)},
+        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said)},
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
             "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
             "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
+            "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
+            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+            "own_orthos": survey.reads_own_orthos, "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
         limits=survey.limits(STAGE),
         in_place=True,
     )  # fmt: skip
+
+
+def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """What the look of a tile depends on; nothing where nobody wants textures."""
+    if not survey.textures:
+        return {}
+    orthos = {k: r.checksum for k, r in survey.given_orthos().items()}
+    own = {"ortho": survey.digest_of_result("ortho", tile)} if survey.reads_own_orthos else {}
+    return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
 
 
 def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
@@ -69,15 +83,21 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = ExportParameters.model_validate(task.parameters)
     standings = {s.outline.id: s for p in task.arguments["outlines"] for s in decode_all(workspace.read(p))}
     finished = with_party_walls(_buildings(workspace, task, standings))
-    own = tuple(finished[u] for u in task.arguments["own"] if u in finished)
+    names = [u for u in task.arguments["own"] if u in finished]
+    sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
+    portable = sets["rectified"].buildings
+    own = tuple(with_texture_figures(finished[u], portable.get(u)) for u in names)
+    draped = drape(workspace, task.arguments, task.unit, parameters.drape_px) if task.arguments["textures"] else None
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
-        resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"],
+        resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
+        raw=sets["raw"], rectified=sets["rectified"], drape=draped,
     )  # fmt: skip
     for form in parameters.formats:
         for path, data in WRITERS[form](tile):
             workspace.publish(path, data)
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
+    finished.update({b.id: b for b in own})
     rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
     workspace.write(ROWS, json.dumps(rows, ensure_ascii=False, sort_keys=True).encode())
     return workspace.outcome(

@@ -35,12 +35,13 @@ from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey
 from cityflow.stages.units import read_splits
 
-VERSION = 3
+VERSION = 4
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
     "cityjson": "City model (CityJSONSeq 2.0)", "city": "City model (CityJSONSeq 2.0)",
     "citygml": "City model (CityGML 2.0)", "obj": "City model (OBJ)", "outlines": "Outlines, units and their status",
+    "textures": "Pages of textures", "tiles3d": "City model (3D Tiles 1.1)",
 }  # fmt: skip
 
 
@@ -144,7 +145,7 @@ def _joined(workspace: Workspace, task: Task, paths: Sequence[str]) -> Iterator[
         task.arguments["title"],
         task.arguments["date"],
     )
-    return join(files, header)
+    return join(files, header, (CITYJSON_FOLDER, "products"))
 
 
 def _outline_layers(outlines: Iterable[Outline], splits: Iterable[tuple[str, Splitting]]) -> Iterator[Layer]:

@@ -10,6 +10,8 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
+from cityflow.core.texture import Drape, TextureSet
+from cityflow.io.appearance import Appearance
 from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line
 from cityflow.io.cityjson_sequence import Bounds3, extent_of, header_line, terrain_feature_line
@@ -33,28 +35,39 @@ class CityTile:
     reference: Reference
     title: str
     date: str
+    attribution: str = ""
+    raw: TextureSet | None = None
+    rectified: TextureSet | None = None
+    drape: Drape | None = None
 
 
 def cityjson(tile: CityTile) -> Files:
     """``cityjson/TILE.city.jsonl``: header, a line per building, the terrain."""
-    transform = Transform.over(tile.bounds)
+    transform, look = Transform.over(tile.bounds), Appearance(CITYJSON_FOLDER, tile.rectified, tile.drape)
     lines = [header_line(tile.reference, _extent(tile), transform, tile.title, tile.date)]
-    lines += [feature_line(b, transform) for b in tile.buildings]
+    lines += [feature_line(b, transform, look) for b in tile.buildings]
     if len(tile.terrain.triangles):
-        lines.append(terrain_feature_line(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles, transform))
+        lines.append(
+            terrain_feature_line(
+                terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles, transform, appearance=look
+            )
+        )
     yield f"{CITYJSON_FOLDER}/{tile.name}.city.jsonl", b"".join(lines)
 
 
 def citygml(tile: CityTile) -> Files:
     """``citygml/TILE.gml``."""
-    target = io.BytesIO()
-    write_citygml(target, tile.buildings, tile.reference, _extent(tile), _relief(tile), tile.title)
+    target, look = io.BytesIO(), Appearance("products/citygml", tile.rectified, tile.drape)
+    write_citygml(target, tile.buildings, tile.reference, _extent(tile), _relief(tile), tile.title, appearance=look)
     yield f"products/citygml/{tile.name}.gml", target.getvalue()
 
 
 def obj(tile: CityTile) -> Files:
-    """``obj/TILE.obj`` with materials and a sidecar of attributes."""
-    files = write_obj(tile.name, tile.buildings, tile.reference, Transform.over(tile.bounds), _relief(tile))
+    """``obj/TILE.obj`` with materials and a sidecar of attributes; its texture coordinates are triplets."""
+    look = Appearance("products/obj", tile.raw, tile.drape)
+    files = write_obj(
+        tile.name, tile.buildings, tile.reference, Transform.over(tile.bounds), _relief(tile), appearance=look
+    )
     for name, data in files.items():
         yield f"products/obj/{name}", data
 

@@ -130,6 +130,15 @@ class ImageSurvey:
         # what the survey's edge leaves of a tile may lie between the places of the lattice
         return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any()) or sorted(v.name for v in near)
 
+    def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
+        """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
+        x_0, y_0, x_1, y_1 = bounds
+        box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
+        near = [v for v in self._views_over(bounds) if _meets(v, box)]
+        middle = box.mean(axis=0)
+        near.sort(key=lambda v: (float(np.linalg.norm(v.image.centre - middle)), v.name))
+        return sorted(v.name for v in near[:most])
+
     def _views_over(self, bounds: Bounds) -> list[View]:
         views, tree = self._seen
         return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
@@ -206,6 +215,18 @@ def nearest_cell(gsd_m: float) -> float:
     (0.08, 0.125)
     """
     return min(CELLS_M, key=lambda cell: abs(np.log(cell / gsd_m)))
+
+
+def _meets(view: View, box: FloatArray) -> bool:
+    """Whether the image of (8, 3) corners may meet the frame: corners behind the camera count as inside."""
+    uv, depth = view.image.project(box)
+    if (depth <= 0).all():
+        return False
+    if (depth <= 0).any():
+        return True
+    low, high = uv.min(axis=0), uv.max(axis=0)
+    camera = view.image.camera
+    return bool((high > 0).all() and low[0] < camera.width and low[1] < camera.height)
 
 
 def _steepness(view: View, ground: FloatArray) -> FloatArray:

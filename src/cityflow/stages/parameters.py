@@ -15,12 +15,14 @@ from cityflow.outlines.find import FindParameters
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.splitting.split import SplitParameters
+from cityflow.stages.atlas_parameters import AtlasParameters
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.overview import overview_factor
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
 from cityflow.surface.true_ortho import OrthoParameters
+from cityflow.texture.unit import TextureParameters
 
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
 """Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
@@ -92,8 +94,14 @@ class ImagesParameters(Parameters):
 class ExportParameters(Parameters):
     """What is written."""
 
-    formats: tuple[Literal["cityjson", "citygml", "obj"], ...] = Field(
+    formats: tuple[Literal["cityjson", "citygml", "obj", "tiles3d", "tiles3d_raw"], ...] = Field(
         ("cityjson", "citygml", "obj"), description="formats per tile"
+    )
+    drape_px: int = Field(
+        4096,
+        ge=64,
+        le=16384,
+        description="longest edge of the ortho on a tile's terrain, pixels; a finer one is reduced",
     )
     terrain: TinParameters = TinParameters()
     join_up_to_tiles: int = Field(
@@ -124,6 +132,8 @@ class ExecutionParameters(Parameters):
     split: StageLimits = StageLimits(time_s=300)
     units: StageLimits = StageLimits()
     reconstruct: StageLimits = StageLimits(time_s=300)
+    texture: StageLimits = StageLimits()
+    atlas: StageLimits = StageLimits()
     export: StageLimits = StageLimits()
 
     def limits_of(self, stage: str) -> Limits:
@@ -149,6 +159,8 @@ class CityParameters(Parameters):
     split: SplittingParameters = SplittingParameters()
     edits: EditParameters = EditParameters()
     reconstruct: ModelParameters = ModelParameters()
+    texture: TextureParameters = TextureParameters()
+    atlas: AtlasParameters = AtlasParameters()
     export: ExportParameters = ExportParameters()
     execution: ExecutionParameters = ExecutionParameters()
 

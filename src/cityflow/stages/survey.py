@@ -269,6 +269,15 @@ class Survey:
         over = tiles_over(grown(unit.bounds, SEEN_AROUND_M), self.parameters.tiles.tile_m)
         return [t.name for t in over if t.name in self.tiles]
 
+    def tiles_over_bounds(self, bounds: Bounds) -> list[str]:
+        """The tiles of the survey that meet `bounds`, south-west first."""
+        return [t.name for t in tiles_over(bounds, self.parameters.tiles.tile_m) if t.name in self.tiles]
+
+    @property
+    def textures(self) -> bool:
+        """Whether faces get textures: where the catalog has images or orthos to take them from."""
+        return self.parameters.texture.when == "auto" and bool(self.images.assets or self.given_orthos())
+
     def unmatched(self, tiles: Iterable[str]) -> list[str]:
         """Flight tiles over `tiles` that have failed."""
         units = sorted(f.name for t in tiles for f in self.images.flight_tiles(self.tiles[t]))

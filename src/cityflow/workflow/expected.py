@@ -34,6 +34,8 @@ COSTS = {
     "split": Cost("split", 0.5, 600.0, 0.01),
     "units": Cost("units", 0.2, 400.0, 0.1),
     "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
+    "texture": Cost("texture", 3.0, 900.0, 2.0),
+    "atlas": Cost("atlas", 3.0, 900.0, 8.0),
     "export": Cost("export", 5.0, 600.0, 4.0),
 }
 """Measured on Delft (15 points per m², tiles of 250 m); replaced by the RUN's own figures as soon as it has some."""

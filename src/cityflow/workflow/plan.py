@@ -13,6 +13,7 @@ from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
 from cityflow.stages import (
+    atlas,
     export,
     frame,
     fuse,
@@ -23,6 +24,7 @@ from cityflow.stages import (
     reconstruct,
     split,
     surface,
+    texture,
     units,
     walls,
 )
@@ -33,7 +35,7 @@ from cityflow.workflow.prepare import prepared
 
 STAGES = (
     ingest.STAGE, match.STAGE, fuse.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, walls.STAGE, outline.STAGE,
-    split.STAGE, units.STAGE, reconstruct.STAGE, export.STAGE,
+    split.STAGE, units.STAGE, reconstruct.STAGE, texture.STAGE, atlas.STAGE, export.STAGE,
 )  # fmt: skip
 
 

@@ -1,0 +1,143 @@
+"""Stage ``texture``: the faces of one unit get their pixels from the images that see them (Frommholz 2017 §5)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Building, Lod, Polyhedron, Status
+from cityflow.core.colour_image import ColourImage
+from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
+from cityflow.core.pixels import ArrayPixels
+from cityflow.core.texture import FaceKey
+from cityflow.flow.store import Store
+from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.io.cityjson import read_feature
+from cityflow.io.fetch import local_file
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import read_layers
+from cityflow.reconstruction.party.party_walls import cut_party_walls
+from cityflow.stages.ortho import ortho_images, shown_images
+from cityflow.stages.rasters import given_colours
+from cityflow.stages.survey import ZARR, Survey, UnitEntry
+from cityflow.stages.texture_files import Rings, encode_unit
+from cityflow.texture.ortho_image import ortho_camera
+from cityflow.texture.planes import face_planes
+from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
+
+STAGE = "texture"
+VERSION = 1
+TEXTURE = "texture.cfa"
+ORTHO_MARGIN_M = 8.0
+"""The widest eaves and a little more."""
+
+
+def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) -> list[str]:
+    """Units whose models may stand between this one and a camera, or share a wall with it."""
+    near = grown(unit.bounds, survey.parameters.texture.around_m)
+    return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
+
+
+def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Tiles whose surface may stand between."""
+    return survey.tiles_over_bounds(grown(unit.bounds, survey.parameters.texture.halo_m))
+
+
+def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Images that have the unit in their frame."""
+    if not survey.images.assets:
+        return []
+    return survey.images.showing(
+        unit.bounds, survey.images.heights_over(unit.bounds), survey.parameters.texture.most_images
+    )
+
+
+def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
+    """One unit, between the units `around` it."""
+    images = [n for n in images_of(survey, unit) if survey.tiled_image(n) is not None]
+    shown = shown_images(survey, images)
+    tiles = surfaces_around(survey, unit)
+    orthos = survey.given_orthos()
+    hulls = {u: survey.hull(u) for u in sorted({unit.id, *around})}
+    return Task(
+        STAGE, unit.id, "cityflow.stages.texture:run", VERSION,
+        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.texture),
+        inputs={
+            **{f"hull {u}": survey.digest_of_hull(u) for u in hulls},
+            **{f"surface {t}": survey.digest_of_result("surface", t) for t in tiles},
+            "images": digest_of({n: survey.digest_of_result("ingest", n) for n in images}), "views": digest_of(shown),
+            **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.place,
+        },
+        arguments={
+            "hulls": {u: h["path"] for u, h in hulls.items() if h["path"] is not None}, "neighbours": list(unit.neighbours),
+            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+            "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
+            "given_orthos": [[k, r.href, r.cell] for k, r in orthos.items()], "crs": survey.catalog.reference.code,
+            "unread": [n for n in images_of(survey, unit) if survey.tiled_image(n) is None],
+        },
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Patches of all faces that some image sees, plain colours for the others."""
+    parameters = TextureParameters.model_validate(task.parameters)
+    a, store = task.arguments, workspace.store
+    buildings = _read(store, a["hulls"])
+    own = buildings[task.unit]
+    touching = [task.unit, *(n for n in a["neighbours"] if n in buildings)]
+    solid = cut_party_walls({u: buildings[u].solids[Lod.LOD22] for u in touching})[task.unit]
+    faces = face_planes(solid, own.beyond)
+    images = [*ortho_images(workspace, task), *_orthos(a, own.footprint.bounds, own.ground_height)]
+    around = Surroundings(
+        [solid, *([] if own.beyond is None else [own.beyond])],
+        [s for u, b in buildings.items() if u != task.unit for s in _shells(b)],
+        *_heights(store, a, grown(own.footprint.bounds, parameters.halo_m)),
+    )
+    made = texture_unit(faces, images, around, parameters)
+    rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}
+    workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
+    unread = f"without the images {', '.join(a['unread'])}, which could not be read" if a["unread"] else ""
+    return workspace.outcome(Status.DEGRADED if unread else Status.DONE, unread, dict(made.figures))
+
+
+def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:
+    unit_of = {path: unit for unit, path in paths.items()}
+    return {unit_of[path]: read_feature(data) for path, data in store.read_many(sorted(unit_of))}
+
+
+def _shells(building: Building) -> Iterator[Polyhedron]:
+    """The solid of LoD2.2, and what stands out beyond it."""
+    yield building.solids[Lod.LOD22]
+    if building.beyond is not None:
+        yield building.beyond
+
+
+def _heights(store: Store, a: Mapping[str, Json], bounds: Bounds) -> tuple[FloatArray, Grid]:
+    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
+    grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("dsm_filled",))
+    return layers["dsm_filled"].astype(np.float64), grid
+
+
+def _orthos(a: Mapping[str, Any], bounds: Bounds, ground: float) -> list[ColourImage]:
+    """Given orthos, as cameras very high up; one that ends within the unit has no colours to tell from missing ones, and is left out."""
+    found = []
+    for kind, href, cell in a["given_orthos"]:
+        grid = Grid.covering(grown(bounds, ORTHO_MARGIN_M), cell)
+        with local_file(href) as path:
+            colours = given_colours(path, grid, resolve(a["crs"]))
+        if not _covers(colours, grid, bounds):
+            continue
+        pixels = np.clip(np.rint(np.nan_to_num(np.moveaxis(colours, 0, -1))), 0, 255).astype(np.uint8)
+        found.append(ColourImage(ortho_camera(grid, kind, ground), ArrayPixels(pixels)))
+    return found
+
+
+def _covers(colours: FloatArray, grid: Grid, bounds: Bounds) -> bool:
+    """Whether an ortho has a colour everywhere within `bounds`."""
+    part = Grid.covering(bounds, grid.cell)
+    return bool(np.isfinite(colours[(slice(None), *grid.slices(part))]).all())

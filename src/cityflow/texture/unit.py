@@ -1,0 +1,177 @@
+"""All faces of one unit get their pixels: which images show them, what stands between, which of them add something, made alike and put together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.colour_image import ColourImage
+from cityflow.core.grid import Grid
+from cityflow.core.parameters import Parameters
+from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
+from cityflow.texture.patches.compose import FaceSources, Visible
+from cityflow.texture.patches.make import FacePatches, make_patches
+from cityflow.texture.patches.parameters import PatchParameters
+from cityflow.texture.placement.place import PlacementParameters
+from cityflow.texture.radiometry import RadiometryParameters, balance, face_samples
+from cityflow.texture.ranking.choose import METHODS
+from cityflow.texture.ranking.frame import in_frame
+from cityflow.texture.ranking.ranking_parameters import RankingParameters
+from cityflow.texture.ranking.views import views_of
+from cityflow.texture.redundancy import RedundancyParameters, kept
+from cityflow.texture.source import Source, UnitSources
+from cityflow.texture.visibility.scene import Scene
+from cityflow.texture.visibility.seen import coarse_grid, seen_faces
+from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
+
+NO_IMAGE = "no image has it in its frame"
+HIDDEN = "no image sees it: something stands between"
+USUAL: Mapping[Semantic, Colour] = {
+    Semantic.ROOF: (150, 110, 95), Semantic.WALL: (190, 183, 172), Semantic.OUTER_CEILING: (160, 150, 138),
+}  # fmt: skip
+"""Colours of faces of a unit of which no image shows any of the same kind."""
+
+
+class TextureParameters(Parameters):
+    """How the faces of a unit are textured."""
+
+    when: Literal["auto", "never"] = Field("auto", description="auto: where the catalog has images or orthos")
+    most_images: int = Field(150, ge=1, le=2000, description="images per unit, the nearest ones")
+    around_m: float = Field(
+        40.0, ge=0, le=200, description="models this far around a unit may stand between it and a camera, m"
+    )
+    halo_m: float = Field(
+        60.0, ge=0, le=300, description="the surface this far around a unit may stand between it and a camera, m"
+    )
+    ranking: Literal["worst_gsd", "gross"] = Field(
+        "worst_gsd", description="which images of a face come first: Frommholz's measure, or Gross's"
+    )
+    rank: RankingParameters = RankingParameters()
+    visibility: VisibilityParameters = VisibilityParameters()
+    redundancy: RedundancyParameters = RedundancyParameters()
+    radiometry: RadiometryParameters = RadiometryParameters()
+    patches: PatchParameters = PatchParameters()
+    placement: PlacementParameters = PlacementParameters()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What may stand between a unit and the cameras.
+
+    Attributes
+    ----------
+    own : the unit's solid with its party walls cut, and what stands out beyond it
+    others : the same of the units around
+    heights : (rows, cols) float64 surface on `grid`, world metres; NaN where unknown
+    """
+
+    own: Sequence[Polyhedron]
+    others: Sequence[Polyhedron]
+    heights: FloatArray
+    grid: Grid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TexturedUnit:
+    """Textures of a unit, and figures on how they came about."""
+
+    texture: UnitTexture
+    figures: Mapping[str, float | int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Face:
+    """A face and the images that really see it: those that see something of it, and which of these remain, the root first."""
+
+    plane: FacePlane
+    grid: FaceGrid
+    candidates: int
+    seen: tuple[SeenFace, ...]
+    kept: tuple[int, ...]
+
+
+def texture_unit(
+    faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
+) -> TexturedUnit:
+    """Patches of all faces that some image sees, a plain colour and the reason for the others."""
+    sources = [Source.of(i) for i in images]
+    scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
+    looked = [_looked_at(f, sources, scene, parameters) for f in faces]
+    used = {f.seen[k].view.image for f in looked for k in f.kept}
+    models = balance([_samples(f, used, sources) for f in looked if f.kept], parameters.radiometry)
+    unit = UnitSources(sources, models)
+    made = {f.plane.key: _patches(f, unit, scene, parameters) for f in looked}
+    found = {key: p for key, p in made.items() if p is not None}
+    plain = dict(_plain(looked, found))
+    texture = UnitTexture(
+        tuple(s.image.name for s in sources), tuple(p.raw for p in found.values()), tuple(p.rectified for p in found.values()), plain
+    )  # fmt: skip
+    return TexturedUnit(texture, _figures(looked, found))
+
+
+def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, parameters: TextureParameters) -> _Face:
+    """What the images see of a face on coarse cells, and which of them remain."""
+    images = [s.image for s in sources]
+    views = views_of(face, images)
+    finest = min((v.gsd_m for v in views), default=1.0)
+    grid = coarse_grid(face, finest, parameters.visibility.coarse_cells)
+    facing = [v for v in views if v.incidence_deg <= parameters.rank.most_incidence_deg]
+    seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
+    order = METHODS[parameters.ranking](face, seen, parameters.rank)
+    return _Face(face, grid, len(views), seen, kept(seen, order, parameters.redundancy))
+
+
+def _samples(face: _Face, used: set[int], sources: Sequence[Source]):  # type: ignore[no-untyped-def]
+    return face_samples(face.plane, face.grid, [s for s in face.seen if s.view.image in used], sources)
+
+
+def _patches(face: _Face, unit: UnitSources, scene: Scene, parameters: TextureParameters) -> FacePatches | None:
+    views = FaceSources(face.grid, [face.seen[k] for k in face.kept], face.candidates)
+    return make_patches(face.plane, views, unit, _eye(face.plane, unit, scene), parameters.patches)
+
+
+def _eye(face: FacePlane, unit: UnitSources, scene: Scene) -> Visible:
+    """Whether an image sees points of the face, asked ray by ray."""
+
+    def visible(image: int, xyz: FloatArray) -> BoolArray:
+        seen = unit.sources[image].image
+        framed = in_frame(seen, xyz)
+        framed[framed] = scene.visible(xyz[framed], face.normal, seen.centre)
+        return framed
+
+    return visible
+
+
+def _plain(faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches]) -> Iterator[tuple[FaceKey, PlainFace]]:
+    """Faces without a texture get the mean colour of their kind on this unit."""
+    means: dict[Semantic, Colour] = dict(USUAL)
+    for semantic in USUAL:
+        parts = [found[f.plane.key].rectified for f in faces if f.plane.semantic is semantic and f.plane.key in found]
+        if parts:
+            pixels = np.concatenate([p.pixels[p.mask] for p in parts])
+            red, green, blue = (int(v) for v in np.rint(pixels.mean(axis=0)))
+            means[semantic] = (red, green, blue)
+    for face in faces:
+        if face.plane.key not in found:
+            yield face.plane.key, PlainFace(means[face.plane.semantic], HIDDEN if face.candidates else NO_IMAGE)
+
+
+def _figures(faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches]) -> dict[str, float | int]:
+    """For the record: sources before and after redundancy, and how much of the area has a texture."""
+    area = {f.plane.key: float(f.plane.polygon.area) for f in faces}
+    total, textured = sum(area.values()), sum(area[k] for k in found)
+    interpolated = sum(area[k] * p.rectified.figures.interpolated for k, p in found.items())
+    return {
+        "faces": len(faces), "textured": len(found), "area_m2": round(total, 2),
+        "textured_share": round(textured / total, 4) if total else 0.0,
+        "interpolated_share": round(interpolated / textured, 4) if textured else 0.0,
+        "candidates": max((f.candidates for f in faces), default=0), "seen": max((len(f.seen) for f in faces), default=0),
+        "kept": max((len(f.kept) for f in faces), default=0),
+        "images": len({int(i) for p in found.values() for i in np.unique(p.raw.index) if i >= 2}),
+    }  # fmt: skip
