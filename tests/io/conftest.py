@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json.encoder
 from collections.abc import Sequence
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
@@ -14,6 +15,7 @@ from shapely.affinity import translate
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, RoofPlane, Semantic, Status
 from cityflow.core.reference import Reference
+from textured_houses import with_overhang
 
 GROUND = -1.2345
 EAVE, RIDGE = 4.0101, 7.5
@@ -119,6 +121,18 @@ def courtyard() -> Building:
 @pytest.fixture
 def buildings(gable: Building, courtyard: Building) -> list[Building]:
     return [gable, courtyard, make_gable('a b/"c"', 85040.0, 447500.0), make_refused("_x20_ \u2028 ∅")]
+
+
+@pytest.fixture
+def neighbours() -> list[Building]:
+    """A gable with an overhang, and beside it a block with a court; they share a wall."""
+    x, y = 84967.5731, 447497.4452
+    gable = with_overhang(make_gable("0503 <west>", x, y, neighbour="0503 <east>"), x, y, EAVE)
+    block = make_courtyard("0503 <east>", x + 10, y - 6)
+    solid = block.solids[Lod.LOD22]
+    # the west wall of the block, walls come after the floor
+    faces = tuple(replace(f, neighbour=gable.id) if i == 4 else f for i, f in enumerate(solid.faces))
+    return [gable, replace(block, solids={**block.solids, Lod.LOD22: Polyhedron(solid.vertices, faces)})]
 
 
 @pytest.fixture

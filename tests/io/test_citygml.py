@@ -5,7 +5,6 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from cityflow.core.reference import Reference
 from cityflow.io.citygml import Tin, srs_name, write_citygml
 from cityflow.io.cityjson_sequence import extent_of
 from cityflow.io.reference import resolve
+from citygml_schema import citygml_schema
 
 NS = {
     "c": "http://www.opengis.net/citygml/2.0",
@@ -29,31 +29,9 @@ GML_ID = f"{{{NS['gml']}}}id"
 HREF = "{http://www.w3.org/1999/xlink}href"
 
 
-class _Shipped(etree.Resolver):
-    """Schemas by their public address, out of the copies that citysmith ships."""
-
-    def resolve(self, system_url: str, public_id: str, context: object) -> object:  # type: ignore[override]
-        address = system_url.split("://", 1)[-1]
-        if not address.startswith(("schemas.opengis.net", "docs.oasis-open.org", "www.w3.org")):
-            return None
-        return self.resolve_filename(str(_schema_folder() / address), context)  # type: ignore[attr-defined]
-
-
-def _schema_folder() -> Path:
-    return Path(str(files("citysmith"))) / "data" / "schemas"
-
-
 @pytest.fixture(scope="module")
 def schema() -> etree.XMLSchema:
-    parser = etree.XMLParser(no_network=True)
-    parser.resolvers.add(_Shipped())
-    base = "http://schemas.opengis.net/citygml"
-    imports = "".join(
-        f'<xs:import namespace="http://www.opengis.net/citygml/{n}/2.0" schemaLocation="{base}/{n}/2.0/{f}.xsd"/>'
-        for n, f in (("building", "building"), ("relief", "relief"), ("generics", "generics"))
-    )
-    text = f'<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema">{imports}</xs:schema>'
-    return etree.XMLSchema(etree.parse(io.BytesIO(text.encode()), parser))
+    return citygml_schema()
 
 
 @pytest.fixture
