@@ -44,6 +44,7 @@ GSDS_M = (0.05, 0.08, 0.12, 0.2)
 SHIFTS_M = (0.1, 0.2, 0.3)
 SHORTEST_M, NONE_M, MARGIN_M = 1.0, 0.02, 4.0
 DENSITY_M2, NOISE_M = 20.0, 0.03
+APART_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,9 @@ def judge(tally: Tally, place: Place, evidence: Evidence, parameters: OverhangPa
         if true == 0:
             tally.bare.append(overhang.reach_m)
             continue
-        tally.true.append(max(true - float(place.shift @ edge.outward), 0.0))
+        # a line apart from the outline is where façades are said to stand: what counts then is how far the roof stands out, not where its rim is
+        apart = shapely.distance(overhang.line.centroid, place.outline.boundary) > APART_M
+        tally.true.append(true if apart else max(true - float(place.shift @ edge.outward), 0.0))
         tally.found.append(overhang.reach_m)
         tally.sigma.append(overhang.sigma_m)
     return overhangs

@@ -11,9 +11,15 @@ class OverhangParameters(Parameters):
     """How far from a wall the rim of its roof is looked for, when it counts, and what the roof there looks like."""
 
     most_reach_m: float = Field(1.6, gt=0, le=5, description="a roof stands out no farther than this (m)")
-    least_reach_m: float = Field(0.06, ge=0, le=1, description="a roof that stands out less ends with its wall (m)")
+    least_reach_m: float = Field(0.08, ge=0, le=1, description="a roof that stands out less ends with its wall (m)")
     significance: float = Field(
         2.0, ge=0, le=10, description="an overhang is more than so many of its standard deviations"
+    )
+    alone_significance: float = Field(
+        3.0, ge=0, le=10, description="the same where heights alone show it, and no colours do"
+    )
+    each_significance: float = Field(
+        1.5, ge=0, le=10, description="where both do, each by itself stands out by so many standard deviations"
     )
     slab_m: float = Field(0.16, gt=0, le=1, description="thickness of a roof beyond its walls, upright (m)")
     smoothing_cells: float = Field(
@@ -37,7 +43,10 @@ class OverhangParameters(Parameters):
         3.5,
         ge=0,
         le=20,
-        description="so far from the rim of the heights colours are asked, cells of these; 0: not at all",
+        description="so far outside the rim of the heights colours are asked, cells of these; 0: not at all",
+    )
+    picture_inside_cells: float = Field(
+        5.0, ge=0, le=20, description="and so far inside it: matching draws bright roofs out over shadow, cells"
     )
     coarsest_cell_m: float = Field(
         0.3, gt=0, le=5, description="a surface on coarser cells shows no rims; points have to tell (m)"
@@ -51,6 +60,15 @@ class OverhangParameters(Parameters):
     patch_cells: float = Field(12.0, gt=0, le=100, description="along an edge so many cells have one error in common")
     wall_sigma_m: float = Field(
         0.03, ge=0, le=2, description="standard deviation of the outline where nothing says how it is known (m)"
+    )
+    roof_edge_off_m: float = Field(
+        0.08, ge=0, le=2, description="an outline along the roof's edge is not the wall where façades are farther (m)"
+    )
+    wall_edge_off_m: float = Field(
+        0.2, ge=0, le=2, description="the same for an outline that was found along walls (m)"
+    )
+    given_edge_off_m: float = Field(
+        0.6, ge=0, le=2, description="the same for an outline of which nothing is said, or that was given (m)"
     )
     eave_spread_m: float = Field(
         0.25, gt=0, le=5, description="how much eaves of one building differ from each other (standard deviation, m)"

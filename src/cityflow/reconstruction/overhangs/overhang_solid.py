@@ -23,6 +23,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.rim_edges import RimEdge, rim_edges
 from cityflow.reconstruction.overhangs.rim_zones import rim_zones
 from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, UnfitRoof
+from cityflow.reconstruction.overhangs.standing_wall import at_outline
 
 BESIDE_M = 0.05
 """An edge of the solid this near to an overhang's line is a part of it."""
@@ -40,13 +41,16 @@ def with_overhangs(
 ) -> Candidate:
     """The candidate with its roof extended; with fewer overhangs, or none, where the solid would not be valid.
 
+    Overhangs that count from a wall apart from the outline stand out as far as they reach beyond the outline, where the solid's walls are.
+
     The notes tell how many edges stand out (`overhang_edges`), how many had to be left (`overhangs_left`), and why (`overhang_reason`).
     """
     p = parameters or OverhangParameters()
-    wanted = [k for k, o in enumerate(overhangs) if o.reach_m > 0]
+    beyond = at_outline(overhangs, evidence, p)
+    wanted = [k for k, o in enumerate(beyond) if o.reach_m > 0]
     if candidate.solid is None or not wanted:
         return replace(candidate, overhangs=tuple(overhangs))
-    solid, kept, reason = _extended(candidate.solid, overhangs, wanted, evidence, p)
+    solid, kept, reason = _extended(candidate.solid, beyond, wanted, evidence, p)
     notes: dict[str, Scalar] = {
         **candidate.notes,
         "overhang_edges": len(kept),
@@ -54,7 +58,8 @@ def with_overhangs(
     }
     if reason:
         notes["overhang_reason"] = reason
-    done = tuple(o if k in kept or o.reach_m == 0 else replace(o, reach_m=0.0) for k, o in enumerate(overhangs))
+    left = set(wanted) - set(kept)
+    done = tuple(replace(o, reach_m=0.0) if k in left else o for k, o in enumerate(overhangs))
     return replace(candidate, solid=solid, overhangs=done, notes=notes)
 
 

@@ -3,63 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import shapely
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import EdgeOverhang, OutlineEdge
+from cityflow.core.building import EdgeOverhang
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
 from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, cloud_around, point_rim
+from cityflow.reconstruction.overhangs.rim_decision import RimOfEdge, decided, unseen
+from cityflow.reconstruction.overhangs.standing_wall import standing_wall
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
-from cityflow.reconstruction.overhangs.wall_edges import (
-    BESIDE_M,
-    WallEdge,
-    facade_place,
-    face_planes,
-    faces_beside,
-    wall_edges,
-)
+from cityflow.reconstruction.overhangs.wall_edges import BESIDE_M, WallEdge, face_planes, faces_beside, wall_edges
 
 INWARD_M = 0.4
 """A rim may lie so far inside an outline that stands too far out."""
 APART_M, MOST_PROFILES = 0.08, 2000
-SEEN_WELL = 0.5
-NAN = float("nan")
 LEVEL_EAVE = 0.1
 """The roof rises along an eave by less than this; along a verge by more."""
-
-
-@dataclass(frozen=True, slots=True)
-class RimOfEdge:
-    """Where the rim of one edge was seen.
-
-    Attributes
-    ----------
-    edge : the edge
-    reach_m : metres beyond the wall, the surface's own widening taken off; NaN where it was not seen
-    sigma_m : standard deviation of that, without that of the wall
-    chance_m : the part of it that other edges of the building do not have in common with this one
-    seen : share of the profiles that show a rim
-    eave : the roof is level along it
-    """
-
-    edge: WallEdge
-    reach_m: float
-    sigma_m: float
-    chance_m: float
-    seen: float
-    eave: bool
 
 
 def find_overhangs(
     evidence: Evidence, candidate: Candidate, parameters: OverhangParameters | None = None
 ) -> tuple[EdgeOverhang, ...]:
-    """One overhang per straight edge of the outline; 0 where there is none, or none that can be told from none.
+    """One overhang per straight edge of the outline, by the line of its wall; 0 where there is none, or none that can be told from none.
+
+    The line of an overhang is the edge, or parallel to it where façades show that the wall stands elsewhere. Where neither is known nothing is
+    stated: no reach, no standard deviation.
 
     Parameters
     ----------
@@ -73,7 +46,9 @@ def find_overhangs(
         rims = _rims_of_surface(evidence, candidate, edges, p)
     else:
         rims = _rims_of_points(evidence, candidate, edges, p)
-    return tuple(_decided(rim, rims, evidence, p) for rim in rims)
+    lowest = [_roof_along(edge, candidate) for edge in edges]
+    walls = [standing_wall(edge, evidence, z, p) for edge, z in zip(edges, lowest, strict=True)]
+    return decided(rims, walls, p)
 
 
 def _rims_of_surface(
@@ -83,7 +58,7 @@ def _rims_of_surface(
     near = grown(evidence.outline.bounds, p.most_reach_m + 1.0)
     surface = surface_edges(evidence.heights, near, p.smoothing_cells) if evidence.heights is not None else None
     if surface is None:
-        return [RimOfEdge(edge, NAN, NAN, NAN, 0.0, False) for edge in edges]
+        return [unseen(edge) for edge in edges]
     profiles, owner = _profiles(edges, candidate, surface)
     cell = surface.grid.cell
     limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
@@ -111,7 +86,7 @@ def _rims_of_points(
             beyond = (xyz[:, :2] - foot) @ edge.outward
             found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
             eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
-        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.sigma_m, found.seen, eave))
+        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.sigma_m, found.seen, eave, found.reach_m, True))
     return rims
 
 
@@ -128,6 +103,13 @@ def _profiles(edges: Sequence[WallEdge], candidate: Candidate, surface: SurfaceE
         owner.append(np.full(count, number))
     foot, out = np.concatenate(feet), np.concatenate(outward)
     return Profiles(foot, out, _planes_over(foot, out, candidate)), np.concatenate(owner)
+
+
+def _roof_along(edge: WallEdge, candidate: Candidate) -> float:
+    """World height of the roof where it is lowest along an edge; NaN where there is none."""
+    foot = edge.start + np.array([[0.1], [0.5], [0.9]]) * edge.length * edge.along
+    height = _planes_over(foot, np.broadcast_to(edge.outward, foot.shape), candidate)[:, 0]
+    return float(np.nanmin(height)) if np.isfinite(height).any() else float("nan")
 
 
 def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) -> FloatArray:
@@ -156,13 +138,14 @@ def _rim(
     rise = abs(float(height[-1] - height[0])) / edge.length if count > 1 else 0.0
     eave = bool(np.isfinite(rise) and rise < LEVEL_EAVE)
     if not len(found):
-        return RimOfEdge(edge, NAN, NAN, NAN, len(found) / max(count, 1), eave)
+        return unseen(edge, eave=eave)
     middle = float(np.median(found))
     spread = max(1.4826 * float(np.median(np.abs(found - middle))), 0.15 * cell)
     patches = max(1.0, len(found) * edge.length / max(count, 1) / (p.patch_cells * cell))
     chance = 1.25 * spread / float(np.sqrt(patches))
     sigma = float(np.hypot(chance, p.widened_sigma_cells * cell))
-    return RimOfEdge(edge, middle - p.widened_cells * cell, sigma, chance, len(found) / count, eave)
+    reach = middle - p.widened_cells * cell
+    return RimOfEdge(edge, reach, sigma, chance, len(found) / count, eave, reach, False)
 
 
 def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]) -> RimOfEdge:
@@ -170,7 +153,8 @@ def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[floa
     cell, p = how
     if not np.isfinite(rim.reach_m):
         return rim
-    place = colour_rim(feet, rim.edge.outward, (rim.reach_m, p.picture_window_cells * cell), colours)
+    window = rim.reach_m, p.picture_inside_cells * cell, p.picture_window_cells * cell
+    place = colour_rim(feet, rim.edge.outward, window, colours)
     if not np.isfinite(place):
         return rim
     of_heights, of_colours = rim.sigma_m**-2, (p.picture_sigma_cells * colours.grid.cell) ** -2
@@ -178,41 +162,4 @@ def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[floa
     reach = (of_heights * rim.reach_m + of_colours * place) / both
     # both err alike where pictures match badly, so that together they are no more exact than the better one
     spread = float(np.hypot(max(of_heights, of_colours) ** -0.5, (place - rim.reach_m) / 4.0))
-    return replace(rim, reach_m=reach, sigma_m=spread)
-
-
-def _decided(rim: RimOfEdge, rims: Sequence[RimOfEdge], evidence: Evidence, p: OverhangParameters) -> EdgeOverhang:
-    """An edge's own value, drawn to those of edges like it as far as it is uncertain; 0 where that may be chance.
-
-    The reach counts from the outline, as the walls of the solid do; whether there is an overhang at all depends on where the façade stands.
-    """
-    if rim.edge.party or not np.isfinite(rim.reach_m) or rim.seen < p.least_seen:
-        return EdgeOverhang(rim.edge.line, 0.0, seen=rim.seen)
-    reach, sigma = _with_prior(rim, rims, p.eave_spread_m)
-    facade = facade_place(rim.edge, evidence.walls, p.wall_sigma_m)
-    if facade is None:
-        facade = 0.0, _wall_sigma(rim.edge, evidence.edges, p.wall_sigma_m)
-    total = float(np.hypot(sigma, facade[1]))
-    if reach - facade[0] < max(p.significance * total, p.least_reach_m) or reach < p.least_reach_m:
-        return EdgeOverhang(rim.edge.line, 0.0, total, rim.seen)
-    return EdgeOverhang(rim.edge.line, min(reach, p.most_reach_m), total, rim.seen)
-
-
-def _with_prior(rim: RimOfEdge, rims: Sequence[RimOfEdge], spread_m: float) -> tuple[float, float]:
-    others = [r for r in rims if r is not rim and r.eave == rim.eave and np.isfinite(r.reach_m) and r.seen > SEEN_WELL]
-    if len(others) < 2:
-        return rim.reach_m, rim.sigma_m
-    prior = float(np.median([r.reach_m for r in others]))
-    own, alike = 1.0 / rim.chance_m**2, 1.0 / spread_m**2
-    common = max(rim.sigma_m**2 - rim.chance_m**2, 0.0)
-    return (own * rim.reach_m + alike * prior) / (own + alike), float(np.sqrt(common + 1.0 / (own + alike)))
-
-
-def _wall_sigma(edge: WallEdge, known: Sequence[OutlineEdge], otherwise_m: float) -> float:
-    """How exactly the wall itself is known: the part of the outline that the edge lies on says so."""
-    middle = shapely.Point((edge.xy[0] + edge.xy[-1]) / 2)
-    near = [(float(shapely.distance(e.line, middle)), k) for k, e in enumerate(known)]
-    if not near or min(near)[0] > 0.05:
-        return otherwise_m
-    sigma = known[min(near)[1]].sigma_m
-    return sigma if np.isfinite(sigma) else otherwise_m
+    return replace(rim, reach_m=reach, sigma_m=spread, nearest_m=min(rim.reach_m, place), confirmed=True)

@@ -11,14 +11,11 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
-from cityflow.core.wall_points import WallPoints
 
 STRAIGHT_DEG = 2.0
 """Pieces of an outline that turn less than this are one edge, as long as their ends stay `STRAIGHT_M` near its line."""
 STRAIGHT_M = 0.03
 ON_PARTY_M = 0.01
-FACADE_M, FACADE_TURN_DEG, FACADE_POINTS = 0.6, 25.0, 30
-"""Points on façades this near to an edge, turned no farther from it, and at least so many, tell where its wall is."""
 BESIDE_M = 0.02
 """The roof beside a wall is the one this far inside."""
 
@@ -110,21 +107,6 @@ def _is_straight(points: Sequence[FloatArray]) -> bool:
         return False
     off = (xy - xy[0]) @ np.array([chord[1], -chord[0]]) / length
     return bool(np.abs(off).max() <= STRAIGHT_M)
-
-
-def facade_place(edge: WallEdge, walls: WallPoints, least_sigma_m: float) -> tuple[float, float] | None:
-    """How far outside an edge its façade stands by the points on it, and with what standard deviation; None where there are too few."""
-    if edge.party or len(walls) == 0:
-        return None
-    offset = walls.xyz[:, :2] - edge.start
-    s, t = offset @ edge.along, offset @ edge.outward
-    own = (s > 0) & (s < edge.length) & (np.abs(t) < FACADE_M)
-    own &= walls.normal.astype(np.float64) @ edge.outward > np.cos(np.radians(FACADE_TURN_DEG))
-    if np.count_nonzero(own) < FACADE_POINTS or np.ptp(s[own]) < 0.3 * edge.length:
-        return None
-    place = float(np.median(t[own]))
-    spread = 1.4826 * float(np.median(np.abs(t[own] - place)))
-    return place, float(np.hypot(1.25 * spread / np.sqrt(np.count_nonzero(own) / 10.0), least_sigma_m))
 
 
 def face_planes(solid: Polyhedron, origin: FloatArray) -> tuple[list[Polygon], FloatArray]:
