@@ -10,7 +10,7 @@ from cityflow.core.parameters import Parameters
 
 ROUNDS = 20
 SETTLED = 1e-4
-GAINS = 401
+GAINS = 201
 """Gains that are tried, at equal ratios; the best lies between two of them."""
 TUKEY = 4.685
 """Residuals beyond so many standard deviations have no weight."""

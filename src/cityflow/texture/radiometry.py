@@ -19,11 +19,21 @@ from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.texture.linear_fit import RadiometryParameters, fitted
 from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
+__all__ = [
+    "Comparison",
+    "FaceSamples",
+    "RadiometryParameters",
+    "balance",
+    "comparisons",
+    "face_samples",
+    "spanning_trees",
+]
+
 MID_GREY = 110.0
 """A usual value, at which images are said to be brighter or darker than others."""
 CELLS_OF_FACE = 800
 """Cells of one face that are compared at most."""
-PARTNERS = 8
+PARTNERS = 6
 """Images that one is compared with at least, if it can be: those with most cells in common."""
 
 

@@ -92,6 +92,14 @@ class Source:
         return colours
 
 
+def sources_of(images: Sequence[ColourImage]) -> list[Source]:
+    """Images with white levels: those of the same depth get the highest that any of them suggests, as one survey has one sensor."""
+    levels = [white_level(image.pixels) for image in images]
+    depths = [np.dtype(image.pixels.dtype).itemsize for image in images]
+    of_depth = {depth: max(w for w, d in zip(levels, depths, strict=True) if d == depth) for depth in depths}
+    return [Source(image, of_depth[depth]) for image, depth in zip(images, depths, strict=True)]
+
+
 @dataclass(frozen=True, slots=True)
 class UnitSources:
     """All images of a unit, and how they are made alike.
