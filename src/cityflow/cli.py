@@ -50,7 +50,10 @@ WorkersOption = Annotated[int, typer.Option(min=0, help="Workers of the local cl
 AreaOption = Annotated[
     str,
     typer.Option(
-        "--aoi", metavar="FILE|BBOX", help="Vector file, or x_min,y_min,x_max,y_max in the run's CRS (metres)"
+        "--aoi",
+        metavar="FILE|BBOX",
+        help="Only the buildings in this area; rasters and terrain of the tiles that it meets stay whole. "
+        "Vector file, or x_min,y_min,x_max,y_max in the run's CRS (metres)",
     ),
 ]
 
@@ -126,11 +129,14 @@ def explain(
     picture: Annotated[
         Path | None, typer.Option(help="PNG to be written: the candidates of every method side by side")
     ] = None,
+    every_parameter: Annotated[
+        bool, typer.Option("--parameters", help="All parameters, also those that are as by default")
+    ] = False,
 ) -> None:
-    """All that is known of one unit: inputs, attempts, parameters, timings, reason, outputs."""
+    """All that is known of one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
     from cityflow.workflow.explain import print_explanation, write_candidates
 
-    print_explanation(run_url, unit, console)
+    print_explanation(run_url, unit, console, every_parameter)
     if picture is not None:
         write_candidates(run_url, unit, picture)
 

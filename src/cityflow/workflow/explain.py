@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from cityflow.core.building import Lod
+from cityflow.core.parameters import Parameters
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
+from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.stages import reconstruct
+from cityflow.stages.parameters import CityParameters
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.differences import changed
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.run_folder import open_run
+from cityflow.workflow.score_parts import ScoreParts, score_parts
 
 STAGES_OF_A_UNIT = ("reconstruct", "split", "units", "outline", "walls", "surface", "ingest", "export")
 
 
-def print_explanation(url: str, unit: str, console: Console) -> None:
+def print_explanation(url: str, unit: str, console: Console, every_parameter: bool = False) -> None:
     """Print attempts, parameters, overrides, inputs and outputs of every task of that name.
+
+    Parameters
+    ----------
+    every_parameter : also those that are as by default
 
     Raises
     ------
@@ -40,7 +48,7 @@ def print_explanation(url: str, unit: str, console: Console) -> None:
         )
     overrides = read_overrides(wanted.store)
     for stage, attempts in tasks:
-        _print_task(stage, attempts, overrides.get((stage, unit), {}), wanted.store.url(""), console)
+        _print_task(attempts, overrides.get((stage, unit), {}), wanted.store.url(""), console, every_parameter)
 
 
 def write_candidates(url: str, unit: str, picture: Path) -> None:
@@ -76,8 +84,11 @@ def _figures(score: Mapping[str, Any]) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _print_task(stage: str, attempts: list[Record], overrides: dict[str, object], root: str, console: Console) -> None:
+def _print_task(
+    attempts: list[Record], overrides: dict[str, object], root: str, console: Console, every_parameter: bool
+) -> None:
     newest = attempts[-1]
+    stage = newest.stage
 
     def say(text: str) -> None:
         console.print(text, markup=False, highlight=False, soft_wrap=True)
@@ -87,9 +98,10 @@ def _print_task(stage: str, attempts: list[Record], overrides: dict[str, object]
         how = f"{r.status}, {r.seconds:.2f} s, {r.peak_mb:.0f} MB"
         say(f"  attempt {r.attempt}: {how}, {r.started}, {r.worker}, digest {r.digest[:16]}")
     for key, value in sorted(newest.result.items()):
-        if key != "units":
+        if key not in ("units", "scores", "kept"):
             say(f"  {key}: {json.dumps(value, ensure_ascii=False)}")
-    say(f"  parameters (version {newest.version}): {json.dumps(dict(newest.parameters), sort_keys=True)}")
+    for line in (*_scores(newest), *_parameters(newest, every_parameter)):
+        say(f"  {line}")
     for key, _, value in changed({}, overrides):
         say(f"  override: {key} = {value!r}")
     for name, digest in newest.inputs.items():
@@ -98,3 +110,64 @@ def _print_task(stage: str, attempts: list[Record], overrides: dict[str, object]
         say(f"  output: {root.rstrip('/')}/{path}")
     if newest.traceback:
         say(newest.traceback)
+
+
+def _scores(record: Record) -> Iterator[str]:
+    """A line per candidate with the parts of its penalty; less is better."""
+    scores = record.result.get("scores")
+    if not isinstance(scores, list) or not scores:
+        return
+    weights = ScoreParameters.model_validate(record.parameters.get("score", {}))
+    price, parts = score_parts(scores, weights, int(record.result.get("roof_points", 0)))
+    told = "faces and simplification cannot be told apart" if price is None else f"a roof face costs {price:.4f}"
+    yield f"candidates (penalties, less is better; {told}):"
+    for k, (score, part) in enumerate(zip(scores, parts, strict=True)):
+        kept = " (kept)" if k == record.result.get("kept") else ""
+        fault = "" if score["valid"] else f", {'' if part is None else 'not valid: '}{score['fault']}"
+        yield f"  {score['method']}{kept}: {'no solid' if part is None else _sum(score, part)}{fault}"
+
+
+def _sum(score: Mapping[str, Any], part: ScoreParts) -> str:
+    faces = f"{score['faces']} roof face{'' if score['faces'] == 1 else 's'}"
+    terms = [
+        (part.unexplained, f"{100 * (1 - score['within_20cm']):.1f} % of the points off the roof"),
+        (part.uncovered, f"{100 * (1 - score['covered']):.1f} % under no roof"),
+        (part.distance, "scatter" if score["nmad"] is None else f"NMAD {100 * score['nmad']:.1f} cm"),
+    ]
+    if part.faces is None:
+        terms.append((part.rest, f"{faces}, and simpler than asked for or not"))
+    else:
+        terms += [(part.faces, faces), *([(part.simpler, "simpler than asked for")] if part.simpler else [])]
+    return f"{score['penalty']:.4f} = " + " + ".join(f"{value:.4f} ({text})" for value, text in terms)
+
+
+def _parameters(record: Record, every: bool) -> Iterator[str]:
+    """What differs from the defaults, or all; all where a stage's defaults are not known."""
+    tree, usual = dict(record.parameters), _defaults(record)
+    if every or not tree or not usual:
+        yield f"parameters (version {record.version}): {json.dumps(tree, sort_keys=True)}"
+        return
+    # parameters that are younger than the record had no value then
+    differing = [(key, old, new) for key, old, new in changed(usual, tree) if new is not None or _holds(tree, key)]
+    count = f"{len(differing)} {'differs' if len(differing) == 1 else 'differ'} from" if differing else "as by"
+    yield f"parameters (version {record.version}): {count} the defaults; --parameters shows all"
+    for key, old, new in differing:
+        yield f"  {key} = {json.dumps(new)} (default {json.dumps(old)})"
+
+
+def _holds(tree: Mapping[str, Any], key: str) -> bool:
+    """Whether a tree has a dotted key."""
+    first, _, more = key.partition(".")
+    below = tree.get(first)
+    return first in tree and (not more or (isinstance(below, Mapping) and _holds(below, more)))
+
+
+def _defaults(record: Record) -> dict[str, Any]:
+    """The stage's parameters where a workflow says nothing; of surfaces, those of the door that the run came through."""
+    city = CityParameters()
+    known: dict[str, list[Parameters]] = {
+        "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline.found], "walls": [city.walls],
+        "surface": [city.surface, city.image_surface], "export": [city.export],
+    }  # fmt: skip
+    trees = [model.model_dump(mode="json") for model in known.get(record.stage, [])]
+    return max(trees, key=lambda tree: len(tree.keys() & record.parameters.keys()), default={})
