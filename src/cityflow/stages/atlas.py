@@ -30,7 +30,7 @@ MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
 
 def leaf_of(survey: Survey, unit: UnitEntry) -> str:
     """Name of the leaf that a unit belongs to: tile, and column and row in it, south-west first."""
-    n, (x, y) = survey.parameters.atlas.leaves, unit.point
+    n, (x, y) = survey.parameters.atlas.leaves(survey.parameters.tiles.tile_m), unit.point
     x_0, y_0, x_1, y_1 = survey.tiles[unit.tile].bounds
     col, row = int((x - x_0) / (x_1 - x_0) * n), int((y - y_0) / (y_1 - y_0) * n)
     return f"{unit.tile}.{min(max(col, 0), n - 1)}_{min(max(row, 0), n - 1)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field
@@ -13,9 +14,20 @@ from cityflow.texture.placement.place import PlacementParameters
 class AtlasParameters(Parameters):
     """How patches stand on pages."""
 
-    leaves: Literal[1, 2, 4, 8, 16, 32] = Field(
-        4, description="leaves along the edge of a ground tile; each has pages of its own"
+    leaf_m: float = Field(
+        64.0,
+        ge=10,
+        le=5000,
+        description="edge of a leaf, about: a ground tile has a power of two of them along its edge, m",
     )
     placement: PlacementParameters = PlacementParameters()
     form: Literal["jpeg", "png"] = Field("jpeg", description="of pages; png keeps every pixel of the images as it is")
     quality: int = Field(92, ge=50, le=100, description="of JPEG")
+
+    def leaves(self, tile_m: float) -> int:
+        """Leaves along the edge of a ground tile.
+
+        >>> AtlasParameters().leaves(250.0), AtlasParameters().leaves(60.0)
+        (4, 1)
+        """
+        return 1 << max(round(math.log2(tile_m / self.leaf_m)), 0)

@@ -91,7 +91,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
-        raw=sets["raw"], rectified=sets["rectified"], drape=draped,
+        city=tuple(task.arguments["city"]), raw=sets["raw"], rectified=sets["rectified"], drape=draped,
     )  # fmt: skip
     for form in parameters.formats:
         for path, data in WRITERS[form](tile):

@@ -14,6 +14,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import Transform
 from cityflow.io.cityjson_sequence import extent_of_headers, header_line, join
+from cityflow.io.globe import globe_of
 from cityflow.io.outlines_gpkg import (
     Layer,
     cut_line_layer,
@@ -28,8 +29,11 @@ from cityflow.io.outlines_gpkg import (
 from cityflow.io.products_catalog import ProductFile, ProductItem, Source, products_catalog
 from cityflow.io.raster import write_vrt
 from cityflow.io.reference import resolve
+from cityflow.io.tiles3d import FOLDER as TILES3D
+from cityflow.io.tiles3d import PORTABLE, RAW
+from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.stages.export import CITY, STAGE, read_rows
-from cityflow.stages.formats import CITYJSON_FOLDER
+from cityflow.stages.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey
@@ -88,9 +92,20 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     paths = sorted(p for p in exported if p.startswith(CITYJSON_FOLDER))
     if paths and len(paths) <= parameters.join_up_to_tiles:
         workspace.publish("products/city.city.jsonl", b"".join(_joined(workspace, task, paths)))
-    for path, data in _catalog(workspace, task):
+    for path, data in (*_tilesets(workspace, task, exported), *_catalog(workspace, task)):
         workspace.publish(path, data)
     return workspace.outcome()
+
+
+def _tilesets(workspace: Workspace, task: Task, exported: Sequence[str]) -> Iterator[tuple[str, bytes]]:
+    """The trees over the tiles' tilesets, one for each set of textures."""
+    said = task.arguments
+    reference = resolve(said["crs"])
+    globe = globe_of(reference, tuple(said["city"]))
+    about = about_tiles(said["title"], said["attribution"], said["date"], reference, globe)
+    for name in (PORTABLE, RAW):
+        paths = sorted(p for p in exported if p.startswith(f"{TILES3D}/") and p.endswith(f"/{name}"))
+        yield from city_tilesets({p: workspace.read(p) for p in paths}, about, name).items()
 
 
 def _catalog(workspace: Workspace, task: Task) -> Iterator[tuple[str, bytes]]:

@@ -15,7 +15,10 @@ from cityflow.io.appearance import Appearance
 from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line
 from cityflow.io.cityjson_sequence import Bounds3, extent_of, header_line, terrain_feature_line
+from cityflow.io.globe import Globe, globe_of
+from cityflow.io.globe_frame import frame_at
 from cityflow.io.obj import write_obj
+from cityflow.io.tiles3d import About, Scene, tile_files
 from cityflow.surface.tin import Tin
 
 Files = Iterator[tuple[str, bytes]]
@@ -36,6 +39,7 @@ class CityTile:
     title: str
     date: str
     attribution: str = ""
+    city: Bounds | None = None
     raw: TextureSet | None = None
     rectified: TextureSet | None = None
     drape: Drape | None = None
@@ -72,6 +76,26 @@ def obj(tile: CityTile) -> Files:
         yield f"products/obj/{name}", data
 
 
+def tiles3d(tile: CityTile) -> Files:
+    """``tiles3d/TILE/``: a tileset of its own with rectified textures, and one with triplets for viewers that divide."""
+    globe = globe_of(tile.reference, tile.city or tile.bounds)
+    x_min, y_min, x_max, y_max = tile.bounds
+    frame = frame_at(globe, ((x_min + x_max) / 2, (y_min + y_max) / 2, 0.0))
+    scene = Scene(
+        tile.name, tile.bounds, tile.buildings, (tile.terrain.vertices, tile.terrain.triangles),
+        tile.rectified, tile.raw, tile.drape,
+    )  # fmt: skip
+    yield from tile_files(
+        scene, frame, about_tiles(tile.title, tile.attribution, tile.date, tile.reference, globe)
+    ).items()
+
+
+def about_tiles(title: str, attribution: str, date: str, reference: Reference, globe: Globe | None) -> About:
+    """What tilesets say of themselves."""
+    code = "local" if reference.is_local else reference.code
+    return About(title, attribution, date, code, None if globe is None else globe.placing)
+
+
 def _extent(tile: CityTile) -> Bounds3 | None:
     return extent_of(tile.buildings, [tile.terrain.vertices])
 
@@ -86,4 +110,9 @@ def _relief(tile: CityTile) -> list[tuple[str, FloatArray, IntArray]]:
     return [(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles)]
 
 
-WRITERS: Mapping[str, Callable[[CityTile], Files]] = {"cityjson": cityjson, "citygml": citygml, "obj": obj}
+WRITERS: Mapping[str, Callable[[CityTile], Files]] = {
+    "cityjson": cityjson,
+    "citygml": citygml,
+    "obj": obj,
+    "tiles3d": tiles3d,
+}

@@ -94,8 +94,8 @@ class ImagesParameters(Parameters):
 class ExportParameters(Parameters):
     """What is written."""
 
-    formats: tuple[Literal["cityjson", "citygml", "obj", "tiles3d", "tiles3d_raw"], ...] = Field(
-        ("cityjson", "citygml", "obj"), description="formats per tile"
+    formats: tuple[Literal["cityjson", "citygml", "obj", "tiles3d"], ...] = Field(
+        ("cityjson", "citygml", "obj", "tiles3d"), description="formats per tile"
     )
     drape_px: int = Field(
         4096,
