@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import geopandas
 import numpy as np
 import pytest
 import shapely
+from rich.console import Console
 from shapely import LineString, Point, box
 
 from cityflow.core.grid import Grid
@@ -23,7 +25,9 @@ from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.viewer.rows import EditRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.report import _outlines
 from cityflow.workflow.settings import load_workflow
+from cityflow.workflow.status import _print_unused
 from cityflow.workflow.unused_edits import unused_edits
 from in_process import outcome_of, record_of
 
@@ -122,3 +126,25 @@ def test_an_outline_far_away_is_refused_and_makes_no_tile(catalog: Path, tmp_pat
     shapes = refused_shapes(run.store, [ingested])
     assert shapes["faraway"].equals(FAR)
     assert shapes["twin"].equals(HOUSE)
+
+
+def test_refused_outlines_have_rings_for_the_map(catalog: Path, tmp_path: Path) -> None:
+    run = prepared(catalog, tmp_path, {"rejected": [("", SHED.centroid)]})
+    rings, tiles = _outlines(run, outlined(run))
+    assert sorted(rings) == ["faraway", "house", "shed", "twin"]
+    assert sorted(tiles) == ["house"]
+    assert shapely.Polygon(rings["shed"][0]).equals(SHED)
+
+
+def test_the_console_names_them_and_counts_the_rest(catalog: Path, tmp_path: Path) -> None:
+    missed = [("hip", Point(X + 120 + k, Y + 30)) for k in range(15)]
+    run = prepared(catalog, tmp_path, {"roof_types": [("gable", HOUSE.centroid), *missed]})
+    out = io.StringIO()
+    _print_unused(unused_edits(run, outlined(run)), Console(file=out, width=80))
+    lines = out.getvalue().splitlines()
+    assert lines[0] == (
+        "edit without effect: roof_types 'hip' at 90120.00, 460030.00: touches no building → "
+        "move the point into the unit, or let the polygon cover half of it or more"
+    )
+    assert len(lines) == 13
+    assert "3 more edits without effect" in lines[-1]
