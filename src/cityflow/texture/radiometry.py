@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
+from cityflow.errors import CityflowError
 from cityflow.texture.linear_fit import RadiometryParameters, fitted
 from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
@@ -95,7 +97,11 @@ def face_samples(face: FacePlane, grid: FaceGrid, seen: Sequence[SeenFace], sour
         uv, depth = sources[one.view.image].image.project(xyz[cells])
         inside = (depth > 0) & sources[one.view.image].image.holds(uv)
         if inside.any():
-            colours[k, cells[inside]] = _cell_colours(sources[one.view.image], uv[inside], grid.cell / one.view.gsd_m)
+            # an image that cannot be read has no samples; who paints with it says so
+            with suppress(CityflowError):
+                colours[k, cells[inside]] = _cell_colours(
+                    sources[one.view.image], uv[inside], grid.cell / one.view.gsd_m
+                )
     pixels = np.array([s.mask.count * (grid.cell / max(s.view.gsd_m, 1e-6)) ** 2 for s in seen])
     return FaceSamples(tuple(s.view.image for s in seen), colours, pixels)
 

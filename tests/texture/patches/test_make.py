@@ -13,6 +13,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceGrid, FacePlane, Patch
+from cityflow.errors import CatalogError
 from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches
@@ -34,7 +35,7 @@ class Scene:
         self.panels = [Panel(face, storeys), *before]
         self.grid = FaceGrid.over(face.polygon, cell)
         self.seen = [facade_scene.seen_face(self.panels, face, c, k, self.grid) for k, c in enumerate(cameras)]
-        self.pictures = [facade_scene.photograph(self.panels, c) for c in cameras]
+        self.pictures = [facade_scene.photograph(self.panels, c, 2 if c.camera.is_pinhole else 1) for c in cameras]
 
     def visible(self, image: int, xyz: np.ndarray) -> np.ndarray:
         return facade_scene.sees(self.panels, self.face, self.cameras[image], xyz)
@@ -381,6 +382,24 @@ def test_grey_deep_and_infrared_images_stand_beside_each_other(behind_a_tree: Sc
     off = errors(made.raw, behind_a_tree.face)
     assert np.mean(off < 20) > 0.97
     assert set(np.unique(made.raw.index)) >= {FIRST_IMAGE, FIRST_IMAGE + 1, FIRST_IMAGE + 2}
+
+
+def test_an_image_that_cannot_be_read_is_left_out_and_named(behind_a_tree: Scene) -> None:
+    class Damaged(ArrayPixels):
+        def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> np.ndarray:
+            raise CatalogError("the file is damaged", where="a.tif")
+
+    sources = behind_a_tree.sources()
+    for lost in (0, 1):
+        broken = list(sources)
+        broken[lost] = replace(
+            sources[lost], colour=replace(sources[lost].colour, pixels=Damaged(np.zeros((300, 400, 3), np.uint8)))
+        )
+        made = behind_a_tree.made(broken)
+        assert FIRST_IMAGE + lost not in made.raw.index
+        assert made.raw.figures.images == 2
+        assert any("a.tif" in note for note in made.notes)
+        assert np.mean(errors(made.raw, behind_a_tree.face) < 25) > 0.95
 
 
 def test_only_windows_are_read(behind_a_tree: Scene) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, FaceGrid, FacePlane, SeenFace
+from cityflow.errors import CityflowError
 from cityflow.texture.patches.canvas import Canvas
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
@@ -48,12 +49,14 @@ class Composition:
     colours : (N, 3) float32;  index : (N,) uint16, `OUTSIDE` where no image sees anything
     root_sees : (N,) bool
     sure : (N,) bool, painted, and not right beside something that stands in between
+    lost : what was wrong with images that could not be read; they count as seeing nothing
     """
 
     colours: Float32Array
     index: NDArray[np.uint16]
     root_sees: BoolArray
     sure: BoolArray
+    lost: tuple[str, ...]
 
 
 def compose(
@@ -83,16 +86,16 @@ def compose(
         hidden = np.zeros(len(canvas.xyz), bool)
         hidden[asked] = True
         hidden[at] = False
-        if rank == 0:
-            root_sees[at] = True
         sure = canvas.distance(hidden)[at] > parameters.retreat_px
-        paint.lay(seen, eye.level(seen, canvas, rank), at[sure], uv[sure])
+        readable = paint.lay(seen, eye.level(seen, canvas, rank), at[sure], uv[sure])
+        if rank == 0 and readable:
+            root_sees[at] = True
         unsure.append((seen, eye.level(seen, canvas, rank), at[~sure], uv[~sure]))
     painted = ~paint.missing
     for seen, level, at, uv in unsure:
         left = paint.missing[at]
         paint.lay(seen, level, at[left], uv[left])
-    return Composition(paint.colours, paint.index, root_sees, painted)
+    return Composition(paint.colours, paint.index, root_sees, painted, tuple(paint.lost))
 
 
 class _Paint:
@@ -103,20 +106,32 @@ class _Paint:
         self.canvas, self.sources, self.feather_px = canvas, sources, feather_px
         self.colours: Float32Array = np.zeros((count, 3), np.float32)
         self.index: NDArray[np.uint16] = np.full(count, OUTSIDE, np.uint16)
+        self.lost: list[str] = []
 
     @property
     def missing(self) -> BoolArray:
         return np.asarray(self.index == OUTSIDE)
 
-    def lay(self, seen: SeenFace, level: int, at: IntArray, uv: FloatArray) -> None:
-        """An image's colours at some pixels: on those without one, and beside them less and less over what is there."""
+    def lay(self, seen: SeenFace, level: int, at: IntArray, uv: FloatArray) -> bool:
+        """An image's colours at some pixels: on those without one, and beside them less and less over what is there.
+
+        Returns
+        -------
+        whether the image could be read
+        """
         share = self._share(at)
         at, uv, share = at[share > 0], uv[share > 0], share[share > 0]
-        if not len(at):
-            return
         image = seen.view.image
-        self.colours[at] += share[:, None] * (self.sources.colours(image, uv, level) - self.colours[at])
+        if not len(at):
+            return True
+        try:
+            colours = self.sources.colours(image, uv, level)
+        except CityflowError as error:
+            self.lost.append(str(error))
+            return False
+        self.colours[at] += share[:, None] * (colours - self.colours[at])
         self.index[at[share > 0.5]] = FIRST_IMAGE + image
+        return True
 
     def _share(self, at: IntArray) -> Float32Array:
         """(len(at),) of the new image."""

@@ -64,7 +64,7 @@ def make_patches(
     if not (painted.index >= FIRST_IMAGE).any():
         return None
     raw = _patch(face, raw_canvas, painted, views, asked)
-    notes = _scaled(cell, front)
+    notes = (*_scaled(cell, front), *(f"an image could not be read: {what}" for what in painted.lost))
     if canvas is None:
         return FacePatches(raw, raw, ("not in the geometry of its root image", *notes))
     finer = int(np.clip(np.rint(front.gsd_m / cell), 1, asked.supersampling))
