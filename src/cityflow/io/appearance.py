@@ -123,7 +123,7 @@ def coordinates_of(looks: Iterable[Look], closed: bool = False) -> Iterator[list
     if not rings:
         return
     # all rings of a building at once: numpy costs as much for four numbers as for four hundred
-    rows = np.concatenate(rings).round(TEXTURE_DECIMALS).tolist()
+    rows = (np.concatenate(rings).round(TEXTURE_DECIMALS) + 0.0).tolist()
     start = 0
     for ring in rings:
         corners = rows[start : start + len(ring)]

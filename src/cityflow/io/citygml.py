@@ -25,7 +25,7 @@ from cityflow.io.citygml_appearance import (
     SOLID_MARK,
     BuildingAppearance,
     draped,
-    polygon_name,
+    polygon_stem,
     ring_name,
     triangle_ring,
 )  # fmt: skip
@@ -140,8 +140,8 @@ def _footprint(building: Building) -> str:
 
 def _lod2(building: Building, solid: Polyhedron, looks: Looks) -> Iterator[str]:
     """The solid, by reference to the polygons of the boundary surfaces that follow it."""
-    names = (polygon_name(building.id, SOLID_MARK, i) for i in range(len(solid.faces)))
-    links = "".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in names)
+    stem = polygon_stem(building.id, SOLID_MARK)
+    links = "".join(f'<gml:surfaceMember xlink:href="#{stem}{i}"/>' for i in range(len(solid.faces)))
     yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
     yield from _boundary_surfaces(building, solid, SOLID_MARK, looks)
 
@@ -183,10 +183,11 @@ def _said_of(face: Face, building: Building) -> dict[str, Scalar]:
 
 def _polygons(identifier: str, mark: str, solid: Polyhedron, looks: Looks | None = None) -> Iterator[str]:
     texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (solid.vertices + 0.0).tolist()]
+    stem = polygon_stem(identifier, mark)
     for i, face in enumerate(solid.faces):
         textured = looks is not None and isinstance(looks.get(i), FaceTexture)
         rings = [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings]
-        yield _polygon(polygon_name(identifier, mark, i), rings, textured)
+        yield _polygon(f"{stem}{i}", rings, textured)
 
 
 def _polygon(name: str, rings: Sequence[str], textured: bool = False) -> str:
@@ -242,15 +243,16 @@ def _generic(attributes: Mapping[str, Scalar]) -> str:
 
 
 def _generic_attribute(name: str, value: Scalar) -> str:
-    kind, text = "string", str(value)
     if isinstance(value, bool):
-        text = "true" if value else "false"
-    elif isinstance(value, int) and abs(value) <= LARGEST_INT:
-        kind = "int"
+        kind, text = "string", "true" if value else "false"
+    elif isinstance(value, int):
+        kind, text = "int" if abs(value) <= LARGEST_INT else "string", str(value)
     elif isinstance(value, float):
         kind, text = "double", repr(value)
+    else:
+        kind, text = "string", _text(str(value))
     element = f"gen:{kind}Attribute"
-    return f"<{element} name={quoteattr(name)}><gen:value>{_text(text)}</gen:value></{element}>\n"
+    return f"<{element} name={quoteattr(name)}><gen:value>{text}</gen:value></{element}>\n"
 
 
 def _envelope(bounds: Bounds3, srs: str = "") -> str:

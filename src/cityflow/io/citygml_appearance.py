@@ -14,7 +14,6 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Lod
 from cityflow.core.texture import Colour, Drape, FaceTexture, PlainFace, TexturePage
 from cityflow.io.appearance import (
-    TEXTURE_DECIMALS,
     THEME,
     Appearance,
     Look,
@@ -30,9 +29,9 @@ SOLID_MARK, BEYOND_MARK = "2", "b"
 """Marks of the two textured shells in the ids of their polygons."""
 
 
-def polygon_name(identifier: str, mark: str, face: int) -> str:
-    """The gml:id of a face's polygon."""
-    return f"{ncname('p', identifier)}-{mark}-{face}"
+def polygon_stem(identifier: str, mark: str) -> str:
+    """The gml:id of a face's polygon, up to the number of the face."""
+    return f"{ncname('p', identifier)}-{mark}-"
 
 
 def ring_name(polygon: str, ring: int) -> str:
@@ -71,16 +70,17 @@ class BuildingAppearance:
     def _faces(self) -> Iterator[tuple[str, Look, list[str]]]:
         """Polygon, look, and of textured faces the texture coordinates of each ring."""
         for mark, looks in self._looks.items():
+            stem = polygon_stem(self._id, mark)
             texts = _ring_texts(coordinates_of(looks.values(), closed=True))
             for i, look in looks.items():
                 rings = [next(texts) for _ in look.rings] if isinstance(look, FaceTexture) else []
-                yield polygon_name(self._id, mark, i), look, rings
+                yield f"{stem}{i}", look, rings
 
 
 def draped(appearance: Appearance, drape: Drape, name: str, vertices: FloatArray, triangles: IntArray) -> Iterator[str]:
     """The ortho on a terrain, piece by piece: one target, the triangulated surface, with every triangle's ring."""
     stem, surface = ncname("look", name), ncname("triangles", name)
-    texts = [f"{u:.{TEXTURE_DECIMALS}f} {v:.{TEXTURE_DECIMALS}f}" for u, v in drape.uv(vertices).tolist()]
+    texts = [_pair(u, v) for u, v in drape.uv(vertices).tolist()]
     head, foot = _texture_frame(f"{stem}-t0", appearance, drape.page)
     yield _APPEARANCE_HEAD.format(stem) + head + f'<app:target uri="#{surface}"><app:TexCoordList>\n'
     for i, (a, b, c) in enumerate(triangles.tolist()):
@@ -136,4 +136,9 @@ def _ring(name: str, coordinates: str) -> str:
 
 def _ring_texts(rings: Iterable[list[list[float]]]) -> Iterator[str]:
     for ring in rings:
-        yield " ".join(f"{u:.{TEXTURE_DECIMALS}f} {v:.{TEXTURE_DECIMALS}f}" for u, v, _ in ring)
+        yield " ".join([_pair(u, v) for u, v, _ in ring])
+
+
+def _pair(u: float, v: float) -> str:
+    # plain digits: some readers know no exponents
+    return f"{u:.7f} {v:.7f}"
