@@ -55,7 +55,7 @@ class TexturedView:
 
     colour: Float32Array
     depth: Float32Array
-    triangle: IntArray
+    triangle: NDArray[np.int32]
 
 
 def draw_textured(image: OrientedImage, scene: TexturedTriangles, *, divide: bool = True) -> TexturedView:

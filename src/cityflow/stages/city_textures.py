@@ -8,7 +8,12 @@ from typing import Any
 
 import cv2
 import numpy as np
+import shapely
+from affine import Affine
 from numpy.typing import NDArray
+from rasterio.features import rasterize
+from scipy.ndimage import distance_transform_edt
+from shapely import Polygon
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
 from cityflow.core.grid import Bounds, Grid
@@ -37,6 +42,8 @@ from cityflow.stages.texture_files import Rings
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
 DRAPE_QUALITY = 88
+EAVES_M = 0.8
+"""Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
 
 
 def texture_sets(workspace: Workspace, leaves: Iterable[str], buildings: Mapping[str, Building]) -> dict[str, TextureSet]:  # fmt: skip
@@ -86,13 +93,20 @@ def with_texture_figures(building: Building, texture: BuildingTexture | None) ->
     return building.with_attributes(more)
 
 
-def drape(workspace: Workspace, task_arguments: Mapping[str, Any], tile: str, longest_px: int) -> Drape | None:
-    """The tile's ortho as a picture for its terrain; None where there is none."""
+def drape(
+    workspace: Workspace, task_arguments: Mapping[str, Any], tile: str, covered: Sequence[Polygon], longest_px: int
+) -> Drape | None:
+    """The tile's ortho as a picture for its terrain; None where there is none.
+
+    Parameters
+    ----------
+    covered : plans of what stands on the terrain; an ortho shows roofs there, and beside it eaves that reach beyond the walls
+    """
     bounds: Bounds = tuple(task_arguments["bounds"])
     found = _ortho(workspace, task_arguments, bounds)
     if found is None:
         return None
-    colours, grid = _reduced(found, longest_px)
+    colours, grid = _reduced(_without_roofs(found, covered), longest_px)
     path = workspace.publish(f"{FOLDER}/{tile}.terrain.jpg", jpeg_bytes(colours, DRAPE_QUALITY))
     return Drape(TexturePage(path, colours.shape[1], colours.shape[0], "image/jpeg"), grid.bounds)
 
@@ -117,6 +131,20 @@ def _ortho(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds) -> Colour
         if known.any():
             return np.nan_to_num(given).astype(np.float32), np.asarray(known), grid
     return None
+
+
+def _without_roofs(found: Colours, covered: Sequence[Polygon]) -> Colours:
+    """The ground's nearest colour under and beside buildings."""
+    colours, known, grid = found
+    if not covered:
+        return found
+    wide = shapely.union_all(shapely.buffer(np.array(covered, dtype=object), EAVES_M, quad_segs=2))
+    roofs = rasterize([wide], out_shape=grid.shape, transform=Affine(*grid.transform)).astype(bool)
+    ground = known & ~roofs
+    if not ground.any():
+        return found
+    at = distance_transform_edt(~ground, return_distances=False, return_indices=True)
+    return np.where(roofs[..., None], colours[at[0], at[1]], colours), known | roofs, grid
 
 
 def _reduced(found: Colours, longest_px: int) -> tuple[NDArray[np.uint8], Grid]:

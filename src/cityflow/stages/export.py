@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from shapely import Polygon
 
 from cityflow.core.building import Building, Lod, Outline, RoofPlane, Scalar, Status
 from cityflow.core.grid import Bounds, Grid
@@ -87,7 +88,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
     portable = sets["rectified"].buildings
     own = tuple(with_texture_figures(finished[u], portable.get(u)) for u in names)
-    draped = drape(workspace, task.arguments, task.unit, parameters.drape_px) if task.arguments["textures"] else None
+    draped = (
+        drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
+        if task.arguments["textures"]
+        else None
+    )
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
@@ -174,6 +179,10 @@ def with_party_walls(buildings: Mapping[str, Building]) -> dict[str, Building]:
             {"outer_wall_area_m2": round(areas.outer, 2), "shared_wall_area_m2": round(areas.shared, 2)}
         )
     return finished
+
+
+def _plans(standings: Iterable[Standing]) -> list[Polygon]:
+    return [s.outline.polygon for s in sorted(standings, key=lambda s: s.outline.id)]
 
 
 def _terrain(workspace: Workspace, task: Task, standings: Iterable[Standing], parameters: ExportParameters) -> Tin:
