@@ -2,7 +2,7 @@
 
 A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So within the outline of a
 unit and a little around it the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. Around the
-outline the lowest ground nearby takes its place, which hides what of a wall is in the earth.
+outline the ground a little farther off takes its place, which hides what of a wall is in the earth.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ import cv2
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 
 LOWEST = np.float32(-1e9)
-HIGHEST = np.float32(1e9)
+STEP_SHARE = 0.4
+"""Steps within a roof are blurred by less than walls with their eaves: so much of the reach around a unit."""
 LEAST_CELLS = 25
 """Fewer cells tell nothing about how far a model lies below the surface."""
 
@@ -41,12 +42,15 @@ def obstacle_heights(
     """
     surface = np.where(np.isnan(heights), LOWEST, heights).astype(np.float32)
     reach = _window(round(parameters.own_m / grid.cell))
+    step = _window(round(parameters.own_m * STEP_SHARE / grid.cell))
     roof = roof_heights(own, grid)
     roof = np.where(roof > LOWEST, roof + np.float32(_below_surface(roof, surface)), LOWEST).astype(np.float32)
     around = np.maximum(roof, roof_heights(others, grid))
     mine = cv2.dilate(roof, reach) > LOWEST
-    rises = surface > cv2.dilate(around, reach) + np.float32(parameters.rise_m)
-    result = np.where(mine & ~rises, np.where(roof > LOWEST, LOWEST, _ground(surface, around, reach)), surface)
+    models = np.where(around > LOWEST, cv2.dilate(around, step), cv2.dilate(around, reach))
+    rises = surface > models + np.float32(parameters.rise_m)
+    result = np.where(mine & ~rises, _ground(surface, mine | (around > LOWEST)), surface)
+    result[(around > LOWEST) & ~rises] = LOWEST
     widened = max(1, round(parameters.margin_m / grid.cell)) if parameters.margin_m > 0 else 0
     return np.asarray(cv2.dilate(result, _window(widened)), np.float32)
 
@@ -69,11 +73,15 @@ def _below_surface(roof: Float32Array, surface: Float32Array) -> float:
     return max(float(np.median(surface[known] - roof[known])), 0.0)
 
 
-def _ground(surface: Float32Array, models: Float32Array, reach: ByteArray) -> Float32Array:
-    """Lowest surface nearby that is no model's; never above the surface itself."""
-    free = np.where((models > LOWEST) | (surface <= LOWEST), HIGHEST, surface)
-    low = cv2.erode(free, reach, borderType=cv2.BORDER_REPLICATE)
-    return np.where(low >= HIGHEST, LOWEST, np.minimum(low, surface)).astype(np.float32)
+def _ground(surface: Float32Array, mine: BoolArray) -> Float32Array:
+    """The surface; of cells around the unit the nearest beyond, where that is lower."""
+    from_mine = (mine | (surface <= LOWEST)).astype(np.uint8)
+    if np.all(from_mine):
+        return np.full_like(surface, LOWEST)
+    _, labels = cv2.distanceTransformWithLabels(from_mine, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    height = np.empty(int(labels.max()) + 1, np.float32)
+    height[labels[from_mine == 0]] = surface[from_mine == 0]
+    return np.minimum(height[labels], surface)
 
 
 def _window(cells: int) -> ByteArray:

@@ -17,7 +17,7 @@ class VisibilityParameters(Parameters):
         1.0, ge=0, le=5, description="so far around a unit the surface is taken for its own blurred walls and eaves, metres"
     )  # fmt: skip
     rise_m: float = Field(
-        1.0, ge=0.1, le=10, description="what rises this much above the models there is something else, and hides them; metres"
+        0.7, ge=0.1, le=10, description="what rises this much above the models there is something else, and hides them; metres"
     )  # fmt: skip
     margin_m: float = Field(
         0.15, ge=0, le=2, description="what hides is widened by this, at least by a cell of the surface; metres, 0 widens nothing"
