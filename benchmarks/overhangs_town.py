@@ -1,7 +1,8 @@
 """Overhangs of a made town: found ones against true ones by GSD, wall error and sensor, and the solids that they make.
 
 python benchmarks/overhangs_town.py --seeds 7 11 13 --size 120
-python benchmarks/overhangs_town.py --run RUN --survey SURVEY          # a town that was photographed and matched
+python benchmarks/overhangs_town.py --run RUN --survey SURVEY          # a town that was photographed and matched, true outlines
+python benchmarks/overhangs_town.py --run RUN --survey SURVEY --found  # what the run exported, with the outlines that it found
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints, joined_walls
-from cityflow.evaluation.models_overhangs import true_overhang
+from cityflow.evaluation.models import compare_model
+from cityflow.evaluation.models_overhangs import shares_within, true_overhang
 from cityflow.geometry.validity import is_valid
 from cityflow.reconstruction import orientation_histogram as histogram
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
@@ -39,12 +41,14 @@ from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
 from cityflow.synthetic.town_units import Unit
+from town_models import of_run
 
 GSDS_M = (0.05, 0.08, 0.12, 0.2)
 SHIFTS_M = (0.1, 0.2, 0.3)
 SHORTEST_M, NONE_M, MARGIN_M = 1.0, 0.02, 4.0
 DENSITY_M2, NOISE_M = 20.0, 0.03
 APART_M = 0.05
+GSD_M = 0.08
 
 
 @dataclass(frozen=True)
@@ -319,14 +323,31 @@ def with_matched(run: Path, survey: Path, parameters: OverhangParameters) -> Non
     table("Solids", SOLID_HEAD, [solid_row("matched", places, found, parameters)])
 
 
+def of_products(run: Path, survey: Path) -> None:
+    """Edges of the true walls against what a run exported; an edge of which it says nothing has no overhang."""
+    errors = [compare_model(truth, model).overhangs for truth, model in of_run(run, survey)]
+    off = np.abs(np.concatenate([e.errors_m for e in errors]))
+    given = np.concatenate([e.stated for e in errors])
+    shares = shares_within(errors, 2 * GSD_M)
+    row = [
+        f"{len(off)}", f"{np.median(off):.3f}", f"{100 * shares.within:.1f}", f"{100 * shares.stated:.1f}", f"{np.median(off[given]):.3f}",
+        f"{100 * shares.stated_within:.1f}", f"{sum(e.invented for e in errors)} of {sum(len(e.bare_m) for e in errors)}",
+    ]  # fmt: skip
+    head = ("edges", "median m", "≤ 2 GSD %", "stated %", "median of these m", "of these ≤ 2 GSD %", "invented")
+    table(f"Overhangs per edge, {run.name}", head, [row])
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[7, 11, 13])
     parser.add_argument("--size", type=int, default=120)
     parser.add_argument("--run", type=Path)
     parser.add_argument("--survey", type=Path)
+    parser.add_argument("--found", action="store_true", help="what the run exported, not its surface in true outlines")
     asked = parser.parse_args()
-    if asked.run is not None and asked.survey is not None:
+    if asked.run is not None and asked.survey is not None and asked.found:
+        of_products(asked.run, asked.survey)
+    elif asked.run is not None and asked.survey is not None:
         with_matched(asked.run, asked.survey, OverhangParameters())
     else:
         with_drawn(asked.seeds, asked.size, OverhangParameters())

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import EdgeOverhang
 
 SHORTEST_M = 1.0
@@ -19,6 +19,8 @@ BESIDE_M, TURNED_DEG = 0.6, 15.0
 NONE_M = 0.02
 """An edge whose roof stands out less has no overhang."""
 INVENTED_M = 0.08
+STATED_SHARE, BARE_SHARE = 0.5, 0.25
+"""An edge has the model's overhang where that stands along so much of it; one without overhang is spoilt by less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,7 @@ class OverhangErrors:
 
     Attributes
     ----------
-    true_m, found_m : (n,) overhang of edges that have one, and the model's there
+    true_m, found_m : (n,) overhang of edges that have one, and the model's there; 0 where it says none or says nothing
     bare_m : (k,) the model's overhang at edges that have none
     """
 
@@ -40,9 +42,34 @@ class OverhangErrors:
         return np.asarray(self.found_m - self.true_m)
 
     @property
+    def stated(self) -> BoolArray:
+        """(n,) whether the model gives an overhang at all, of edges that have one."""
+        return np.asarray(self.found_m > 0)
+
+    @property
     def invented(self) -> int:
         """Edges without overhang where the model has more than `INVENTED_M`."""
         return int(np.count_nonzero(self.bare_m > INVENTED_M))
+
+
+@dataclass(frozen=True, slots=True)
+class OverhangShares:
+    """Shares of the edges that have an overhang: for how many one is given, how many are right, and how many of those given."""
+
+    stated: float
+    within: float
+    stated_within: float
+
+
+def shares_within(errors: Sequence[OverhangErrors], tolerance_m: float) -> OverhangShares:
+    """Many buildings together; NaN where there is nothing to count."""
+    right = np.concatenate([np.abs(e.errors_m) <= tolerance_m for e in errors] or [np.empty(0, bool)])
+    stated = np.concatenate([e.stated for e in errors] or [np.empty(0, bool)])
+    return OverhangShares(_share(stated), _share(right), _share(right[stated]))
+
+
+def _share(right: BoolArray) -> float:
+    return float(np.mean(right)) if len(right) else float("nan")
 
 
 def overhang_errors(walls: Polygon, roof: Polygon, overhangs: Sequence[EdgeOverhang]) -> OverhangErrors:
@@ -50,7 +77,7 @@ def overhang_errors(walls: Polygon, roof: Polygon, overhangs: Sequence[EdgeOverh
     true, found = [], []
     for start, end in wall_edges(walls):
         true.append(true_overhang(start, end, roof))
-        found.append(_found(start, end, overhangs))
+        found.append(_found(start, end, overhangs, STATED_SHARE if true[-1] > NONE_M else BARE_SHARE))
     t, f = np.array(true, np.float64), np.array(found, np.float64)
     has = t > NONE_M
     return OverhangErrors(t[has], f[has], f[~has])
@@ -87,8 +114,8 @@ def _first_piece(beyond: shapely.Geometry, foot: FloatArray) -> float:
     return 0.0
 
 
-def _found(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang]) -> float:
-    """Mean reach of the model's edges beside this one, by the length that they have in common."""
+def _found(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang], least_share: float) -> float:
+    """Mean reach of the model's overhangs beside an edge, by the length that they have in common; 0 where that is too short a part of it."""
     length = float(np.hypot(*(end - start)))
     along = (end - start) / length
     total, weight = 0.0, 0.0
@@ -96,11 +123,11 @@ def _found(start: FloatArray, end: FloatArray, overhangs: Sequence[EdgeOverhang]
         xy = shapely.get_coordinates(overhang.line)[[0, -1]]
         own = xy[1] - xy[0]
         size = float(np.hypot(*own))
-        if size == 0 or own @ along < size * np.cos(np.radians(TURNED_DEG)):
+        if overhang.reach_m <= 0 or own @ along < size * np.cos(np.radians(TURNED_DEG)):
             continue
         offset = xy - start
         if np.abs(offset[:, 0] * along[1] - offset[:, 1] * along[0]).max() > BESIDE_M:
             continue
         first, last = np.clip(offset @ along, 0.0, length)
         total, weight = total + overhang.reach_m * (last - first), weight + (last - first)
-    return total / weight if weight > 0 else 0.0
+    return total / weight if weight > least_share * length else 0.0

@@ -62,6 +62,20 @@ def reaches(found: tuple[object, ...]) -> list[float]:
     return [o.reach_m for o in found]  # type: ignore[attr-defined]
 
 
+def facades(house: Polygon) -> WallPoints:
+    """80 points on each wall, 1.5 to 3 m above the floor."""
+    parts = []
+    for a, b in itertools.pairwise(shapely.get_coordinates(house.exterior)):
+        along = (b - a) / np.hypot(*(b - a))
+        place = a + np.linspace(0.05, 0.95, 80)[:, None] * (b - a)
+        height = FLOOR + 1.5 + 0.5 * (np.arange(80) % 4)
+        parts.append((np.column_stack([place, height]), np.tile([along[1], -along[0]], (80, 1))))
+    return WallPoints(
+        np.concatenate([p for p, _ in parts]), np.concatenate([n for _, n in parts]).astype(np.float32),
+        np.full(320, 0.05, np.float32), np.full(320, 3, np.uint8),
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("cell", [0.05, 0.08, 0.2])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_each_edge_has_its_own_reach(cell: float, seed: int) -> None:
@@ -127,16 +141,7 @@ def test_a_wall_that_is_badly_known_needs_a_wider_overhang() -> None:
 def test_facades_tell_an_outline_that_is_too_small_from_an_overhang() -> None:
     """The true house is 0.25 m larger all round than the outline, and its roof ends with its walls."""
     house = orient(moved_out(HOUSE, [0.25] * 4))
-    xy = shapely.get_coordinates(house.exterior)
-    parts = []
-    for a, b in itertools.pairwise(xy):
-        along = (b - a) / np.hypot(*(b - a))
-        place = a + np.linspace(0.05, 0.95, 80)[:, None] * (b - a)
-        parts.append((np.column_stack([place, np.full(80, 12.0)]), np.tile([along[1], -along[0]], (80, 1))))
-    walls = WallPoints(
-        np.concatenate([p for p, _ in parts]), np.concatenate([n for _, n in parts]).astype(np.float32),
-        np.full(320, 0.05, np.float32), np.full(320, 3, np.uint8),
-    )  # fmt: skip
+    walls = facades(house)
     heights = surface(house, 0.08)
     assert min(reaches(find_overhangs(evidence(heights), model()))) > 0.15
     assert reaches(find_overhangs(evidence(heights, walls=walls), model())) == [0.0] * 4
