@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from pyproj import Transformer
 
+from cityflow.errors import CatalogError
 from cityflow.io.geoid import shipped_geoid
 from cityflow.io.globe import Globe, globe_of
 from cityflow.io.globe_frame import frame_at
@@ -119,6 +120,11 @@ def test_no_ballpark_transformation_is_ever_taken() -> None:
         placing = _globe(code, bounds).placing
         assert "ballpark" not in placing.horizontal.lower()
         assert placing.horizontal_accuracy_m <= 2.0
+
+
+def test_a_position_off_the_globe_is_named() -> None:
+    with pytest.raises(CatalogError, match="nowhere on the globe"):
+        _globe("EPSG:7415").geocentric(np.array([[85000.0, 447500.0, 0.0], [np.nan, 447500.0, 0.0]]))
 
 
 _WITH_GRID = """

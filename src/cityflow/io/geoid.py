@@ -43,17 +43,19 @@ class Geoid:
 
         Returns
         -------
-        (N,) metres, bilinear between the lattice's points, as PROJ interpolates
+        (N,) metres, bilinear between the lattice's points, as PROJ interpolates; NaN where the position is none
         """
         rows, cols = self.centimetres.shape
-        row = np.clip((90.0 - np.asarray(lat, np.float64)) / self.step_deg, 0, rows - 1)
-        col = ((np.asarray(lon, np.float64) + 180.0) % 360.0) / self.step_deg
+        places = np.column_stack([np.asarray(lon, np.float64), np.asarray(lat, np.float64)])
+        known = np.isfinite(places).all(axis=1)
+        lon, lat = np.where(known[:, None], places, 0.0).T
+        row, col = np.clip((90.0 - lat) / self.step_deg, 0, rows - 1), ((lon + 180.0) % 360.0) / self.step_deg
         north, west = np.minimum(row.astype(np.int64), rows - 2), col.astype(np.int64) % cols
         s, e = row - north, col - np.floor(col)
         east = (west + 1) % cols
         upper = self.centimetres[north, west] * (1 - e) + self.centimetres[north, east] * e
         lower = self.centimetres[north + 1, west] * (1 - e) + self.centimetres[north + 1, east] * e
-        return np.asarray(upper * (1 - s) + lower * s) / CENTIMETRES_PER_METRE
+        return np.where(known, (upper * (1 - s) + lower * s) / CENTIMETRES_PER_METRE, np.nan)
 
 
 @lru_cache(maxsize=1)

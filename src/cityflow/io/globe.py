@@ -102,9 +102,23 @@ class Globe:
         return np.column_stack([lon, lat, height])
 
     def geocentric(self, xyz: FloatArray) -> FloatArray:
-        """(N, 3) world metres → (N, 3) metres from the earth's centre (EPSG:4978)."""
+        """(N, 3) world metres → (N, 3) metres from the earth's centre (EPSG:4978).
+
+        Raises
+        ------
+        CatalogError
+            Where a position is nowhere on the globe.
+        """
         lon, lat, height = self.geodetic(xyz).T
-        return np.column_stack(_geocentric().transform(lon, lat, height))
+        found = np.column_stack(_geocentric().transform(lon, lat, height))
+        lost = ~np.isfinite(found).all(axis=1)
+        if lost.any():
+            x, y, z = np.asarray(xyz, np.float64).reshape(-1, 3)[np.argmax(lost)]
+            raise CatalogError(
+                f"the position {x:.1f}, {y:.1f}, {z:.1f} is nowhere on the globe by {self.placing.horizontal!r}",
+                remedy="check the CRS of the catalog, or leave the 3D Tiles out",
+            )
+        return found
 
 
 def globe_of(reference: Reference, bounds: Bounds) -> Globe | None:

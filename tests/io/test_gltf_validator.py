@@ -1,0 +1,67 @@
+"""The Khronos validator on what is written; needs node and its package gltf-validator (installed, or on NODE_PATH)."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cityflow.core.building import Building
+from cityflow.core.texture import Drape
+from cityflow.io.appearance import Appearance
+from cityflow.io.globe_frame import frame_at
+from cityflow.io.gltf import write_buildings_glb, write_terrain_glb
+from painted_faces import painted
+
+NODE = shutil.which("node")
+_VALIDATE = """
+const validator = require("gltf-validator"), fs = require("fs"), path = require("path");
+const file = process.argv[1], beside = (uri) => path.join(path.dirname(file), decodeURIComponent(uri));
+const bytes = (name) => new Uint8Array(fs.readFileSync(name));
+validator.validateBytes(bytes(file), { uri: file, externalResourceFunction: async (uri) => bytes(beside(uri)) })
+  .then((report) => console.log(JSON.stringify(report)));
+"""
+FRAME = frame_at(None, (85000.0, 447500.0, 0.0))
+
+
+def _has_validator() -> bool:
+    if NODE is None:
+        return False
+    return subprocess.run([NODE, "-e", 'require("gltf-validator")'], capture_output=True, check=False).returncode == 0
+
+
+pytestmark = pytest.mark.skipif(not _has_validator(), reason="node with gltf-validator is not installed")
+
+
+def _report(data: bytes, folder: Path) -> dict[str, int]:
+    path = folder / "written.glb"
+    path.write_bytes(data)
+    assert NODE is not None
+    done = subprocess.run([NODE, "-e", _VALIDATE, str(path)], capture_output=True, text=True, check=True, timeout=60)
+    issues = json.loads(done.stdout)["issues"]
+    return {kind: issues[f"num{kind}"] for kind in ("Errors", "Warnings")}
+
+
+@pytest.mark.parametrize("rectified", [True, False])
+def test_buildings_have_no_faults(neighbours: list[Building], tmp_path: Path, rectified: bool) -> None:
+    paint = painted(neighbours, rectified=rectified)
+    paint.save(tmp_path)
+    folder = tmp_path / "products/tiles3d/t"
+    folder.mkdir(parents=True)
+    data = write_buildings_glb("t", neighbours, FRAME, Appearance("products/tiles3d/t", paint.textures))
+    assert _report(data, folder) == {"Errors": 0, "Warnings": 0}
+
+
+@pytest.mark.parametrize("draped", [True, False])
+def test_terrain_has_no_faults(
+    terrain: tuple[np.ndarray, np.ndarray], neighbours: list[Building], tmp_path: Path, draped: bool
+) -> None:
+    paint = painted(neighbours)
+    paint.save(tmp_path)
+    drape = Drape(paint.textures.pages[0], (84950.0, 447480.0, 85050.0, 447580.0)) if draped else None
+    data = write_terrain_glb("t", terrain, FRAME, Appearance("", drape=drape))
+    assert _report(data, tmp_path) == {"Errors": 0, "Warnings": 0}
