@@ -11,10 +11,20 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
+from shapely import Polygon
 from trimesh.resolvers import FilePathResolver
 
-from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar
-from cityflow.core.texture import Drape, FaceKey, Shell, TexturePage
+from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.texture import (
+    BuildingTexture,
+    Drape,
+    FaceFigures,
+    FaceKey,
+    FaceTexture,
+    Shell,
+    TexturePage,
+    TextureSet,
+)
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
 from cityflow.io.appearance import Appearance
 from cityflow.io.attributes import described
@@ -124,6 +134,44 @@ def test_triplets_are_exact_and_divide_to_the_plain_coordinates(neighbours: list
             assert (at["_UVD"][at["_FEATURE_ID_1"] == number] == expected.astype(np.float32)).all()
             checked += 1
     assert checked == len(paint.colours)
+
+
+def test_triplets_keep_a_photograph_straight_where_plain_coordinates_bend_it() -> None:
+    """A façade of 12 × 9 m, steeply seen: any place on it, divided, is the camera's pixel; plain interpolation is pixels off."""
+    eye, forward, focal = np.array([9.0, -14.0, 16.0]), np.array([-0.1, 0.8, -0.6]), 2048.0
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0, 0, 1))
+    right /= np.linalg.norm(right)
+    axes = np.array([right, np.cross(forward, right), forward])
+
+    def pixels(xyz: np.ndarray) -> np.ndarray:
+        seen = (xyz - eye) @ axes.T
+        return np.asarray(seen[:, :2] / seen[:, 2:] * focal + 4096)
+
+    corners = np.array([(0.0, 0, 0), (12, 0, 0), (12, 0, 9), (0, 0, 9)])
+    # The distance from the plane through the camera's centre that is parallel to its picture.
+    d = (corners - eye) @ forward
+    place = pixels(corners) / 8192
+    rings = (np.column_stack([place[:, 0], 1 - place[:, 1], d]),)
+    face = FaceTexture(0, rings, FaceFigures(0.1, 0.0, 1, 1, 0.0, 0.0))
+    solid = Polyhedron(corners, (Face(((0, 1, 2, 3),), Semantic.WALL),))
+    building = Building("b", Polygon(corners[:, :2]), 0.0, {Lod.LOD22: solid})
+    page = TexturePage("products/textures/p.png", 8192, 8192, "image/png")
+    textures = TextureSet(False, (page,), {"b": BuildingTexture({("solid", 0): face})})
+    frame = frame_at(None, (0.0, 0.0, 0.0))
+    glb = Glb.of(write_buildings_glb("t", [building], frame, Appearance(FOLDER, textures)))
+    (primitive,) = glb.primitives
+    at, triangles = glb.attributes(primitive), glb.triangles(primitive)
+    weights = np.random.default_rng(4).dirichlet((1, 1, 1), (len(triangles), 200))
+
+    def inside(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("tsc,tcv->tsv", weights, values[triangles]).reshape(-1, values.shape[1]))
+
+    truth = pixels(inside(_zup(at["POSITION"])))
+    triplets = inside(at["_UVD"].astype(float))
+    divided = triplets[:, :2] / triplets[:, 2:] * 8192
+    assert np.abs(divided - truth).max() < 0.01
+    assert np.abs(inside(at["TEXCOORD_0"].astype(float)) * 8192 - truth).max() > 50
 
 
 def test_rectified_textures_have_no_triplets(gable: Building) -> None:

@@ -47,7 +47,7 @@ class Geoid:
         """
         rows, cols = self.centimetres.shape
         places = np.column_stack([np.asarray(lon, np.float64), np.asarray(lat, np.float64)])
-        known = np.isfinite(places).all(axis=1)
+        known = np.asarray(np.isfinite(places).all(axis=1))
         lon, lat = np.where(known[:, None], places, 0.0).T
         row, col = np.clip((90.0 - lat) / self.step_deg, 0, rows - 1), ((lon + 180.0) % 360.0) / self.step_deg
         north, west = np.minimum(row.astype(np.int64), rows - 2), col.astype(np.int64) % cols
