@@ -6,9 +6,11 @@ import json
 from pathlib import Path
 
 import cv2
+import geopandas
 import numpy as np
 import pytest
 import shapely
+from numpy.typing import NDArray
 
 from cityflow.core.building import Lod
 from cityflow.core.grid import Grid
@@ -49,8 +51,6 @@ def _ortho(hole: bool = False) -> tuple[np.ndarray, Grid]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    import geopandas
-
     made, rd = tmp_path_factory.mktemp("painted"), resolve("EPSG:28992")
     grid = Grid(X, Y + SIDE, 0.5, SIDE * 2, SIDE * 2)
     x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
@@ -80,6 +80,12 @@ def run(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, R
     return where, run_all(_source(folder), Store.open(where))
 
 
+def _picture(path: Path) -> NDArray[np.generic]:
+    found = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    assert found is not None
+    return found
+
+
 def _features(run: Path) -> list[dict]:  # type: ignore[type-arg]
     return [json.loads(line) for line in (run / "products" / "city.city.jsonl").read_text().splitlines()[1:]]
 
@@ -91,8 +97,8 @@ def test_every_unit_is_textured_and_its_leaf_has_pages(run: tuple[Path, Records]
     leaves = sorted(u for s, u in records if s == "atlas")
     assert len(leaves) == 2, "a and b share a leaf"
     for leaf in leaves:
-        page = cv2.imread(str(where / f"products/textures/{leaf}.rectified.0.jpg"))
-        index = cv2.imread(str(where / f"products/textures/{leaf}.rectified.0.index.png"), cv2.IMREAD_UNCHANGED)
+        page = _picture(where / f"products/textures/{leaf}.rectified.0.jpg")
+        index = _picture(where / f"products/textures/{leaf}.rectified.0.index.png")
         names = json.loads((where / f"products/textures/{leaf}.images.json").read_text())
         assert page.shape[:2] == index.shape
         assert set(np.unique(index)) <= {0, 1, FIRST_IMAGE}
@@ -110,10 +116,11 @@ def test_roofs_have_the_colours_of_the_ortho_and_walls_say_why_they_have_none(ru
         rings = solid["texture"]["photographs"]["values"][0]
         kinds = [solid["semantics"]["surfaces"][k]["type"] for k in solid["semantics"]["values"][0]]
         roofs = [ring for ring, kind in zip(rings, kinds, strict=True) if kind == "RoofSurface"]
-        assert roofs and all(ring[0][0] is not None for ring in roofs)
+        assert roofs
+        assert all(ring[0][0] is not None for ring in roofs)
         assert all(ring[0][0] is None for ring, kind in zip(rings, kinds, strict=True) if kind != "RoofSurface")
         page, *corners = roofs[0][0]
-        picture = cv2.imread(str(where / "products" / look["textures"][page]["image"]))[..., ::-1]
+        picture = _picture(where / "products" / look["textures"][page]["image"])[..., ::-1]
         u, v = np.mean([look["vertices-texture"][k] for k in corners], axis=0)
         seen = picture[int((1 - v) * picture.shape[0]), int(u * picture.shape[1])].astype(float)
         assert np.abs(seen - HOUSES[name][1]).max() < 12
