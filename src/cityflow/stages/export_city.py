@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import shapely
+from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.building import Building, Outline, Status
 from cityflow.core.grid import Grid
@@ -36,6 +36,7 @@ from cityflow.stages.export import CITY, STAGE, read_rows
 from cityflow.stages.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.parameters import ExportParameters
+from cityflow.stages.refused_outlines import shapes_of
 from cityflow.stages.survey import Survey
 from cityflow.stages.units import read_splits
 
@@ -51,6 +52,7 @@ TITLES = {
 
 def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Task:
     """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
+    shapes = survey.refused_files() if refused else {}
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     splits = {p: d for t in tiles for p, d in survey.split_files(t).items()}
@@ -60,12 +62,12 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
         inputs={
-            "outlines": digest_of([outlines, units, splits]), "refused": digest_of(dict(refused)), "said": digest_of(survey.said),
+            "outlines": digest_of([outlines, units, splits]), "refused": digest_of([dict(refused), shapes]), "said": digest_of(survey.said),
             **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
         },
         arguments={
             "outlines": list(outlines), "units": list(units), "splits": list(splits),
-            "refused": dict(refused), "exports": {t: dict(exports[t]) for t in tiles},
+            "refused": dict(refused), "refused_shapes": list(shapes), "exports": {t: dict(exports[t]) for t in tiles},
             "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
             "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
@@ -87,7 +89,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     exported = [p for outputs in task.arguments["exports"].values() for p in outputs]
     splits = [s for p in task.arguments["splits"] for s in read_splits(workspace.read(p))]
     rows = read_rows(workspace.store, exported)
-    layers = [*_outline_layers(outlines, splits), *_unit_layers(units, rows, task)]
+    refused = shapes_of(workspace.read(p) for p in task.arguments["refused_shapes"])
+    layers = [*_outline_layers(outlines, splits), *_unit_layers(units, rows, refused, task)]
     workspace.publish("products/outlines.gpkg", write_geopackage(layers, resolve(task.arguments["crs"])))
     paths = sorted(p for p in exported if p.startswith(CITYJSON_FOLDER))
     if paths and len(paths) <= parameters.join_up_to_tiles:
@@ -171,16 +174,24 @@ def _outline_layers(outlines: Iterable[Outline], splits: Iterable[tuple[str, Spl
     yield from (layer for layer in found if len(layer.geometries))
 
 
-def _unit_layers(units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], task: Task) -> Iterator[Layer]:
+def _unit_layers(
+    units: Iterable[Outline], rows: Mapping[str, Mapping[str, Any]], refused: Mapping[str, BaseGeometry], task: Task
+) -> Iterator[Layer]:
     """Units with their attributes, and the status of everything, also of what left no building."""
     ordered = sorted(units, key=lambda o: o.id)
     finished = [_unit(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
-    places = {o.id: shapely.Point(o.polygon.representative_point()) for o in ordered}
+    shapes: dict[str, BaseGeometry] = {**refused, **{o.id: o.polygon for o in ordered}}
+    places = {unit: _place(shape) for unit, shape in shapes.items()}
     fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
     fates |= {u: (Status.REFUSED, reason) for u, reason in task.arguments["refused"].items()}
     yield unit_layer(finished)
     yield overhang_layer((u, out) for u, row in sorted(rows.items()) for out in row.get("overhangs", []))
     yield status_layer([(u, places.get(u), *fate) for u, fate in sorted(fates.items())])
+
+
+def _place(shape: BaseGeometry) -> BaseGeometry:
+    """A point inside; what is no valid polygon has a middle, too."""
+    return shape.representative_point() if shape.is_valid else shape.centroid
 
 
 def _unit(outline: Outline, row: Mapping[str, Any]) -> Building:

@@ -25,8 +25,12 @@ def encode_refused(refused: Iterable[tuple[str, BaseGeometry | None]]) -> bytes:
 def refused_shapes(store: Store, records: Iterable[Record]) -> dict[str, Polygon | MultiPolygon]:
     """Id → polygon or polygons, of what the tasks of these records refused."""
     paths = [p for r in records for p in r.outputs if p.endswith(f"/{REFUSED}")]
-    found = (json.loads(data) for _, data in store.read_many(paths))
-    return {name: shapely.from_wkb(wkb) for tree in found for name, wkb in tree.items()}
+    return shapes_of(data for _, data in store.read_many(paths))
+
+
+def shapes_of(files: Iterable[bytes]) -> dict[str, Polygon | MultiPolygon]:
+    """Id → polygon or polygons, from the contents of such files."""
+    return {name: shapely.from_wkb(wkb) for data in files for name, wkb in json.loads(data).items()}
 
 
 def _has_extent(shape: BaseGeometry | None) -> bool:

@@ -382,9 +382,17 @@ class Survey:
 
     def refused_outlines(self) -> dict[str, str]:
         """Outlines and units that cannot be buildings, or that a person has rejected, with the reason."""
-        records = [self.records.get(("ingest", "outlines"))]
-        records += [r for (stage, _), r in sorted(self.records.items()) if stage in ("outline", "units")]
-        return {str(u): str(why) for r in records if r is not None for u, why in r.result.get("refused", [])}
+        return {str(u): str(why) for r in self._refusing() for u, why in r.result.get("refused", [])}
+
+    def refused_files(self) -> dict[str, str]:
+        """Path → digest of the files that hold their polygons."""
+        return {p: d for r in self._refusing() for p, d in r.outputs.items() if p.endswith("/refused.json")}
+
+    def _refusing(self) -> list[Record]:
+        """What the tasks that may refuse outlines have left."""
+        given = self.records.get(("ingest", "outlines"))
+        others = [r for (stage, _), r in sorted(self.records.items()) if stage in ("outline", "units")]
+        return others if given is None else [given, *others]
 
     @property
     def date(self) -> str:
