@@ -3,10 +3,13 @@
 After Frommholz et al. 2017, section 5, where the map keeps free segments of scanlines. Here every pixel of a row knows its segment: a
 positive entry says how many pixels are free from here on, a negative one how many are taken before the next free one. Whether a
 run of a patch fits is one look, and a collision tells at once how far the patch must move; so no list of segments is searched, and no
-grid of earlier patches is needed: the map itself, per pixel, is what stands there.
+grid of earlier patches is needed: the map itself, per pixel, is what stands there. The coarse grid that is left is one of free room:
+the longest segment that begins in each block of a row, by which blocks without room are leapt over.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,24 +23,56 @@ MapArray = NDArray[np.int16]
 BEYOND = -32767
 """Entry right of the last column: no free pixel follows."""
 
+PAD = 33
+"""Entries right of the last column, so that rows of a power of two do not all begin in the same line of the processor's cache."""
+
+BLOCK_BITS = 7
+
+
+class Availability(NamedTuple):
+    """What is free on a page.
+
+    Attributes
+    ----------
+    free : (rows, width + `PAD`) int16, see above
+    blocks : (rows, n) int16, the longest free segment that begins in each block of 128 columns; the last one is a stop
+    longest : (rows,) int64, of each whole row
+    """
+
+    free: MapArray
+    blocks: MapArray
+    longest: IntArray
+
 
 @njit(cache=True, nogil=True)
-def empty_map(rows: int, width: int) -> tuple[MapArray, IntArray]:
-    """(rows, width + 1) int16, all free, and (rows,) int64, the longest free segment of each row."""
-    free = np.empty((rows, width + 1), np.int16)
+def nothing_taken(rows: int, width: int) -> Availability:
+    """The map of an empty page."""
+    free = np.empty((rows, width + PAD), np.int16)
+    blocks = np.zeros((rows, ((width - 1) >> BLOCK_BITS) + 2), np.int16)
     for row in range(rows):
         for col in range(width):
             free[row, col] = width - col
-        free[row, width] = BEYOND
-    return free, np.full(rows, width, np.int64)
+        free[row, width:] = BEYOND
+        blocks[row, 0], blocks[row, -1] = width, -BEYOND
+    return Availability(free, blocks, np.full(rows, width, np.int64))
 
 
 @njit(cache=True, nogil=True)
-def first_column(free: MapArray, runs: RunArray, row: int, col: int, last: int) -> int:
+def with_rows(page: Availability, rows: int) -> Availability:
+    """The same page with more rows."""
+    larger = nothing_taken(rows, page.free.shape[1] - PAD)
+    larger.free[: len(page.free)] = page.free
+    larger.blocks[: len(page.free)] = page.blocks
+    larger.longest[: len(page.free)] = page.longest
+    return larger
+
+
+@njit(cache=True, nogil=True)
+def first_column(page: Availability, runs: RunArray, row: int, col: int, last: int) -> int:
     """Smallest column from `col` to `last` at which a patch with these runs and its top in `row` meets nothing; -1 where there is none."""
     agreed = i = 0
     while agreed < len(runs):
-        entries = free[row + runs[i, 0]]
+        entries, blocks = page.free[row + runs[i, 0]], page.blocks[row + runs[i, 0]]
         ahead, length = runs[i, 1], runs[i, 2]
         at = col + ahead
         entry = entries[at]
@@ -48,6 +83,13 @@ def first_column(free: MapArray, runs: RunArray, row: int, col: int, last: int) 
                 at += abs(entry)
                 if at - ahead > last:
                     return -1
+                block = at >> BLOCK_BITS
+                if blocks[block] < length:
+                    while blocks[block] < length:
+                        block += 1
+                    at = block << BLOCK_BITS
+                    if at - ahead > last:
+                        return -1
                 entry = entries[at]
             col, agreed = at - ahead, 1
         i = i + 1 if i + 1 < len(runs) else 0
@@ -55,13 +97,13 @@ def first_column(free: MapArray, runs: RunArray, row: int, col: int, last: int) 
 
 
 @njit(cache=True, nogil=True)
-def occupy(free: MapArray, longest: IntArray, runs: RunArray, row: int, col: int) -> None:
+def occupy(page: Availability, runs: RunArray, row: int, col: int) -> None:
     """Take the pixels of a patch."""
     for i in range(len(runs)):
-        entries = free[row + runs[i, 0]]
+        at = row + runs[i, 0]
         begin = col + runs[i, 1]
-        _take(entries, begin, begin + runs[i, 2])
-        longest[row + runs[i, 0]] = _longest(entries)
+        _take(page.free[at], begin, begin + runs[i, 2])
+        page.longest[at] = _look_through(page.free[at], page.blocks[at])
 
 
 @njit(cache=True, nogil=True)
@@ -79,10 +121,14 @@ def _take(entries: MapArray, begin: int, end: int) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _longest(entries: MapArray) -> int:
+def _look_through(entries: MapArray, blocks: MapArray) -> int:
+    """Renew the blocks of a row; its longest segment."""
+    blocks[:-1] = 0
     longest = at = 0
     while at < len(entries):
-        if entries[at] > longest:
-            longest = entries[at]
-        at += abs(entries[at])
+        entry = entries[at]
+        if entry > 0:
+            blocks[at >> BLOCK_BITS] = max(blocks[at >> BLOCK_BITS], entry)
+            longest = max(longest, entry)
+        at += abs(entry)
     return longest

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.texture.placement.availability import MapArray, empty_map, first_column, occupy
+from cityflow.texture.placement.availability import PAD, Availability, first_column, nothing_taken, occupy, with_rows
 from cityflow.texture.placement.pixel_runs import TURNS, Patches, RunArray
 
 ROW, COL, TURN = 0, 1, 2
@@ -41,39 +41,34 @@ def _fill(
     bounds: Bounds,
     spots: IntArray,
 ) -> None:
-    rows = min(bounds.first_rows, bounds.last_rows)
-    free, longest = empty_map(rows, bounds.width)
+    page = nothing_taken(min(bounds.first_rows, bounds.last_rows), bounds.width)
     for patch in order:
-        turns = runs[starts[TURNS * patch] : starts[TURNS * patch + TURNS]]
-        begins = starts[TURNS * patch : TURNS * patch + TURNS + 1] - starts[TURNS * patch]
-        of_turn = slice(TURNS * patch, TURNS * patch + TURNS)
-        while True:
-            spot = _lowest(turns, begins, shapes[of_turn], distinct[of_turn], free, longest)
-            if spot[TURN] >= 0 or len(free) >= bounds.last_rows:
-                break
-            free, longest = _grown(free, longest, min(2 * len(free), bounds.last_rows))
+        of = slice(TURNS * patch, TURNS * patch + TURNS)
+        begins = starts[TURNS * patch : TURNS * patch + TURNS + 1]
+        spot = _lowest(runs, begins, shapes[of], distinct[of], page)
+        while spot[TURN] < 0 and len(page.free) < bounds.last_rows:
+            page = with_rows(page, min(2 * len(page.free), bounds.last_rows))
+            spot = _lowest(runs, begins, shapes[of], distinct[of], page)
         if spot[TURN] >= 0:
             spots[patch] = spot
-            occupy(free, longest, turns[begins[spot[TURN]] : begins[spot[TURN] + 1]], spot[ROW], spot[COL])
+            occupy(page, runs[begins[spot[TURN]] : begins[spot[TURN] + 1]], spot[ROW], spot[COL])
 
 
 @njit(cache=True, nogil=True)
-def _lowest(
-    turns: RunArray, begins: IntArray, shapes: IntArray, distinct: BoolArray, free: MapArray, longest: IntArray
-) -> IntArray:
+def _lowest(runs: RunArray, begins: IntArray, shapes: IntArray, distinct: BoolArray, page: Availability) -> IntArray:
     """Of all turns' first spots the one whose foot and middle lie lowest."""
     spot = np.full(3, NOWHERE, np.int64)
     best = np.inf
     for turn in range(TURNS):
         if not distinct[turn]:
             continue
-        runs = turns[begins[turn] : begins[turn + 1]]
+        turned = runs[begins[turn] : begins[turn + 1]]
         height, width = shapes[turn]
-        reach = 0.5 * (height + _middle(runs))
-        last = len(free) - height + 1
+        reach = reach_of(turned, height)
+        rows = len(page.free) - height + 1
         if best < np.inf:
-            last = min(last, int(np.ceil(best - reach)))
-        row, col = _first_spot(runs, free, longest, last, free.shape[1] - 1 - width)
+            rows = min(rows, int(max(best - reach, -2.0)) + 2)
+        row, col = first_spot(turned, page, 0, rows, last_column(page, width))
         if row >= 0 and row + reach < best:
             best = row + reach
             spot[ROW], spot[COL], spot[TURN] = row, col, turn
@@ -81,32 +76,30 @@ def _lowest(
 
 
 @njit(cache=True, nogil=True)
-def _first_spot(runs: RunArray, free: MapArray, longest: IntArray, rows: int, last: int) -> tuple[int, int]:
-    """The first free row below `rows`, and in it the first free column up to `last`."""
+def first_spot(runs: RunArray, page: Availability, first: int, end: int, last: int) -> tuple[int, int]:
+    """The first row from `first` and below `end` with a free spot, and in it the first free column up to `last`; `NOWHERE` if none."""
     if last < 0:
         return NOWHERE, NOWHERE
-    for row in range(rows):
-        # the longest run comes first: most rows are out of the question at one look
-        if longest[row + runs[0, 0]] >= runs[0, 2]:
-            col = first_column(free, runs, row, 0, last)
+    for row in range(first, end):
+        # the longest run comes first: many rows are out of the question at one look
+        if page.longest[row + runs[0, 0]] >= runs[0, 2]:
+            col = first_column(page, runs, row, 0, last)
             if col >= 0:
                 return row, col
     return NOWHERE, NOWHERE
 
 
 @njit(cache=True, nogil=True)
-def _middle(runs: RunArray) -> float:
-    """Mean row of the pixels."""
+def last_column(page: Availability, width: int) -> int:
+    """The last column that a patch of this width may begin in; negative where the page is narrower."""
+    return page.free.shape[1] - PAD - width
+
+
+@njit(cache=True, nogil=True)
+def reach_of(runs: RunArray, height: int) -> float:
+    """Half way between the mean row of the pixels and the foot of the patch: how far it reaches down from its top, rows."""
     moment = pixels = 0
     for i in range(len(runs)):
         moment += runs[i, 0] * runs[i, 2]
         pixels += runs[i, 2]
-    return moment / pixels
-
-
-@njit(cache=True, nogil=True)
-def _grown(free: MapArray, longest: IntArray, rows: int) -> tuple[MapArray, IntArray]:
-    larger, more = empty_map(rows, free.shape[1] - 1)
-    larger[: len(free)] = free
-    more[: len(free)] = longest
-    return larger, more
+    return 0.5 * (height + moment / pixels)

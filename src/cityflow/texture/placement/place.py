@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
 
@@ -12,8 +13,10 @@ from pydantic import Field, model_validator
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.errors import CityflowError
-from cityflow.texture.placement.layout import COL, ROW, TURN, Bounds, filled
+from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, filled
 from cityflow.texture.placement.pixel_runs import TURNS, Patches, patches_of
+from cityflow.texture.placement.segments import filled_by_threads
+from cityflow.texture.placement.trials import Edges, Trial, power_of_two, trials
 
 
 class PatchTooLarge(CityflowError):
@@ -29,6 +32,11 @@ class PlacementParameters(Parameters):
 
     page_px: int = Field(8192, ge=256, le=16384, description="longest edge of a page, pixels; a power of two")
     first_px: int = Field(256, ge=1, le=16384, description="shortest edge of a page, pixels; a power of two")
+    effort: float = Field(
+        6e9,
+        ge=0.0,
+        description="how much may be tried, in products of patches and their pixels: that many orders and widths of a page are compared, 24 at most",
+    )
 
     @model_validator(mode="after")
     def _powers_of_two(self) -> Self:
@@ -91,17 +99,19 @@ def place(masks: Sequence[BoolArray], parameters: PlacementParameters | None = N
     parameters = parameters or PlacementParameters()
     _refuse_what_cannot_be_placed(masks, parameters)
     patches = patches_of(masks)
+    edges = Edges(parameters.first_px, parameters.page_px)
     spots: list[Spot | None] = [None] * len(patches)
     pages: list[tuple[int, int]] = []
     left = np.arange(len(patches))
     while len(left):
-        found = _page(patches, left, parameters)
-        there = left[found[left, TURN] >= 0]
+        found = _best_page(patches, trials(patches, left, edges, parameters.effort), edges, threads)
+        there = left[found[left, TURN] != NOWHERE]
         for patch in there.tolist():
             row, col, turn = found[patch].tolist()
             spots[patch] = Spot(len(pages), row, col, turn)
-        pages.append(_page_shape(patches, there, found, parameters))
-        left = left[found[left, TURN] < 0]
+        height, width = _extent(patches, found)
+        pages.append((_edge(height, edges), _edge(width, edges)))
+        left = left[found[left, TURN] == NOWHERE]
     return Placement(tuple(s for s in spots if s is not None), tuple(pages))
 
 
@@ -117,21 +127,28 @@ def _refuse_what_cannot_be_placed(masks: Sequence[BoolArray], parameters: Placem
             )
 
 
-def _page(patches: Patches, left: IntArray, parameters: PlacementParameters) -> IntArray:
-    rows, cols = patches.shapes[::TURNS, 0], patches.shapes[::TURNS, 1]
-    weight = patches.pixels[left] * np.maximum(rows, cols)[left]
-    order = left[np.argsort(-weight, kind="stable")]
-    needed = max(np.sqrt(patches.pixels[left].sum() / 0.9), np.minimum(rows, cols)[left].max(), parameters.first_px)
-    width = min(_power_of_two(int(np.ceil(needed))), parameters.page_px)
-    return filled(patches, order, Bounds(width, min(2 * width, parameters.page_px), parameters.page_px))
+def _best_page(patches: Patches, tried: Sequence[Trial], edges: Edges, threads: int) -> IntArray:
+    """The layout that leaves out least, then that of the smallest page, then the one within the smallest rectangle."""
+    if len(tried) == 1 and threads > 1:
+        return filled_by_threads(patches, *tried[0], threads)
+    with ThreadPoolExecutor(threads) as pool:
+        layouts = list(pool.map(lambda trial: filled(patches, *trial), tried))
+    return min(layouts, key=lambda spots: _cost(patches, spots, edges))
 
 
-def _page_shape(patches: Patches, there: IntArray, found: IntArray, parameters: PlacementParameters) -> tuple[int, int]:
-    ends = found[there, ROW : COL + 1] + patches.shapes[TURNS * there + found[there, TURN]]
+def _cost(patches: Patches, spots: IntArray, edges: Edges) -> tuple[int, int, int]:
+    height, width = _extent(patches, spots)
+    out = int(patches.pixels[spots[:, TURN] == NOWHERE].sum())
+    return out, _edge(height, edges) * _edge(width, edges), height * width
+
+
+def _extent(patches: Patches, spots: IntArray) -> tuple[int, int]:
+    """Rows and columns that the placed patches take from the page's corner."""
+    there = np.flatnonzero(spots[:, TURN] != NOWHERE)
+    ends = spots[there, ROW : COL + 1] + patches.shapes[TURNS * there + spots[there, TURN]]
     height, width = ends.max(axis=0).tolist()
-    return max(_power_of_two(height), parameters.first_px), max(_power_of_two(width), parameters.first_px)
+    return height, width
 
 
-def _power_of_two(edge: int) -> int:
-    """The smallest that is not below `edge`."""
-    return 1 << max(edge - 1, 0).bit_length()
+def _edge(length: int, edges: Edges) -> int:
+    return max(power_of_two(length), edges.shortest)
