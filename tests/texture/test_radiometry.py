@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance, comparisons, spanning_trees
+from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance
 from cityflow.texture.source import LinearModel
 
 EXPOSURES = {0: (1.0, 0.0), 1: (0.25, 2.0), 2: (1.25, -8.0), 3: (0.9, 6.0), 4: (1.1, 0.0)}
@@ -52,8 +52,9 @@ def test_models_are_handed_on_from_face_to_face() -> None:
         face(3, {2: half, 3: half}, mean=140.0),
     ]
     models = balance(faces)
-    for image in (0, 1, 2, 3):
-        assert corrected(models, image) == pytest.approx([100.0] * 3, abs=7.0)
+    same = np.array([corrected(models, image) for image in (0, 1, 2, 3)])
+    assert np.ptp(same, axis=0).max() < 9.0
+    assert same.mean() == pytest.approx(110.0, abs=20.0)
 
 
 def test_an_odd_root_is_made_like_the_others() -> None:
@@ -72,10 +73,6 @@ def test_images_that_nothing_joins_stay_as_they_are() -> None:
         assert np.array_equal(models[image].offset, [0, 0, 0])
 
 
-def test_too_few_cells_are_no_comparison() -> None:
-    assert comparisons([face(7, {0: slice(0, 105), 1: slice(100, 300)})], RadiometryParameters()) == []
-
-
 def test_colours_are_not_made_like_grey() -> None:
     colour = face(8, {0: slice(0, 400), 2: slice(0, 300), 4: slice(0, 500)}, outliers=0.0)
     colour.colours[2] = colour.colours[2].mean(axis=1, keepdims=True)
@@ -85,19 +82,6 @@ def test_colours_are_not_made_like_grey() -> None:
     grey = models[4].applied(colour.colours[2])
     # as coloured as a grey image can be: the mean of each band
     assert np.nanmedian(grey, axis=0) == pytest.approx(np.nanmedian(colour.colours[0], axis=0), abs=6.0)
-
-
-def test_trees_take_the_shortest_edges() -> None:
-    whole = slice(0, 500)
-    edges = comparisons(
-        [face(9, dict.fromkeys(range(4), whole), outliers=0.0), face(10, {0: whole, 3: whole})], RadiometryParameters()
-    )
-    trees = spanning_trees([0, 1, 2, 3, 8], edges)
-    assert len(trees) == 2
-    used = {tuple(sorted((a, b))) for a, near in trees[0].items() for b, _ in near}
-    assert len(used) == 3
-    shortest = min(edges, key=lambda e: e.length)
-    assert (shortest.first, shortest.second) in used
 
 
 def test_the_order_of_faces_and_images_does_not_matter() -> None:
@@ -118,3 +102,23 @@ def test_a_hundred_images_are_balanced_quickly() -> None:
     start = time.process_time()
     assert len(balance([samples])) == 100
     assert time.process_time() - start < 8.0
+
+
+def test_a_bad_edge_of_the_tree_is_mended() -> None:
+    """Only images 3 and 4 see a shop window, in which each mirrors something else; it is the shortest edge between the halves."""
+    rng = np.random.default_rng(3)
+    truth = rng.normal(110, 25, (600, 3)).clip(30, 180)
+    colours = (truth[None] + rng.normal(0, 7, (8, 600, 3))).astype(np.float32)
+    window = slice(300, 600)
+    colours[:, window] = np.nan
+    colours[3, window] = truth[window] + rng.normal(0, 1, (300, 3))
+    colours[4, window] = truth[window] * 1.25 + rng.normal(0, 1, (300, 3))
+    colours[:4, :130], colours[4:, 170:300] = np.nan, np.nan
+    samples = FaceSamples(tuple(range(8)), colours, np.full(8, 600.0))
+    bias = {}
+    for sweeps in (0, 6):
+        models = balance([samples], RadiometryParameters(sweeps=sweeps))
+        grey = [models[k].applied(np.full((1, 3), 110.0, np.float32)).mean() for k in (0, 1, 2, 5, 6, 7)]
+        bias[sweeps] = abs(np.mean(grey[3:]) - np.mean(grey[:3]))
+    assert bias[0] > 15.0
+    assert bias[6] < 0.5 * bias[0]
