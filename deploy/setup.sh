@@ -48,7 +48,7 @@ fi
 if [ "$kind" = dev ]; then
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here[s3]" --group "$here/pyproject.toml:dev"
     # A reader of CityGML by others; its tests are skipped where it is not there.
-    command -v citygmltest >/dev/null 2>&1 || ! is_debian_root || install_debian libcitygml-bin
+    { command -v citygmltest >/dev/null 2>&1 && [ -e /usr/include/citygml/citygml.h ]; } || ! is_debian_root || install_debian libcitygml-bin libcitygml-dev g++
 else
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here"
 fi

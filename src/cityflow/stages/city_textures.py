@@ -12,7 +12,6 @@ import shapely
 from affine import Affine
 from numpy.typing import NDArray
 from rasterio.features import rasterize
-from scipy.ndimage import distance_transform_edt
 from shapely import Polygon
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
@@ -38,6 +37,7 @@ from cityflow.stages.atlas import FOLDER
 from cityflow.stages.rasters import given_colours
 from cityflow.stages.survey import ZARR
 from cityflow.stages.texture_files import Rings
+from cityflow.texture.patches.fill import interpolated
 
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
@@ -134,23 +134,19 @@ def _ortho(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds) -> Colour
 
 
 def _without_roofs(found: Colours, covered: Sequence[Polygon]) -> Colours:
-    """The ground's nearest colour under and beside buildings."""
+    """Interpolated from the ground around under and beside buildings, and where the ortho has no colour."""
     colours, known, grid = found
-    if not covered:
-        return found
-    wide = shapely.union_all(shapely.buffer(np.array(covered, dtype=object), EAVES_M, quad_segs=2))
-    roofs = rasterize([wide], out_shape=grid.shape, transform=Affine(*grid.transform)).astype(bool)
-    ground = known & ~roofs
-    if not ground.any():
-        return found
-    at = distance_transform_edt(~ground, return_distances=False, return_indices=True)
-    return np.where(roofs[..., None], colours[at[0], at[1]], colours), known | roofs, grid
+    ground = known
+    if covered:
+        wide = shapely.union_all(shapely.buffer(np.array(covered, dtype=object), EAVES_M, quad_segs=2))
+        ground = known & ~rasterize([wide], out_shape=grid.shape, transform=Affine(*grid.transform)).astype(bool)
+    ground = ground if ground.any() else known
+    return interpolated(colours, ground), known, grid
 
 
 def _reduced(found: Colours, longest_px: int) -> tuple[NDArray[np.uint8], Grid]:
-    """As many pixels as asked for at most; the mean colour where the ortho has none."""
-    colours, known, grid = found
-    colours = np.where(known[..., None], colours, colours[known].mean(axis=0))
+    """As many pixels as asked for at most."""
+    colours, _, grid = found
     factor = longest_px / max(grid.rows, grid.cols)
     if factor < 1:
         size = max(round(grid.cols * factor), 1), max(round(grid.rows * factor), 1)

@@ -45,7 +45,8 @@ RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
     "cityjson": "City model (CityJSONSeq 2.0)", "city": "City model (CityJSONSeq 2.0)",
-    "citygml": "City model (CityGML 2.0)", "obj": "City model (OBJ)", "outlines": "Outlines, units and their status",
+    "citygml": "City model (CityGML 2.0)", "obj": "City model (OBJ)",
+    "obj_rectified": "City model (OBJ, rectified textures)", "outlines": "Outlines, units and their status",
     "textures": "Pages of textures", "tiles3d": "City model (3D Tiles 1.1)",
 }  # fmt: skip
 

@@ -68,12 +68,21 @@ def citygml(tile: CityTile) -> Files:
 
 def obj(tile: CityTile) -> Files:
     """``obj/TILE.obj`` with materials and a sidecar of attributes; its texture coordinates are triplets."""
-    look = Appearance("products/obj", tile.raw, tile.drape)
+    return _obj(tile, "products/obj", tile.raw)
+
+
+def obj_rectified(tile: CityTile) -> Files:
+    """``obj_rectified/TILE.obj``: the same for programs that do not divide."""
+    return _obj(tile, "products/obj_rectified", tile.rectified)
+
+
+def _obj(tile: CityTile, folder: str, textures: TextureSet | None) -> Files:
+    look = Appearance(folder, textures, tile.drape)
     files = write_obj(
         tile.name, tile.buildings, tile.reference, Transform.over(tile.bounds), _relief(tile), appearance=look
     )
     for name, data in files.items():
-        yield f"products/obj/{name}", data
+        yield f"{folder}/{name}", data
 
 
 def tiles3d(tile: CityTile) -> Files:

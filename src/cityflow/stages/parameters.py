@@ -94,8 +94,9 @@ class ImagesParameters(Parameters):
 class ExportParameters(Parameters):
     """What is written."""
 
-    formats: tuple[Literal["cityjson", "citygml", "obj", "tiles3d"], ...] = Field(
-        ("cityjson", "citygml", "obj", "tiles3d"), description="formats per tile"
+    formats: tuple[Literal["cityjson", "citygml", "obj", "obj_rectified", "tiles3d"], ...] = Field(
+        ("cityjson", "citygml", "obj", "tiles3d"),
+        description="formats per tile; obj has triplets for programs that divide, obj_rectified is for all others",
     )
     drape_px: int = Field(
         4096,
