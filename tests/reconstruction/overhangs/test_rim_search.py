@@ -18,6 +18,7 @@ from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Pict
 from cityflow.core.wall_points import WallPoints
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
+from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 
 FLOOR, TOP = 10.0, 15.0
@@ -186,3 +187,39 @@ def test_rims_beyond_the_longest_reach_are_not_seen() -> None:
     found = find_overhangs(evidence(heights), model(), OverhangParameters(most_reach_m=0.8))
     assert reaches(found) == [0.0] * 4
     assert all(o.seen == 0 for o in found)
+
+
+def along_roof(outline: Polygon) -> tuple[OutlineEdge, ...]:
+    xy = shapely.get_coordinates(outline.exterior)
+    return tuple(OutlineEdge(LineString(p), "roof", 0.1) for p in itertools.pairwise(xy))
+
+
+def test_a_reach_counts_from_the_facade_where_the_outline_is_the_roofs_rim() -> None:
+    """Walls stand 0.6 m inside; the line of the overhang is theirs, and the roof of the solid ends where it is."""
+    inner = orient(HOUSE.buffer(-0.6, join_style="mitre"))
+    known = evidence(surface(HOUSE, 0.08), walls=facades(inner), edges=along_roof(HOUSE))
+    found = find_overhangs(known, model())
+    assert np.abs(np.array(reaches(found)) - 0.6).max() < 0.05
+    assert max(shapely.distance(o.line.centroid, inner.exterior) for o in found) < 0.03
+    before = model()
+    assert before.solid is not None
+    finished = with_overhangs(before, found, known)
+    assert finished.solid is not None
+    assert np.array_equal(finished.solid.vertices, before.solid.vertices)
+    assert finished.overhangs == found
+
+
+def test_nothing_is_stated_where_the_outline_is_the_roofs_rim_and_no_facade_was_seen() -> None:
+    found = find_overhangs(evidence(surface(HOUSE, 0.08), edges=along_roof(HOUSE)), model())
+    assert reaches(found) == [0.0] * 4
+    assert all(np.isnan(o.sigma_m) and o.seen == 0 for o in found)
+
+
+def test_heights_drawn_out_over_shadow_make_no_overhang() -> None:
+    """The surface stands out by 0.24 m, colours end with the wall."""
+    heights = surface(moved_out(HOUSE, [0.24] * 4), 0.08)
+    x, y = np.meshgrid(heights.grid.x_centres(), heights.grid.y_centres())
+    grey = np.where(shapely.contains_xy(HOUSE, x, y), 200, 30).astype(np.uint8)
+    picture = Picture(heights.grid, np.stack([grey, grey, grey]))
+    assert min(reaches(find_overhangs(evidence(heights), model()))) > 0.2
+    assert reaches(find_overhangs(evidence(heights, pictures=(picture,)), model())) == [0.0] * 4
