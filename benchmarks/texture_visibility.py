@@ -43,6 +43,7 @@ from true_shells import true_shells
 
 IMAGES_PER_FACE = 30
 LEAST_M2 = 0.5
+REACH_M = 60.0
 NEAR_M = 0.5
 """So far from the plane of a face the true building may stand where a reconstructed one was made of it."""
 BIAS_M = 0.03
@@ -184,9 +185,9 @@ def judge(
         house = houses[k]
         ground = shapely.buffer(shapely.union_all([house.outline, _plan(house)]), NEAR_M)
         shapely.prepare(ground)
-        part = cut(surface, grown(house.outline.bounds, p.reach_m))
+        part = cut(surface, grown(house.outline.bounds, REACH_M))
         began = time.perf_counter()
-        scene = Scene.of(part[1], part[0], house.all, around(houses, k, p.reach_m), p)
+        scene = Scene.of(part[1], part[0], house.all, around(houses, k, REACH_M), p)
         made += time.perf_counter() - began
         for face in faces_of(house):
             views = [v for v in views_of(face, images) if v.incidence_deg <= steep]
@@ -239,6 +240,7 @@ def main() -> None:
     parser.add_argument("--run", type=Path)
     parser.add_argument("--units", type=int, default=12)
     parser.add_argument("--cells", type=int, default=400)
+    parser.add_argument("--cell", type=float, help="of the true surface, metres; as the survey's truth otherwise")
     parser.add_argument("--skip-true", action="store_true")
     parser.add_argument("--seed", type=int, help="another town, photographed in the same way")
     parser.add_argument("--set", default="{}", help="VisibilityParameters as JSON")
@@ -248,7 +250,7 @@ def main() -> None:
         p = p.model_copy(update={"seed": asked.seed})
     town = make_town(p.seed, p.whole_town)
     world = (town, Truth(town.mesh()), p.images, p.area)
-    surface = true_surface(town, grown(p.area, p.around_m), p.truth_cell_m)
+    surface = true_surface(town, grown(p.area, p.around_m), asked.cell or p.truth_cell_m)
     if not asked.skip_true:
         print("true hulls, true surface", json.dumps(judge(true_houses(town), surface, world, asked, True)), flush=True)
     if asked.run is not None:

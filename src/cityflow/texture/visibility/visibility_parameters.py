@@ -10,9 +10,6 @@ from cityflow.core.parameters import Parameters
 class VisibilityParameters(Parameters):
     """How surface and models together hide faces."""
 
-    reach_m: float = Field(
-        60.0, ge=5, le=500, description="surface and models this far around a unit are looked at, metres"
-    )
     own_m: float = Field(
         1.0, ge=0, le=5, description="so far around a unit the surface is taken for its own blurred walls and eaves, metres"
     )  # fmt: skip
