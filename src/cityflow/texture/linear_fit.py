@@ -33,11 +33,6 @@ class RadiometryParameters(Parameters):
     most_gain: float = Field(8.0, gt=1, description="gains stay between 1 / this and this")
     most_offset: float = Field(60.0, ge=0, description="greatest offset, values of 0 to 255")
     sweeps: int = Field(3, ge=0, le=20, description="comparisons of every image with the middle of all, after the tree")
-    odd: float = Field(
-        0.15,
-        ge=0,
-        description="a root whose exposure differs by more than this from the middle of the images gives way",
-    )
 
 
 def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tuple[float, float, float]:

@@ -65,7 +65,7 @@ def balance(faces: Sequence[FaceSamples], parameters: RadiometryParameters | Non
     """The model of every image of a unit that can be compared with another one.
 
     Each set of images that comparisons join has a root, the image with most pixels on the unit; models are handed on from it along the minimum spanning tree.
-    A root that is much brighter or darker than most images of its set is made like them.
+    All of them are then as bright as the middle one of the set was, so that a root of odd exposure changes nothing.
     """
     asked = parameters or RadiometryParameters()
     cells = UnitCells.of(faces)
@@ -77,7 +77,7 @@ def balance(faces: Sequence[FaceSamples], parameters: RadiometryParameters | Non
         leading = {image: pixels[image] for image in tree if image not in grey} or {i: pixels[i] for i in tree}
         root = max(leading, key=lambda image: (leading[image], -image))
         found = _settled(cells, _handed_on(root, tree), set(leading), root, asked)
-        models.update(_like_the_middle(found, leading, root, asked))
+        models.update(_like_the_middle(found, leading, asked))
     return models
 
 
@@ -138,17 +138,20 @@ def _refitted(
 
 
 def _like_the_middle(
-    models: Models, leading: Mapping[int, float], root: int, parameters: RadiometryParameters
+    models: Models, leading: Mapping[int, float], parameters: RadiometryParameters
 ) -> dict[int, LinearModel]:
-    """The models, relative to the image of middle exposure among the leading ones (image → pixels) where the root's is odd."""
-    bright = {i: max(float(np.mean(models[i].gain * MID_GREY + models[i].offset)) / MID_GREY, 1e-3) for i in leading}
-    order = sorted(leading, key=lambda image: (bright[image], image))
-    summed = np.cumsum([leading[image] for image in order])
-    middle = order[int(np.searchsorted(summed, 0.5 * summed[-1]))]
-    if abs(np.log(bright[middle])) <= parameters.odd or middle == root:
-        return dict(models)
-    back = models[middle].inverse
-    return {image: _bounded(back.after(model), parameters) for image, model in models.items()}
+    """The models, brighter or darker so that the middle one of the leading images (image → pixels), band by band, stays as bright as it is.
+
+    A unit then looks as the survey's balance has most of its images, and like its neighbours, which have other roots; and an odd root gives way.
+    """
+    bright = np.array([np.maximum(models[i].gain * MID_GREY + models[i].offset, 1.0) / MID_GREY for i in leading])
+    weight = np.array(list(leading.values()))
+    order = np.argsort(bright, axis=0, kind="stable")
+    summed = np.cumsum(weight[order], axis=0)
+    at = np.argmax(summed >= 0.5 * summed[-1], axis=0)
+    middle = np.take_along_axis(bright, np.take_along_axis(order, at[None], axis=0), axis=0)[0]
+    level = LinearModel(1.0 / middle, np.zeros(3))
+    return {image: _bounded(level.after(model), parameters) for image, model in models.items()}
 
 
 def _bounded(model: LinearModel, parameters: RadiometryParameters) -> LinearModel:

@@ -15,6 +15,7 @@ from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, FaceGrid, FacePlane, See
 from cityflow.errors import CityflowError
 from cityflow.texture.patches.canvas import Canvas
 from cityflow.texture.patches.parameters import PatchParameters
+from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.source import UnitSources
 
 
@@ -160,6 +161,9 @@ class _Eye:
             # not the way through the world and back: these are centres of pixels, and shall stay so
             uv = canvas.uv[asked]
         inside = (depth > 0) & image.holds(uv)
+        if not image.camera.is_pinhole:
+            # far outside, the polynomials of a lens may fold back into the frame
+            inside &= in_frame(image, canvas.xyz[asked])
         asked, uv = asked[inside], uv[inside]
         if self.visible is None or not len(asked):
             return asked, uv
