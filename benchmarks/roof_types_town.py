@@ -1,6 +1,7 @@
 """Roof types from an ortho of 0.25 m and coarse heights: drawn houses by the hundred, and the houses of the made town.
 
 python benchmarks/roof_types_town.py --houses 20                             # drawn houses of every shape
+python benchmarks/roof_types_town.py --dormers 10                             # dormers of drawn houses: recall and false ones
 python benchmarks/roof_types_town.py --town FOLDER --seeds 7 11 13 --size 200  # the town's own ortho, drawn as by matching
 python benchmarks/roof_types_town.py --town FOLDER --lean 0.11                 # the same as a plain ortho
 
@@ -19,6 +20,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
+import shapely.affinity
 from shapely import Polygon
 
 from cityflow.core.arrays import ByteArray, FloatArray
@@ -26,17 +28,35 @@ from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
-from cityflow.evaluation.roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
+from cityflow.evaluation.roof_skeletons import (
+    FoundShapes,
+    found_shapes,
+    node_errors,
+    roof_polygons,
+    skeleton_nodes,
+    united_by_plane,
+)
 from cityflow.geometry.roof_surfaces import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
-from cityflow.reconstruction.roof_types import RoofTypesParameters, reconstruct
-from cityflow.synthetic.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house, leaning
+from cityflow.reconstruction.roof_types import RoofTypesParameters, best_roofs, read, reconstruct
+from cityflow.synthetic.drawn_houses import (
+    BEYOND,
+    COMPLEX,
+    DORMERED,
+    SIMPLE,
+    DrawnHouse,
+    disturbed,
+    dormer_outlines,
+    drawn_house,
+    leaning,
+)
 from cityflow.synthetic.roofs import MAIN, TruthFace, visible_faces
 from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
 from cityflow.synthetic.town_units import Unit
 from drawn_town import DrawnTown, drawn_town, table
 
 CELLS_M = (0.5, 1.0, 2.0)
+BARE = ("gable", "hip", "half-hip")
 DISTURBED_M, NOISE_M, ORTHO_M = 0.73, 0.35, 0.25
 WITHIN_M, AROUND_M = 3.0, 6.0
 
@@ -243,9 +263,41 @@ def report(title: str, tallies: dict[str, Tally]) -> None:
     table(title, names, [tallies[k].row(k) for k in sorted(tallies, key=lambda k: (k.split(":")[0], k))])
 
 
+def dormer_report(seeds: range) -> None:
+    """Dormers of houses with them, and of bare ones, from heights in whole metres and from better ones."""
+    rows = []
+    for noise, whole in ((NOISE_M, True), (0.15, False)):
+        for shape in (*DORMERED, *BARE):
+            for cell in CELLS_M[:2]:
+                found = [_dormers(drawn_house(shape, seed), cell, noise, whole) for seed in seeds]
+                true, hit, count, false = (
+                    sum(v) for v in zip(*((f.true, f.hit, f.found, f.false) for f in found), strict=True)
+                )
+                recall = f"{100 * hit / true:.0f} %" if true else "–"
+                heights = f"{noise} m, whole metres" if whole else f"{noise} m"
+                rows.append([shape, heights, f"{cell} m", str(true), recall, str(count), str(false)])
+    table("Dormers", ["houses", "noise", "cells", "true", "recall", "found", "false"], rows)
+
+
+def _dormers(house: DrawnHouse, cell: float, noise: float, whole: bool) -> FoundShapes:
+    evidence = Evidence(
+        house.shape,
+        house.outline,
+        PointCloud.empty(),
+        house.ground,
+        heights=house.heights(cell, noise, whole),
+        pictures=(house.ortho(),),
+    )
+    reading = read(evidence, RoofTypesParameters())
+    parts = best_roofs(reading, "", RoofTypesParameters())[0].dormers
+    there = [shapely.affinity.translate(Polygon(p.skeleton.quad.ring()), *reading.origin[:2]) for p in parts]
+    return found_shapes(dormer_outlines(house), there)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--houses", type=int, default=0, help="drawn houses of each shape")
+    parser.add_argument("--dormers", type=int, default=0, help="drawn houses with dormers of each kind, and bare ones")
     parser.add_argument("--first", type=int, default=0, help="first seed of drawn houses")
     parser.add_argument("--town", type=Path, help="folder of drawn towns")
     parser.add_argument("--seeds", type=int, nargs="+", default=[7, 11, 13])
@@ -255,6 +307,8 @@ def main() -> None:
     parser.add_argument("--say", action="store_true", help="name every wrong type")
     options = parser.parse_args()
     cv2.setNumThreads(1)
+    if options.dormers:
+        dormer_report(range(options.first, options.first + options.dormers))
     for disturb in (False, True):
         if options.outlines == ("true" if disturb else "disturbed"):
             continue

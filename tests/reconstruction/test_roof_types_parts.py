@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from cityflow.core.reconstruction import Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
-from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
+from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels, step_of
 from cityflow.reconstruction.roof_types_parts.line_categories import Category, CategoryParameters, categorise
 from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters, rim_shift
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
@@ -31,7 +32,7 @@ from cityflow.reconstruction.roof_types_parts.roof_lines import (
     without_duplicates,
 )
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, partition_of, roof_model
-from cityflow.reconstruction.roof_types_parts.shape_fit import fitted_heights, line_gain
+from cityflow.reconstruction.roof_types_parts.shape_fit import fitted_heights, line_gain, misfit, noise_of
 from cityflow.reconstruction.roof_types_parts.skeletons import (
     D0,
     R2,
@@ -247,3 +248,26 @@ def test_solids_over_skewed_outlines_are_valid(moves: list[float], at: float, ki
     solid = assemble(partition_of(model, outline), model.planes, 0.0, (0.0, 0.0, 0.0), outline)
     assert not check_polyhedron(solid)
     assert math.isclose(shape[D0] + ridge_shape(quad, 1 - at)[D0], quad.width)
+
+
+def test_few_coarse_heights_do_not_tell_their_noise() -> None:
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(4) * 2.0, np.arange(3) * 2.0))
+    xy = np.column_stack([x, y])
+    level = HeightCells(xy, np.arange(12), np.full(12, 6.0), np.ones(12), 2.0, 1.0)
+    assert 0.3 < noise_of(level) < 0.45
+    assert noise_of(replace(level, step=0.0)) < noise_of(level)
+
+
+def test_steps_of_heights_are_recognised() -> None:
+    rng = np.random.default_rng(1)
+    z = rng.uniform(3, 9, 50)
+    assert step_of(np.round(z)) == 1.0
+    assert step_of(np.round(2 * z) / 2) == 0.5
+    assert step_of(z) == 0.0
+
+
+def test_what_stands_on_a_roof_is_spared_only_where_cells_are_fine() -> None:
+    off = np.zeros(40)
+    off[:3] = 6.0
+    assert misfit(off, np.full(40, 0.5)) < 0.5 * 3 * 4.5
+    assert misfit(off, np.ones(40)) == pytest.approx(3 * 4.5)

@@ -90,3 +90,30 @@ def united_by_plane(faces: Sequence[tuple[Polygon, FloatArray]]) -> list[Polygon
             mine[1].append(polygon)
     united = [shapely.union_all(polygons, grid_size=GRID_M) for _, polygons in groups]
     return [p for shape in united for p in shapely.get_parts(shape) if p.geom_type == "Polygon"]
+
+
+@dataclass(frozen=True, slots=True)
+class FoundShapes:
+    """How many of some small shapes were found, and how many found ones are none.
+
+    Attributes
+    ----------
+    true, hit : number of true ones, and of those that a found one covers well
+    found, false : number of found ones, and of those that cover no true one well
+    """
+
+    true: int
+    hit: int
+    found: int
+    false: int
+
+
+def found_shapes(true: Sequence[Polygon], found: Sequence[Polygon], least: float = 0.4) -> FoundShapes:
+    """True and found shapes are the same where their common area is so much (share) of that of both together."""
+    overlap = np.zeros((len(true), len(found)))
+    for i, a in enumerate(true):
+        for k, b in enumerate(found):
+            common = float(shapely.intersection(a, b, grid_size=GRID_M).area)
+            overlap[i, k] = common / (a.area + b.area - common)
+    alike = overlap >= least
+    return FoundShapes(len(true), int(alike.any(axis=1).sum()), len(found), int((~alike.any(axis=0)).sum()))

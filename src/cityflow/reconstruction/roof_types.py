@@ -7,12 +7,13 @@ determined anew from the surface model.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydantic import Field
 from shapely import Polygon
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.building import RoofPlane, Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
@@ -24,6 +25,7 @@ from cityflow.reconstruction.roof_types_parts import hypotheses as hypotheses_of
 from cityflow.reconstruction.roof_types_parts import ortho_shift, roof_lines
 from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, lifted, simple_roofs
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
+from cityflow.reconstruction.roof_types_parts.dormers import DormerParameters, with_dormers
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels
 from cityflow.reconstruction.roof_types_parts.hypotheses import HypothesisParameters
 from cityflow.reconstruction.roof_types_parts.line_categories import (
@@ -44,6 +46,10 @@ from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 METHOD = "roof_types"
 LADDER = 4
 """So many roofs are tried until one gives a valid solid."""
+DORMERS_WITHIN = 6.0
+"""Dormers are sought on roofs that cost so little more than the best."""
+ROUGH_INSIDE, ROUGH_REST = 0.7, 0.4
+"""Where an outline has no other decomposition: share of wings inside it, and share that parts leave uncovered."""
 Origin = tuple[float, float, float]
 
 
@@ -56,6 +62,7 @@ class RoofTypesParameters(Parameters):
     regular: RegularParameters = RegularParameters()
     parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
+    dormers: DormerParameters = DormerParameters()
     levels: LevelParameters = LevelParameters()
     straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
     margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
@@ -83,6 +90,7 @@ class Reading:
     fitted : Polygon, local; the outline without the errors of its corners, over which roofs are fitted
     cells, levels, lines : heights and sorted lines, local
     clues : what hypotheses are compared with
+    segments : (M, 4) float64, lines as they were detected, before any were joined
     """
 
     origin: Origin
@@ -92,6 +100,7 @@ class Reading:
     levels: RoofLevels
     lines: SortedLines
     clues: Clues
+    segments: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
 
 
 def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidate:
@@ -102,7 +111,7 @@ def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidat
     roofs = best_roofs(reading, evidence.wanted_type, parameters)
     if not roofs:
         return _none("no roof type fits the outline")
-    off = _share_off(reading, roof_model(roofs[0].parts))
+    off = _share_off(reading, roof_model(roofs[0].standing))
     if off > parameters.most_off:
         return _none(
             f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roofs[0].type}): type unknown"
@@ -118,6 +127,8 @@ def _first_valid(
     faults = "none tried"
     while faults and tried < min(len(roofs), LADDER):
         candidate, faults = _candidate(evidence, reading, roofs[tried], parameters)
+        if faults and roofs[tried].dormers:
+            candidate, faults = _candidate(evidence, reading, replace(roofs[tried], dormers=()), parameters)
         tried += 1
     if faults:
         return _none(f"no valid solid of the best {min(len(roofs), LADDER)} roofs: {faults}")
@@ -146,7 +157,7 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
             origin, outline, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0)
         )
     levels = heights_of.roof_levels(evidence, outline, origin, cells)
-    lines = find_lines(evidence, origin, outline, levels, parameters)
+    lines, detected = find_lines(evidence, origin, outline, levels, parameters)
     fitted = fitted_outline(evidence, origin, outline, lines, parameters)
     if fitted is not outline:
         cells = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
@@ -156,7 +167,8 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     inner = kinds.lines.take(kinds.category != Category.EAVE)
     trust = 1.0 if len(lines) else 0.0
     clues = Clues(cells, noise_of(cells), np.ascontiguousarray(inner.ends.reshape(-1, 4)), trust)
-    return Reading(origin, outline, fitted, cells, levels, kinds, clues)
+    segments = np.ascontiguousarray(detected.ends.reshape(-1, 4))
+    return Reading(origin, outline, fitted, cells, levels, kinds, clues, segments)
 
 
 def fitted_outline(
@@ -170,17 +182,19 @@ def fitted_outline(
 
 def find_lines(
     evidence: Evidence, origin: Origin, outline: Polygon, levels: RoofLevels, parameters: RoofTypesParameters
-) -> RoofLines:
-    """Lines of all epochs in the local frame, joined within their epoch, duplicates of all together left out."""
-    own, found = parameters.lines, []
+) -> tuple[RoofLines, RoofLines]:
+    """Lines of all epochs in the local frame, joined within their epoch, duplicates of all together left out; and all as detected."""
+    own, found, detected = parameters.lines, list[RoofLines](), list[RoofLines]()
     for epoch, picture in enumerate(evidence.pictures):
-        lines = roof_lines.merged(roof_lines.picture_lines(picture, epoch, evidence.outline, own), own)
-        lines = lines.shifted(-np.asarray(origin[:2]))
-        found.append(lines if picture.true else _over_walls(evidence, lines, origin, outline, levels, parameters))
+        raw = roof_lines.picture_lines(picture, epoch, evidence.outline, own)
+        lines = roof_lines.merged(raw, own)
+        for each, kept in ((raw, detected), (lines, found)):
+            local = each.shifted(-np.asarray(origin[:2]))
+            kept.append(local if picture.true else _over_walls(evidence, local, origin, outline, levels, parameters))
     if not found and evidence.heights is not None:
         lines = roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, own), own)
         found = [lines.shifted(-np.asarray(origin[:2]))]
-    return roof_lines.without_duplicates(roof_lines.joined(found), own)
+    return roof_lines.without_duplicates(roof_lines.joined(found), own), roof_lines.joined(detected)
 
 
 def _over_walls(
@@ -208,13 +222,26 @@ def best_roofs(reading: Reading, wanted: str, parameters: RoofTypesParameters) -
     if not found:
         return []
     clues = with_noise_of(reading.clues, roof_model(min(found, key=lambda c: c.cost).parts))
-    if clues.sigma > 1.1 * reading.clues.sigma:
+    if not 0.9 * reading.clues.sigma < clues.sigma < 1.1 * reading.clues.sigma:
         found = _roofs(reading, clues, wanted, parameters)
     kept: dict[tuple[str, int], Composition] = {}
     for roof in sorted(found, key=lambda c: c.cost):
         kept.setdefault((roof.type.value, len(roof.parts)), roof)
-    best, *others = kept.values()
+    best, *others = _with_dormers(reading, clues, list(kept.values()), parameters)
     return [lifted(clues, best), *others]
+
+
+def _with_dormers(
+    reading: Reading, clues: Clues, roofs: list[Composition], parameters: RoofTypesParameters
+) -> list[Composition]:
+    """The best roofs with their dormers, the cheapest first: what dormers explain must not make another type."""
+    done = []
+    for roof in roofs:
+        if roof.cost <= roofs[0].cost + DORMERS_WITHIN:
+            found, gain = with_dormers(clues, roof.parts, reading.segments, reading.fitted, parameters.dormers)
+            roof = replace(roof, dormers=found, cost=roof.cost - gain)
+        done.append(roof)
+    return sorted(done, key=lambda c: c.cost)
 
 
 def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesParameters) -> list[Composition]:
@@ -230,13 +257,18 @@ def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesPar
     if fills(reading.fitted, quad) >= parameters.least_fill:
         tried = hypotheses_of.hypotheses(clues, quad, roofs)
         found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
-    if len(sides) > 4 or not found:
-        found += [
-            roof
-            for layout in layouts(reading.fitted, sides, parameters.parts)
-            if layout.rest <= parameters.most_rest and (layout.wings or not found)
-            for roof in composed_roofs(clues, layout, wanted, roofs)
-        ]
+    # Outlines that are drawn very badly have no exact parts; a rough decomposition is better than none.
+    rough = parameters.parts.model_copy(update={"inside_wing": ROUGH_INSIDE})
+    for parts, most_rest in ((parameters.parts, parameters.most_rest), (rough, max(ROUGH_REST, parameters.most_rest))):
+        if len(sides) > 4 or not found:
+            found += [
+                roof
+                for layout in layouts(reading.fitted, sides, parts)
+                if layout.rest <= most_rest and (layout.wings or not found)
+                for roof in composed_roofs(clues, layout, wanted, roofs)
+            ]
+        if found:
+            break
     return found
 
 
@@ -250,7 +282,7 @@ def _candidate(
     evidence: Evidence, reading: Reading, roof: Composition, parameters: RoofTypesParameters
 ) -> tuple[Candidate, str]:
     """The solid of a roof, and its first fault."""
-    model = roof_model(roof.parts)
+    model = roof_model(roof.standing)
     partition = partition_of(model, reading.outline)
     solid = assemble(partition, model.planes, evidence.ground_height, reading.origin, evidence.outline)
     faults = check_polyhedron(solid)
@@ -263,6 +295,7 @@ def _candidate(
         "lines": len(reading.lines.lines),
         "parts": "+".join(p.skeleton.type.value for p in roof.parts),
         "cost": round(roof.cost, 3),
+        "dormers": len(roof.dormers),
         "noise": round(reading.clues.sigma, 3),
     }
     planes = _roof_planes(reading, model)

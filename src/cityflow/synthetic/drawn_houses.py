@@ -20,7 +20,7 @@ from cityflow.core.reconstruction import HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.synthetic import roofs
 from cityflow.synthetic import town_shapes as shapes
-from cityflow.synthetic.roofs import CHIMNEY, LocalFace, Placement, TruthFace, rectangle
+from cityflow.synthetic.roofs import CHIMNEY, DORMER, LocalFace, Placement, TruthFace, rectangle
 from cityflow.synthetic.town_shapes import Overhang, Volume
 
 FINE_M = 0.125
@@ -28,7 +28,9 @@ RIM_M = 5.0
 SIMPLE = ("flat", "shed", "gable", "gable off", "hip", "half-hip", "pyramid")
 COMPLEX = ("L gable", "T gable", "L hip", "gable dormers")
 BEYOND = ("mansard", "butterfly", "sawtooth", "cone")
+DORMERED = ("level dormers", "shed dormers", "gabled dormers")
 TYPES = {
+    "level dormers": RoofType.GABLE, "shed dormers": RoofType.GABLE, "gabled dormers": RoofType.GABLE,
     "gable off": RoofType.GABLE, "L gable": RoofType.GABLE, "T gable": RoofType.GABLE, "L hip": RoofType.HIP, "gable dormers": RoofType.GABLE,
 }  # fmt: skip
 """Roof type of shapes that are not named by it."""
@@ -109,6 +111,14 @@ def drawn_house(shape: str, seed: int) -> DrawnHouse:
     return DrawnHouse(
         shape, kind, outline, roofs.visible_faces(prisms), grid, height, ground, slope, albedo, seed, prisms
     )
+
+
+def dormer_outlines(house: DrawnHouse) -> list[Polygon]:
+    """Where dormers stand out of the roof, one polygon each."""
+    faces = [f.polygon.buffer(1e-3, join_style="mitre") for f in house.faces if f.kind == DORMER]
+    # Both halves of a gable meet their slope in a point far behind the eaves: thin tips are left out.
+    united = shapely.union_all(faces, grid_size=1e-4).buffer(-0.05, join_style="mitre").buffer(0.05, join_style="mitre")
+    return [p for p in shapely.get_parts(united) if p.geom_type == "Polygon" and p.area > 0.5]
 
 
 def disturbed(outline: Polygon, rng: np.random.Generator, rmse: float) -> Polygon:
@@ -294,6 +304,52 @@ def _dormers(rng: np.random.Generator) -> list[Volume]:
     return [main, *dormers, *_chimneys(rng, length, depth, ridge, slope)]
 
 
+def _dormered(rng: np.random.Generator, kind: str) -> list[Volume]:
+    """A gable with one to three dormers on one side or both, of 2 to 3.2 m width that run at least 1.5 m into the roof."""
+    length, depth, eave, slope, over = _size(rng)
+    length, depth, slope = max(length, 11.0), max(depth, 8.0), max(slope, 0.75)
+    ridge = eave + slope * depth / 2
+    volumes = [shapes.gable_roof(length, depth, eave, slope, over)]
+    for side in (0, 1)[: int(rng.integers(1, 3))]:
+        count, width = int(rng.integers(1, 4)), float(rng.uniform(2.0, 3.2))
+        back, run = float(rng.uniform(0.5, 1.0)), float(rng.uniform(1.5, 2.0))
+        for k in range(count):
+            u = (k + 0.5) * length / count - width / 2
+            at = (u, back, width, run) if side == 0 else (length - u - width, back, width, run)
+            own = _dormer_of(kind, at, eave, slope, ridge - 0.25)
+            volumes.append(own if side == 0 else shapes.moved(own, np.pi, length, depth))
+    return [*volumes, *_chimneys(rng, length, depth, ridge, slope)]
+
+
+def _dormer_of(kind: str, at: tuple[float, float, float, float], eave: float, slope: float, most: float) -> Volume:
+    """A dormer on the slope of v: u and v of its front's start, width, and how far its eave runs into the roof."""
+    u, v, width, run = at
+    ring, tilt = rectangle(u, v, u + width, v + run + 2.5), 0.35 * slope if kind == "shed" else 0.0
+    low = min(eave + slope * v + (slope - tilt) * run, most - tilt * run)
+    if kind != "gabled":
+        return Volume(ring, (LocalFace(ring, 0, tilt, low - tilt * v, DORMER),), 0.0, eave, DORMER)
+    rise = min(0.45 * width / 2, most - low)
+    pitch, middle = rise / (width / 2), u + width / 2
+    left, right = rectangle(u, v, middle, v + run + 2.5), rectangle(middle, v, u + width, v + run + 2.5)
+    faces = (
+        LocalFace(left, pitch, 0, low - pitch * u, DORMER),
+        LocalFace(right, -pitch, 0, low + pitch * (u + width), DORMER),
+    )
+    return Volume(ring, faces, 0.0, eave, DORMER)
+
+
+def _level_dormers(rng: np.random.Generator) -> list[Volume]:
+    return _dormered(rng, "level")
+
+
+def _shed_dormers(rng: np.random.Generator) -> list[Volume]:
+    return _dormered(rng, "shed")
+
+
+def _gabled_dormers(rng: np.random.Generator) -> list[Volume]:
+    return _dormered(rng, "gabled")
+
+
 def _winged(rng: np.random.Generator, at: float) -> list[Volume]:
     length, depth, eave, slope, over = _size(rng)
     width = float(rng.uniform(0.5, 0.8)) * depth
@@ -371,4 +427,5 @@ SHAPES: dict[str, Callable[[np.random.Generator], list[Volume]]] = {
     "flat": _flat, "shed": _shed, "gable": _gable, "gable off": _gable_off, "hip": _hip, "half-hip": _half_hip, "pyramid": _pyramid,
     "L gable": _l_gable, "T gable": _t_gable, "L hip": _l_hip, "gable dormers": _dormers,
     "mansard": _mansard, "butterfly": _butterfly, "sawtooth": _sawtooth, "cone": _cone,
+    "level dormers": _level_dormers, "shed dormers": _shed_dormers, "gabled dormers": _gabled_dormers,
 }  # fmt: skip

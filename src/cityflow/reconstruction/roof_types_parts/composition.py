@@ -38,12 +38,18 @@ STEP_M = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Composition:
-    """Placed skeletons, main first, the type of the whole, its cost over all cells, and the layout of what has wings."""
+    """Placed skeletons, main first, the type of the whole, its cost over all cells, the layout of what has wings, and dormers."""
 
     parts: tuple[PlacedSkeleton, ...]
     type: RoofType
     cost: float
     layout: Layout | None = None
+    dormers: tuple[PlacedSkeleton, ...] = ()
+
+    @property
+    def standing(self) -> tuple[PlacedSkeleton, ...]:
+        """All parts with the dormers."""
+        return *self.parts, *self.dormers
 
 
 def simple_roofs(found: list[Hypothesis]) -> list[Composition]:

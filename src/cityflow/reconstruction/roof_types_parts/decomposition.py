@@ -33,6 +33,7 @@ class DecompositionParameters(Parameters):
     )
     same_m: float = Field(0.4, ge=0, le=5, description="sides in one line within this (m) are one")
     inside: float = Field(0.965, gt=0, le=1, description="share of a part that lies inside the outline")
+    inside_wing: float = Field(0.88, gt=0, le=1, description="share of a wing that lies inside what is left beside it")
     narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
     narrowest_wing_m: float = Field(1.2, gt=0, le=50, description="narrower wings (m) take the roof beside them")
     least_wing_m2: float = Field(5.0, gt=0, le=1000, description="smaller wings (m²) take the roof beside them")
@@ -158,7 +159,7 @@ def _rectangle_of(
     ring = np.asarray(shapely.geometry.polygon.orient(piece.simplify(0.3)).exterior.coords)[:, :2]
     own = Sides(np.stack([ring[:-1], ring[1:]], axis=1))
     loose = parameters.model_copy(
-        update={"inside": 0.88, "least_main": 0.3, "narrowest_m": parameters.narrowest_wing_m}
+        update={"inside": parameters.inside_wing, "least_main": 0.3, "narrowest_m": parameters.narrowest_wing_m}
     )
     found = rectangles(piece, own, angle, loose)
     if not found:

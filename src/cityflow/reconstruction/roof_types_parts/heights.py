@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -16,6 +16,8 @@ COARSE_M = 1.25
 FINEST_M = 0.25
 """Places at which a cell is looked at stand no further apart than twice this."""
 MOST_CELLS = 1500
+STEPS_M, EXACT_M, LEAST_STEPPED = (1.0, 0.5), 2e-3, 4
+"""Steps that surveys round heights to, how exactly, and how many heights tell."""
 CORRELATED_M2 = 1.5
 """Heights of a patch so large err alike: image matching smooths over about a metre."""
 
@@ -31,6 +33,7 @@ class HeightCells:
     z : (C,) float64, heights, local metres (world minus the local origin's)
     weight : (C,) float64, independent observations that a cell is worth, 0 to 1
     size : edge of a cell, metres
+    step : metres; heights above the terrain are multiples of it, 0 where they are of none
     """
 
     xy: FloatArray
@@ -38,6 +41,7 @@ class HeightCells:
     z: FloatArray
     weight: FloatArray
     size: float
+    step: float = 0.0
 
     def __len__(self) -> int:
         return len(self.z)
@@ -46,7 +50,9 @@ class HeightCells:
         """Some of the cells."""
         places = chosen[self.cell]
         number = np.cumsum(chosen) - 1
-        return HeightCells(self.xy[places], number[self.cell[places]], self.z[chosen], self.weight[chosen], self.size)
+        return replace(
+            self, xy=self.xy[places], cell=number[self.cell[places]], z=self.z[chosen], weight=self.weight[chosen]
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +103,17 @@ def _raster_cells(
     count = int(np.count_nonzero(chosen))
     xy = np.column_stack([px[chosen].ravel(), py[chosen].ravel()])
     weight = np.full(count, float(np.clip(grid.cell**2 / CORRELATED_M2, 0.02, 1.0)))
-    return HeightCells(xy, np.repeat(np.arange(count), times**2), z[chosen], weight, grid.cell)
+    above = heights.dsm[rows, cols][chosen] - heights.dtm[rows, cols][chosen]
+    return HeightCells(xy, np.repeat(np.arange(count), times**2), z[chosen], weight, grid.cell, step_of(above))
+
+
+def step_of(above: FloatArray) -> float:
+    """The step (m) that heights above the terrain were rounded to; 0 where they were not."""
+    known = above[np.isfinite(above)]
+    for step in STEPS_M:
+        if len(known) >= LEAST_STEPPED and np.abs(known / step - np.round(known / step)).max() * step <= EXACT_M:
+            return step
+    return 0.0
 
 
 def _window(grid: Grid, outline: Polygon, origin: tuple[float, float, float]) -> tuple[slice, slice]:

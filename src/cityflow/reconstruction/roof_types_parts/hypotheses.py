@@ -40,9 +40,9 @@ class HypothesisParameters(Parameters):
     mansard_ratio: float = Field(1.7, ge=1, le=10, description="a mansard is steeper below than above by this factor")
     mansard_deg: float = Field(48.0, ge=0, lt=90, description="and at least so steep (degrees) below")
     mansard_run_m: float = Field(0.7, gt=0, le=10, description="and bends no nearer to its eave than this (m)")
-    shed_cost: float = Field(1.5, ge=0, le=50, description="cost of a shed beyond its numbers")
+    shed_cost: float = Field(2.0, ge=0, le=50, description="cost of a shed beyond its numbers")
     rare_cost: float = Field(
-        6.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
+        8.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
     )
     most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
 

@@ -18,13 +18,20 @@ from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel
 from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, skeleton_edges
 
 MOST_NOISE_M = 1.0
-LEAST_PER_NUMBER = 2.0
+USUAL_NOISE_M, NOISE_WORTH = 0.3, 12.0
+"""Noise that surface models usually have, and how many observations of it that is worth."""
+TRIMMED, SHARED_BENDS = 1.5, 3.0
+"""Standard deviation over the root of the mean of the lowest four fifths of squares; so many second differences share a height."""
+LEAST_PER_NUMBER = 1.4
 ROBUST = 3.0
 """Heights this many sigma off count half; whole metres must not make the most frequent height the only one."""
 CUT = 4.5
 """Cost of a height beyond three sigma."""
-STANDING_COST, STANDING_SHARE = 1.5, 0.12
-"""Heights far above a roof cost so much where no more than this share is: dormers, chimneys and trees stand on roofs."""
+STANDING_COST, STANDING_SHARE, WHOLE = 1.5, 0.12, 0.999
+"""Heights far above a roof cost so much where no more than this share is: dormers, chimneys and trees stand on roofs.
+
+They do not fill coarse cells, each of which is a whole observation: of so few heights a share would be worth as much as a slope.
+"""
 SEEN, UNSEEN = 3.0, 1.0
 """Log-likelihood ratio of a line, and of none, along an independent stretch of an edge."""
 MISSED, USUAL_SLOPE = 2.5, 0.7
@@ -73,25 +80,47 @@ class Clues:
 
 
 def noise_of(cells: HeightCells) -> float:
-    """Noise (sigma, m) from second differences of neighbouring cells, ridges and steps left out."""
-    if len(cells) < 9 or cells.size == 0:
-        return 0.3
+    """Noise (sigma, m) from second differences of neighbouring cells, ridges and steps left out.
+
+    Few cells tell little of it, so what surface models usually have counts as some more; heights in whole steps err by the
+    step at least.
+    """
+    usual = math.hypot(USUAL_NOISE_M, cells.step / math.sqrt(12))
+    squares = np.sort(_bends(cells) ** 2)
+    squares = squares[: int(0.8 * len(squares))]
+    own = (TRIMMED**2 * squares.mean() / 6) if len(squares) else 0.0
+    worth = len(squares) / SHARED_BENDS
+    pooled = math.sqrt((NOISE_WORTH * usual**2 + worth * own) / (NOISE_WORTH + worth))
+    return float(np.clip(pooled, max(0.12, cells.step / math.sqrt(12)), 0.6))
+
+
+def _bends(cells: HeightCells) -> FloatArray:
+    """Second differences along rows and columns."""
+    if len(cells) < 3 or cells.size == 0:
+        return np.empty(0)
     places = len(cells.xy) // len(cells)
     centre = cells.xy.reshape(len(cells), places, 2).mean(axis=1)
     col, row = np.round((centre - centre.min(axis=0)) / cells.size).astype(np.int64).T
     raster = np.full((int(row.max()) + 1, int(col.max()) + 1), np.nan)
     raster[row, col] = cells.z
     bends = np.concatenate([np.diff(raster, 2, axis=0).ravel(), np.diff(raster, 2, axis=1).ravel()])
-    squares = np.sort(bends[np.isfinite(bends)] ** 2)
-    if len(squares) < 6:
-        return 0.3
-    return float(np.clip(1.3 * math.sqrt(squares[: max(int(0.8 * len(squares)), 3)].mean() / 6), 0.12, 0.6))
+    return np.asarray(bends[np.isfinite(bends)])
 
 
 def with_noise_of(clues: Clues, model: RoofModel) -> Clues:
-    """Clues with the noise that a fitted model leaves: second differences do not show errors that neighbours share."""
-    off = np.abs(clues.cells.z - cell_means(model.heights(clues.cells.xy), clues.cells.cell, len(clues.cells)))
-    return replace(clues, sigma=float(np.clip(np.percentile(off, 68.3), clues.sigma, MOST_NOISE_M)))
+    """Clues with the noise that a fitted model leaves: second differences do not show errors that neighbours share.
+
+    Of coarse cells they tell too much, as slopes and steps are not left out: there what is left over bounds the noise, too.
+    """
+    cells = clues.cells
+    off = np.abs(cells.z - cell_means(model.heights(cells.xy), cells.cell, len(cells)))
+    left = float(np.percentile(off, 68.3))
+    if cells.weight.min() < WHOLE:
+        return replace(clues, sigma=float(np.clip(left, clues.sigma, MOST_NOISE_M)))
+    usual = math.hypot(USUAL_NOISE_M, cells.step / math.sqrt(12))
+    squares = np.minimum(off, ROBUST * clues.sigma) ** 2
+    pooled = math.sqrt((NOISE_WORTH * usual**2 + float(squares.sum())) / (NOISE_WORTH + max(len(off) - 3, 0)))
+    return replace(clues, sigma=float(np.clip(pooled, max(0.12, cells.step / math.sqrt(12)), MOST_NOISE_M)))
 
 
 @njit(cache=True, nogil=True)
@@ -112,7 +141,7 @@ def misfit(off: FloatArray, weight: FloatArray) -> float:
         own = min(0.5 * off[i] * off[i], CUT)
         cost += weight[i] * own
         total += weight[i]
-        if off[i] > 0.0:
+        if off[i] > 0.0 and weight[i] < WHOLE:
             spared += weight[i] * max(own - STANDING_COST, 0.0)
     return cost - min(spared, STANDING_SHARE * total * (CUT - STANDING_COST))
 
