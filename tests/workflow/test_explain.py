@@ -29,60 +29,48 @@ WEIGHTS = ScoreParameters()
 def score(method: str, faces: int, price: float, fines: int = 0, **more: Any) -> dict[str, Any]:
     figures = {"covered": 0.9, "within_20cm": 0.8, "nmad": 0.1, **more}
     penalty = (1 - figures["within_20cm"]) + (1 - figures["covered"]) + figures["nmad"] + price * faces + 0.1 * fines
-    return {"method": method, "valid": True, "fault": "", "faces": faces, "penalty": penalty, **figures}
+    return {
+        "method": method,
+        "valid": True,
+        "fault": "",
+        "faces": faces,
+        "penalty": penalty,
+        "face_price": price,
+        **figures,
+    }
 
 
-@pytest.mark.parametrize("price", [0.002, 0.0123, 0.159])
-def test_parts_add_up_and_the_price_is_found(price: float) -> None:
-    scores = [
-        score("monolithic/2", 7, price, 1),
-        score("volumetric", 3, price),
-        score("extruded", 1, price, 1, nmad=2.0),
-    ]
-    found, parts = score_parts(scores, WEIGHTS, 100_000)
-    assert found == pytest.approx(price)
-    assert [p.faces for p in parts if p] == pytest.approx([7 * price, 3 * price, price])
-    assert [p.simpler for p in parts if p] == pytest.approx([0.1, 0, 0.1])
-    for part, said in zip(parts, scores, strict=True):
-        assert part is not None
-        whole = part.unexplained + part.uncovered + part.distance + (part.faces or 0) + (part.simpler or 0)
-        assert whole == pytest.approx(said["penalty"])
+@pytest.mark.parametrize(("faces", "price", "fines"), [(7, 0.002, 1), (3, 0.0123, 0), (1, 0.159, 2)])
+def test_parts_add_up(faces: int, price: float, fines: int) -> None:
+    said = score("volumetric", faces, price, fines)
+    part = score_parts(said, WEIGHTS)
+    assert part is not None
+    assert (part.faces, part.simpler) == pytest.approx((faces * price, 0.1 * fines))
+    assert part.unexplained + part.uncovered + part.distance + part.faces + part.simpler == pytest.approx(
+        said["penalty"]
+    )
 
 
-def test_what_the_record_cannot_tell_apart_stays_together() -> None:
-    found, parts = score_parts([score("foreign:method", 4, 0.05)], WEIGHTS, 100_000)
-    assert found is None
-    assert parts[0] is not None
-    assert (parts[0].faces, parts[0].simpler) == (None, None)
-    assert parts[0].rest == pytest.approx(0.2)
-    few, _ = score_parts([score("foreign:method", 4, 0.05)], WEIGHTS, 200)
-    assert few == pytest.approx(0.05), "so few points make no face cheaper than that"
-
-
-def test_candidates_without_a_solid_have_no_parts() -> None:
+def test_candidates_without_a_solid_and_older_records_have_no_parts() -> None:
     none = {**score("volumetric", 0, 0.1), "penalty": None, "valid": False, "fault": "no surface"}
-    found, parts = score_parts([none, score("extruded", 1, 0.02, 1)], WEIGHTS, 500)
-    assert parts[0] is None
-    assert found == pytest.approx(0.02)
+    assert score_parts(none, WEIGHTS) is None
+    older = score("volumetric", 3, 0.1)
+    del older["face_price"]
+    assert score_parts(older, WEIGHTS) is None
 
 
-@pytest.mark.parametrize("noise", [0.03, 0.3])
-def test_the_price_is_the_one_that_the_choice_has_used(noise: float, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_choice_says_what_its_faces_cost() -> None:
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 10, 800), rng.uniform(0, 8, 800)
-    z = 8 - 0.7 * np.abs(y - 4) + rng.normal(0, noise, 800)
+    z = 8 - 0.7 * np.abs(y - 4) + rng.normal(0, 0.03, 800)
     evidence = Evidence("u", shapely.box(0, 0, 10, 8), PointCloud.of(np.column_stack([x, y, z]), BUILDING), 0.0)
-    used: list[float] = []
-    least = choose.__globals__["least_face_penalty"]
-
-    def noted(observations: float) -> float:
-        used.append(least(observations))
-        return used[-1]
-
-    monkeypatch.setitem(choose.__globals__, "least_face_penalty", noted)
     choice = choose(evidence, ReconstructParameters(methods=("orientation_histogram", "extruded")))
-    found, _ = score_parts([asdict(s) for s in choice.scores], WEIGHTS, len(evidence.points))
-    assert found == pytest.approx(max(used[-1], WEIGHTS.face))
+    assert len({s.face_price for s in choice.scores}) == 1
+    parts = [score_parts(asdict(s), WEIGHTS) for s in choice.scores]
+    assert all(p is not None and p.faces > 0 for p in parts)
+    assert [round(p.simpler / WEIGHTS.degraded, 6) % 1 for p in parts if p] == [0.0] * len(parts), (
+        "fines are whole ones"
+    )
 
 
 def record(stage: str, parameters: dict[str, Any], scores: Sequence[dict[str, Any]] = ()) -> Record:

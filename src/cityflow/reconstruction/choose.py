@@ -110,6 +110,7 @@ class Score:
     covered, within_20cm : shares of all roof points;  nmad : metres
     faces : number of roof faces
     penalty : less is better; infinite without a solid
+    face_price : what a roof face costs; the same for all candidates of a unit, by the points that speak for them
     """
 
     method: str
@@ -120,6 +121,7 @@ class Score:
     nmad: float = float("nan")
     faces: int = 0
     penalty: float = float("inf")
+    face_price: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +239,7 @@ def _with_faces(
         )
         n = min(n, independent_points(evidence.points.xyz, distances_to_roof(simplest, evidence.points.xyz)))
     price = max(weights.face, least_face_penalty(n))
-    return [(c, replace(s, penalty=s.penalty + price * s.faces)) for c, s in tried]
+    return [(c, replace(s, penalty=s.penalty + price * s.faces, face_price=price)) for c, s in tried]
 
 
 def independent_points(xyz: FloatArray, distance: FloatArray) -> float:

@@ -24,7 +24,7 @@ from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.score_parts import ScoreParts, score_parts
 
-STAGES_OF_A_UNIT = ("reconstruct", "split", "units", "outline", "walls", "surface", "ingest", "export")
+STAGES_OF_A_UNIT = ("reconstruct", "texture", "split", "units", "outline", "walls", "surface", "ingest", "export")
 
 
 def print_explanation(url: str, unit: str, console: Console, every_parameter: bool = False) -> None:
@@ -118,26 +118,26 @@ def _scores(record: Record) -> Iterator[str]:
     if not isinstance(scores, list) or not scores:
         return
     weights = ScoreParameters.model_validate(record.parameters.get("score", {}))
-    price, parts = score_parts(scores, weights, int(record.result.get("roof_points", 0)))
-    told = "faces and simplification cannot be told apart" if price is None else f"a roof face costs {price:.4f}"
-    yield f"candidates (penalties, less is better; {told}):"
-    for k, (score, part) in enumerate(zip(scores, parts, strict=True)):
+    prices = {s["face_price"] for s in scores if s.get("face_price") is not None}
+    told = f"; a roof face costs {prices.pop():.4f}" if prices else ""
+    yield f"candidates (penalties, less is better{told}):"
+    for k, score in enumerate(scores):
         kept = " (kept)" if k == record.result.get("kept") else ""
-        fault = "" if score["valid"] else f", {'' if part is None else 'not valid: '}{score['fault']}"
-        yield f"  {score['method']}{kept}: {'no solid' if part is None else _sum(score, part)}{fault}"
+        solid = score.get("penalty") is not None
+        fault = "" if score["valid"] else f", {'not valid: ' if solid else ''}{score['fault']}"
+        yield f"  {score['method']}{kept}: {_sum(score, score_parts(score, weights)) if solid else 'no solid'}{fault}"
 
 
-def _sum(score: Mapping[str, Any], part: ScoreParts) -> str:
-    faces = f"{score['faces']} roof face{'' if score['faces'] == 1 else 's'}"
+def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:
+    if part is None:
+        return f"{score['penalty']:.4f}"
     terms = [
         (part.unexplained, f"{100 * (1 - score['within_20cm']):.1f} % of the points off the roof"),
         (part.uncovered, f"{100 * (1 - score['covered']):.1f} % under no roof"),
         (part.distance, "scatter" if score["nmad"] is None else f"NMAD {100 * score['nmad']:.1f} cm"),
+        (part.faces, f"{score['faces']} roof face{'' if score['faces'] == 1 else 's'}"),
+        *([(part.simpler, "simpler than asked for")] if part.simpler else []),
     ]
-    if part.faces is None:
-        terms.append((part.rest, f"{faces}, and simpler than asked for or not"))
-    else:
-        terms += [(part.faces, faces), *([(part.simpler, "simpler than asked for")] if part.simpler else [])]
     return f"{score['penalty']:.4f} = " + " + ".join(f"{value:.4f} ({text})" for value, text in terms)
 
 
@@ -167,7 +167,7 @@ def _defaults(record: Record) -> dict[str, Any]:
     city = CityParameters()
     known: dict[str, list[Parameters]] = {
         "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline.found], "walls": [city.walls],
-        "surface": [city.surface, city.image_surface], "export": [city.export],
+        "surface": [city.surface, city.image_surface], "export": [city.export], "texture": [city.texture],
     }  # fmt: skip
     trees = [model.model_dump(mode="json") for model in known.get(record.stage, [])]
     return max(trees, key=lambda tree: len(tree.keys() & record.parameters.keys()), default={})
