@@ -26,7 +26,7 @@ from cityflow.core.texture import (
     TextureSet,
 )
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
-from cityflow.io.appearance import Appearance
+from cityflow.io.appearance import BARE, Appearance
 from cityflow.io.attributes import described
 from cityflow.io.globe_frame import frame_at
 from cityflow.io.gltf import SEMANTICS, GltfStyle, write_buildings_glb, write_terrain_glb
@@ -262,6 +262,16 @@ def test_plain_faces_have_their_colour(gable: Building) -> None:
     types = [glb.table(1)["type"][int(i)] for i in at["_FEATURE_ID_1"]]
     assert set(types) == {SEMANTICS[0]}
     assert srgb == pytest.approx(np.tile(GROUND_COLOUR, (len(srgb), 1)), abs=0.05)
+
+
+@pytest.mark.parametrize("textured", [True, False])
+def test_plain_faces_are_lit_only_where_no_photograph_is(gable: Building, textured: bool) -> None:
+    """A viewer's sun would make shaded walls black beside photographs, which have their light; without any it shows shapes."""
+    appearance = Appearance(FOLDER, painted([gable]).textures) if textured else BARE
+    document = Glb.of(write_buildings_glb("t", [gable], FRAME, appearance)).document
+    unlit = ["KHR_materials_unlit" in material.get("extensions", ()) for material in document["materials"]]
+    assert unlit == ([True, True] if textured else [False])
+    assert ("KHR_materials_unlit" in document["extensionsUsed"]) == textured
 
 
 def test_embedded_pages_need_no_file(gable: Building, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from cityflow.io.appearance import BARE, Appearance, said_of_look
 from cityflow.io.attributes import described
 from cityflow.io.globe_frame import TileFrame
 from cityflow.io.gltf_buffer import GltfBuffer
-from cityflow.io.gltf_materials import UNLIT, Materials, linear, vertex_colours
+from cityflow.io.gltf_materials import Materials, linear, vertex_colours
 from cityflow.io.gltf_metadata import EXTENSION as METADATA
 from cityflow.io.gltf_metadata import Classes, Column, Table, columns_of, structural_metadata
 from cityflow.io.gltf_surfaces import UNTEXTURED, Batch, Surfaces, batches, face_normals, surfaces_of
@@ -78,7 +78,7 @@ def write_buildings_glb(
     writer = _Primitives(surfaces, y_up(xyz), y_up(face_normals(xyz, surfaces)), materials)
     primitives = [writer.primitive(batch) for batch in batches(surfaces)]
     document = _document(name, primitives, materials, style)
-    document["extensionsUsed"] = sorted({FEATURES, METADATA, *document.get("extensionsUsed", ())})
+    document["extensionsUsed"] = sorted({FEATURES, METADATA, *materials.extensions})
     document["extensions"] = {METADATA: structural_metadata(_tables(buildings, surfaces), buffer)}
     return buffer.glb(document)
 
@@ -202,7 +202,7 @@ def _document(name: str, primitives: list[Json], materials: Materials, style: Gl
         "asset": asset, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": name, "mesh": 0}],
         "meshes": [{"name": name, "primitives": primitives}], **materials.json,
     }  # fmt: skip
-    return {**document, "extensionsUsed": [UNLIT]} if materials.images else document
+    return {**document, "extensionsUsed": materials.extensions}
 
 
 def _smooth_normals(xyz: FloatArray, triangles: IntArray) -> FloatArray:

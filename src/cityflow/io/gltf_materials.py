@@ -40,9 +40,13 @@ class Materials:
     images: list[Json] = field(default_factory=list)
 
     def plain(self, name: str, colour: FloatArray | None = None) -> int:
-        """Index of a matt material, white where vertices have colours of their own."""
+        """Index of a matt material, white where vertices have colours of their own.
+
+        Beside photographs it is as unlit as they are: a viewer's sun would make its shaded walls black among theirs.
+        """
         tint = {} if colour is None else {"baseColorFactor": [*map(float, colour), 1.0]}
-        self.materials.append({"name": name, "pbrMetallicRoughness": {**tint, **_MATT}})
+        unlit = {} if self.appearance.textures is None else {"extensions": {UNLIT: {}}}
+        self.materials.append({"name": name, "pbrMetallicRoughness": {**tint, **_MATT}, **unlit})
         return len(self.materials) - 1
 
     def page(self, page: TexturePage) -> int:
@@ -55,6 +59,11 @@ class Materials:
             "extensions": {UNLIT: {}},
         })  # fmt: skip
         return len(self.materials) - 1
+
+    @property
+    def extensions(self) -> list[str]:
+        """Names of the extensions that the materials use."""
+        return sorted({name for material in self.materials for name in material.get("extensions", ())})
 
     @property
     def json(self) -> dict[str, Json]:
