@@ -87,8 +87,20 @@ def _steps(roofs: list[tuple[Polygon, RoofPlane]]) -> Iterator[list[Ring]]:
                     shapely.get_coordinates(part)[[0, -1]] - TOUCH_M * outward, key=lambda x: float(x @ (b - a))
                 )
                 tops, feet = high.z(*np.array([p, q]).T), low.z(*np.array([p, q]).T)
-                if np.all(tops >= feet) and np.max(tops - feet) > STEP_M:
-                    yield [np.array([[*p, feet[0]], [*q, feet[1]], [*q, tops[1]], [*p, tops[0]]])]
+                if np.max(tops - feet) > STEP_M:
+                    yield [_above(np.array([p, q]), tops, feet)]
+
+
+def _above(ends: FloatArray, tops: FloatArray, feet: FloatArray) -> Ring:
+    """The upright face between two lines over a piece of an edge, as far as the first is above the second."""
+    rise = tops - feet
+    if np.all(rise >= 0):
+        return np.column_stack([ends[[0, 1, 1, 0]], [*feet, tops[1], tops[0]]])
+    share = rise[0] / (rise[0] - rise[1])
+    meet = np.append(ends[0] + share * (ends[1] - ends[0]), feet[0] + share * (feet[1] - feet[0]))
+    if rise[0] > 0:
+        return np.array([[*ends[0], feet[0]], meet, [*ends[0], tops[0]]])
+    return np.array([meet, [*ends[1], feet[1]], [*ends[1], tops[1]]])
 
 
 def _shell(faces: list[tuple[list[Ring], Semantic]]) -> Polyhedron:

@@ -97,7 +97,8 @@ def _raise_to(out, corners, x_min, y_max, cell):  # type: ignore[no-untyped-def]
         bx, by = (corners[t, 1, 0] - x_min) / cell - 0.5, (y_max - corners[t, 1, 1]) / cell - 0.5
         cx, cy = (corners[t, 2, 0] - x_min) / cell - 0.5, (y_max - corners[t, 2, 1]) / cell - 0.5
         double = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if abs(double) < 1e-3:
+        # rows count southwards, so that triangles that look up run clockwise here; the others have nothing beneath them but the building
+        if double > -1e-3:
             continue
         # barycentric coordinates may be this far negative half a cell beside each edge
         wa = 0.5 * np.hypot(cx - bx, cy - by) / abs(double)

@@ -16,13 +16,17 @@ from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.ranking.views import WHOLE
 from cityflow.texture.visibility.scene import Scene
 
+GROWTH = 1.05
+
 
 def coarse_grid(face: FacePlane, finest_m: float, most_cells: int) -> FaceGrid:
-    """Cells to try all images on: `finest_m`, or as coarse as needed for no more than about `most_cells` of them."""
+    """Cells to try all images on: `finest_m`, or as coarse as needed for no more than `most_cells` over the face's box."""
     s_0, t_0, s_1, t_1 = face.polygon.bounds
-    wanted = float(np.sqrt(max((s_1 - s_0) * (t_1 - t_0), 1e-12) / most_cells))
-    # a long slim face fills few of its rows
-    return FaceGrid.over(face.polygon, max(finest_m, wanted, max(s_1 - s_0, t_1 - t_0) / most_cells))
+    grid = FaceGrid.over(face.polygon, max(finest_m, float(np.sqrt((s_1 - s_0) * (t_1 - t_0) / most_cells))))
+    # rows and columns are whole, so that slim faces have more cells than their area says
+    while grid.rows * grid.cols > most_cells:
+        grid = FaceGrid.over(face.polygon, grid.cell * GROWTH)
+    return grid
 
 
 def seen_faces(
