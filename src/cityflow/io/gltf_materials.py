@@ -45,7 +45,8 @@ class Materials:
         Beside photographs it is as unlit as they are: a viewer's sun would make its shaded walls black among theirs.
         """
         tint = {} if colour is None else {"baseColorFactor": [*map(float, colour), 1.0]}
-        unlit = {} if self.appearance.textures is None else {"extensions": {UNLIT: {}}}
+        is_lit = self.appearance.textures is None
+        unlit: dict[str, Json] = {} if is_lit else {"extensions": {UNLIT: {}}}
         self.materials.append({"name": name, "pbrMetallicRoughness": {**tint, **_MATT}, **unlit})
         return len(self.materials) - 1
 
