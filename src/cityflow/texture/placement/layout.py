@@ -7,8 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.texture.placement.availability import PAD, Availability, first_column, nothing_taken, occupy, with_rows
+from cityflow.core.arrays import IntArray
+from cityflow.texture.placement.availability import (
+    PAD,
+    SQUARES,
+    Availability,
+    first_column,
+    nothing_taken,
+    occupy,
+    square_column,
+    with_rows,
+)
 from cityflow.texture.placement.pixel_runs import TURNS, Patches, RunArray
 
 ROW, COL, TURN = 0, 1, 2
@@ -26,49 +35,38 @@ class Bounds(NamedTuple):
 
 def filled(patches: Patches, order: IntArray, bounds: Bounds) -> IntArray:
     """(P, 3) int64 row, column, quarter turns of the patches in `order`; `NOWHERE` for others, and for those that find no spot."""
-    spots = np.full((len(patches), 3), NOWHERE, np.int64)
-    _fill(order, patches.runs, patches.starts, patches.shapes, patches.distinct, bounds, spots)
+    spots = np.full((len(patches.pixels), 3), NOWHERE, np.int64)
+    _fill(patches, order, bounds, spots)
     return spots
 
 
 @njit(cache=True, nogil=True)
-def _fill(
-    order: IntArray,
-    runs: RunArray,
-    starts: IntArray,
-    shapes: IntArray,
-    distinct: BoolArray,
-    bounds: Bounds,
-    spots: IntArray,
-) -> None:
+def _fill(patches: Patches, order: IntArray, bounds: Bounds, spots: IntArray) -> None:
     page = nothing_taken(min(bounds.first_rows, bounds.last_rows), bounds.width)
     for patch in order:
-        of = slice(TURNS * patch, TURNS * patch + TURNS)
-        begins = starts[TURNS * patch : TURNS * patch + TURNS + 1]
-        spot = _lowest(runs, begins, shapes[of], distinct[of], page)
+        spot = _lowest(patches, patch, page)
         while spot[TURN] < 0 and len(page.free) < bounds.last_rows:
             page = with_rows(page, min(2 * len(page.free), bounds.last_rows))
-            spot = _lowest(runs, begins, shapes[of], distinct[of], page)
+            spot = _lowest(patches, patch, page)
         if spot[TURN] >= 0:
             spots[patch] = spot
-            occupy(page, runs[begins[spot[TURN]] : begins[spot[TURN] + 1]], spot[ROW], spot[COL])
+            occupy(page, runs_of(patches, TURNS * patch + spot[TURN]), spot[ROW], spot[COL])
 
 
 @njit(cache=True, nogil=True)
-def _lowest(runs: RunArray, begins: IntArray, shapes: IntArray, distinct: BoolArray, page: Availability) -> IntArray:
+def _lowest(patches: Patches, patch: int, page: Availability) -> IntArray:
     """Of all turns' first spots the one whose foot and middle lie lowest."""
     spot = np.full(3, NOWHERE, np.int64)
     best = np.inf
     for turn in range(TURNS):
-        if not distinct[turn]:
+        turned = TURNS * patch + turn
+        if not patches.distinct[turned]:
             continue
-        turned = runs[begins[turn] : begins[turn + 1]]
-        height, width = shapes[turn]
-        reach = reach_of(turned, height)
-        rows = len(page.free) - height + 1
+        reach = reach_of(patches, turned)
+        end = len(page.free) - patches.shapes[turned, 0] + 1
         if best < np.inf:
-            rows = min(rows, int(max(best - reach, -2.0)) + 2)
-        row, col = first_spot(turned, page, 0, rows, last_column(page, width))
+            end = min(end, int(max(best - reach, -2.0)) + 2)
+        row, col = first_spot(patches, turned, page, 0, end)
         if row >= 0 and row + reach < best:
             best = row + reach
             spot[ROW], spot[COL], spot[TURN] = row, col, turn
@@ -76,30 +74,38 @@ def _lowest(runs: RunArray, begins: IntArray, shapes: IntArray, distinct: BoolAr
 
 
 @njit(cache=True, nogil=True)
-def first_spot(runs: RunArray, page: Availability, first: int, end: int, last: int) -> tuple[int, int]:
-    """The first row from `first` and below `end` with a free spot, and in it the first free column up to `last`; `NOWHERE` if none."""
-    if last < 0:
-        return NOWHERE, NOWHERE
-    for row in range(first, end):
+def first_spot(patches: Patches, turned: int, page: Availability, first: int, end: int) -> tuple[int, int]:
+    """The first row from `first` and below `end` with a free spot, and in it the first free column; `NOWHERE` where there is none."""
+    runs = runs_of(patches, turned)
+    edge, below, right = patches.squares[turned]
+    last = page.free.shape[1] - PAD - patches.shapes[turned, 1]
+    size = -1
+    while size + 1 < len(SQUARES) and SQUARES[size + 1] <= edge:
+        size += 1
+    for row in range(first, end if last >= 0 else first):
         # the longest run comes first: many rows are out of the question at one look
-        if page.longest[row + runs[0, 0]] >= runs[0, 2]:
-            col = first_column(page, runs, row, 0, last)
+        if page.longest[row + runs[0, 0]] < runs[0, 2]:
+            continue
+        col = max(square_column(page, size, row + below) - right, 0) if size >= 0 else 0
+        if col <= last:
+            col = first_column(page, runs, row, col, last)
             if col >= 0:
                 return row, col
     return NOWHERE, NOWHERE
 
 
 @njit(cache=True, nogil=True)
-def last_column(page: Availability, width: int) -> int:
-    """The last column that a patch of this width may begin in; negative where the page is narrower."""
-    return page.free.shape[1] - PAD - width
+def runs_of(patches: Patches, turned: int) -> RunArray:
+    """(n, 3) runs of one turned patch."""
+    return patches.runs[patches.starts[turned] : patches.starts[turned + 1]]
 
 
 @njit(cache=True, nogil=True)
-def reach_of(runs: RunArray, height: int) -> float:
+def reach_of(patches: Patches, turned: int) -> float:
     """Half way between the mean row of the pixels and the foot of the patch: how far it reaches down from its top, rows."""
+    runs = runs_of(patches, turned)
     moment = pixels = 0
     for i in range(len(runs)):
         moment += runs[i, 0] * runs[i, 2]
         pixels += runs[i, 2]
-    return 0.5 * (height + moment / pixels)
+    return 0.5 * (patches.shapes[turned, 0] + moment / pixels)

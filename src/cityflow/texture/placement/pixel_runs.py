@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -16,8 +16,7 @@ TURNS = 4
 RunArray = NDArray[np.int32]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Patches:
+class Patches(NamedTuple):
     """All patches in all turns; number 4·i + q is mask i as ``numpy.rot90(mask, q)`` turns it.
 
     Attributes
@@ -27,6 +26,7 @@ class Patches:
     starts : (4·P + 1,) int64, where the runs of a turned patch begin
     shapes : (4·P, 2) int64, rows and columns of the turned mask
     distinct : (4·P,) bool, False where a smaller turn of the same mask looks alike
+    squares : (4·P, 3) int64, edge, row and column of the largest square in the turned patch
     pixels : (P,) int64, size of the set
     """
 
@@ -34,10 +34,8 @@ class Patches:
     starts: IntArray
     shapes: IntArray
     distinct: BoolArray
+    squares: IntArray
     pixels: IntArray
-
-    def __len__(self) -> int:
-        return len(self.pixels)
 
 
 def patches_of(masks: Sequence[BoolArray]) -> Patches:
@@ -50,7 +48,8 @@ def patches_of(masks: Sequence[BoolArray]) -> Patches:
     runs = np.empty((starts[-1], 3), np.int32)
     _fill(flat.view(np.uint8), begins, shapes, starts, runs)
     turned = np.where((np.arange(TURNS) % 2 == 0)[:, None], shapes[:, None, :], shapes[:, None, ::-1]).reshape(-1, 2)
-    return Patches(runs, starts, turned, _distinct(runs, starts, turned), pixels)
+    squares = _squares(flat.view(np.uint8), begins, shapes)
+    return Patches(runs, starts, turned, _distinct(runs, starts, turned), squares, pixels)
 
 
 @njit(cache=True, nogil=True)
@@ -142,3 +141,34 @@ def _distinct(runs: RunArray, starts: IntArray, shapes: IntArray) -> BoolArray:
                 ):
                     distinct[a] = False
     return distinct
+
+
+@njit(cache=True, nogil=True)
+def _squares(flat: ByteArray, begins: IntArray, shapes: IntArray) -> IntArray:
+    """(4·P, 3) edge, row, column of the largest square in each turned patch."""
+    result = np.empty((TURNS * len(shapes), 3), np.int64)
+    for p in range(len(shapes)):
+        rows, cols = shapes[p]
+        edge, row, col = _largest_square(flat[begins[p] : begins[p + 1]].reshape(rows, cols))
+        below, right = rows - row - edge, cols - col - edge
+        for q, corner in enumerate(((row, col), (right, row), (below, right), (col, below))):
+            result[TURNS * p + q, 0] = edge
+            result[TURNS * p + q, 1] = corner[0]
+            result[TURNS * p + q, 2] = corner[1]
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _largest_square(mask: ByteArray) -> tuple[int, int, int]:
+    """Edge, row and column; every pixel knows the largest square that ends in it from those of its three neighbours."""
+    ends = np.zeros(mask.shape[1] + 1, np.int64)
+    edge = row = col = 0
+    for r in range(mask.shape[0]):
+        diagonal = 0
+        for c in range(mask.shape[1]):
+            above = ends[c + 1]
+            ends[c + 1] = min(diagonal, above, ends[c]) + 1 if mask[r, c] else 0
+            diagonal = above
+            if ends[c + 1] > edge:
+                edge, row, col = ends[c + 1], r - ends[c + 1] + 1, c - ends[c + 1] + 1
+    return edge, row, col

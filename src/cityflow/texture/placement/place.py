@@ -100,9 +100,9 @@ def place(masks: Sequence[BoolArray], parameters: PlacementParameters | None = N
     _refuse_what_cannot_be_placed(masks, parameters)
     patches = patches_of(masks)
     edges = Edges(parameters.first_px, parameters.page_px)
-    spots: list[Spot | None] = [None] * len(patches)
+    spots: list[Spot | None] = [None] * len(patches.pixels)
     pages: list[tuple[int, int]] = []
-    left = np.arange(len(patches))
+    left = np.arange(len(patches.pixels))
     while len(left):
         found = _best_page(patches, trials(patches, left, edges, parameters.effort), edges, threads)
         there = left[found[left, TURN] != NOWHERE]

@@ -10,17 +10,17 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.texture.placement.availability import Availability, nothing_taken, occupy, with_rows
-from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, Bounds, first_spot, last_column, reach_of
-from cityflow.texture.placement.pixel_runs import TURNS, Patches, RunArray
+from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, Bounds, first_spot, reach_of, runs_of
+from cityflow.texture.placement.pixel_runs import TURNS, Patches
 
 BLOCK_ROWS = 32
 
 
 def filled_by_threads(patches: Patches, order: IntArray, bounds: Bounds, threads: int) -> IntArray:
     """What `layout.filled` gives, bit for bit."""
-    spots = np.full((len(patches), 3), NOWHERE, np.int64)
+    spots = np.full((len(patches.pixels), 3), NOWHERE, np.int64)
     page = nothing_taken(min(bounds.first_rows, bounds.last_rows), bounds.width)
     with ThreadPoolExecutor(threads) as pool:
         for patch in order.tolist():
@@ -29,46 +29,32 @@ def filled_by_threads(patches: Patches, order: IntArray, bounds: Bounds, threads
                 page = with_rows(page, min(2 * len(page.free), bounds.last_rows))
                 spot = _shared_search(pool, threads, patches, patch, page)
             if spot[TURN] >= 0:
-                turned = TURNS * patch + spot[TURN]
                 spots[patch] = spot
-                occupy(page, patches.runs[patches.starts[turned] : patches.starts[turned + 1]], spot[ROW], spot[COL])
+                occupy(page, runs_of(patches, TURNS * patch + int(spot[TURN])), spot[ROW], spot[COL])
     return spots
 
 
 def _shared_search(
     pool: ThreadPoolExecutor, threads: int, patches: Patches, patch: int, page: Availability
 ) -> IntArray:
-    of = slice(TURNS * patch, TURNS * patch + TURNS)
-    begins = patches.starts[TURNS * patch : TURNS * patch + TURNS + 1]
     lowest = np.full(threads, np.inf)
-    patch_and_page = (patches.runs, begins, patches.shapes[of], patches.distinct[of], page, lowest)
-    others = [pool.submit(_in_own_blocks, *patch_and_page, number) for number in range(1, threads)]
-    found = [_in_own_blocks(*patch_and_page, 0), *(other.result() for other in others)]
+    others = [pool.submit(_in_own_blocks, patches, patch, page, lowest, number) for number in range(1, threads)]
+    found = [_in_own_blocks(patches, patch, page, lowest, 0), *(other.result() for other in others)]
     # as in a search by one thread, a later turn wins only where it is truly lower
-    first = min(range(threads), key=lambda number: (lowest[number], found[number][TURN]))
-    return found[first]
+    return found[min(range(threads), key=lambda number: (lowest[number], found[number][TURN]))]
 
 
 @njit(cache=True, nogil=True)
-def _in_own_blocks(
-    runs: RunArray,
-    begins: IntArray,
-    shapes: IntArray,
-    distinct: BoolArray,
-    page: Availability,
-    lowest: FloatArray,
-    number: int,
-) -> IntArray:
+def _in_own_blocks(patches: Patches, patch: int, page: Availability, lowest: FloatArray, number: int) -> IntArray:
     """The lowest spot in every len(lowest)-th block of rows; how low it is goes to `lowest`, where all others see it."""
     spot = np.full(3, NOWHERE, np.int64)
     for turn in range(TURNS):
-        turned = runs[begins[turn] : begins[turn + 1]]
-        height, width = shapes[turn]
-        reach, last, end = reach_of(turned, height), last_column(page, width), len(page.free) - height + 1
-        for first in range(number * BLOCK_ROWS, end if distinct[turn] else 0, len(lowest) * BLOCK_ROWS):
+        turned = TURNS * patch + turn
+        reach, end = reach_of(patches, turned), len(page.free) - patches.shapes[turned, 0] + 1
+        for first in range(number * BLOCK_ROWS, end if patches.distinct[turned] else 0, len(lowest) * BLOCK_ROWS):
             if first + reach > lowest.min():
                 break
-            row, col = first_spot(turned, page, first, min(first + BLOCK_ROWS, end), last)
+            row, col = first_spot(patches, turned, page, first, min(first + BLOCK_ROWS, end))
             if row >= 0:
                 if row + reach < lowest[number]:
                     lowest[number] = row + reach
