@@ -48,8 +48,9 @@ LADDER = 4
 """So many roofs are tried until one gives a valid solid."""
 DORMERS_WITHIN = 6.0
 """Dormers are sought on roofs that cost so little more than the best."""
-ROUGH_INSIDE, ROUGH_REST = 0.7, 0.4
-"""Where an outline has no other decomposition: share of wings inside it, and share that parts leave uncovered."""
+ROUGH_INSIDE, ROUGH_REST, ROUGH_FILL = 0.7, 0.4, 0.5
+"""Where an outline has no other decomposition: share of wings inside it, share that parts leave uncovered, how far it fills its
+four sides as a whole."""
 Origin = tuple[float, float, float]
 
 
@@ -269,6 +270,9 @@ def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesPar
             ]
         if found:
             break
+    if not found and fills(reading.fitted, quad) >= ROUGH_FILL:
+        tried = hypotheses_of.hypotheses(clues, quad, roofs)
+        found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
     return found
 
 
