@@ -47,10 +47,14 @@ def test_nearest_takes_the_nearest() -> None:
     rng = np.random.default_rng(4)
     known = rng.random((40, 50)) < 0.05
     values = np.arange(2000).reshape(40, 50)
-    found = nearest(values, known)
+    found = nearest(values, known, np.ones(known.shape, bool))
     assert np.array_equal(found[known], values[known])
     at = np.argwhere(known)
     row, col = np.mgrid[:40, :50]
     least = np.sqrt(((at - np.stack([row, col], axis=-1)[:, :, None]) ** 2).sum(axis=-1)).min(axis=-1)
     away = np.hypot(found // 50 - row, found % 50 - col)
     assert away == pytest.approx(least, abs=0.5)
+    some = rng.random((40, 50)) < 0.5
+    partly = nearest(values, known, some)
+    assert np.array_equal(partly[some | known], found[some | known])
+    assert np.array_equal(partly[~some & ~known], values[~some & ~known])

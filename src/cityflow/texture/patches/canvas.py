@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -23,6 +25,10 @@ INSIDE_TRIANGLE = np.array([[4, 4, 4], [6, 6, 0], [6, 0, 6], [0, 6, 6], [8, 2, 2
 """Places in a triangle where a lens is asked what it bends."""
 
 
+Placed = Callable[[FloatArray], FloatArray]
+"""From (N, 2) column, row in a patch to places elsewhere."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Canvas:
     """The raster of a patch.
@@ -31,20 +37,33 @@ class Canvas:
     ----------
     depth : (rows, cols) float32, distance of a pixel's centre from the face's edge, pixels, positive inside
     own : (rows, cols) bool, pixels that get a colour of an image of their own; at least one
-    xyz : (N, 3) world metres of the own pixels, row after row
     corners : column, row, d of the vertices, ring by ring, as in `Patch.corners`
-    uv : (N, 2) image coordinates of the own pixels in the root image, where the canvas has its geometry
+    to_world : from places in the patch to (N, 3) world metres
     gsd_m : size of a pixel on the face, metres
-    first : column, row of its first pixel in the root image; (0, 0) where it has not its geometry
+    first : (2,) int64 column, row of its first pixel in the root image; zeros where it has not its geometry
+    in_root : whether it has
     """
 
     depth: Float32Array
     own: BoolArray
-    xyz: FloatArray
     corners: tuple[FloatArray, ...]
-    uv: FloatArray | None
+    to_world: Placed
     gsd_m: float
-    first: tuple[int, int] = (0, 0)
+    first: IntArray
+    in_root: bool
+
+    @property
+    def count(self) -> int:
+        """Number of own pixels."""
+        return int(np.count_nonzero(self.own))
+
+    def centres(self) -> Float32Array:
+        """(N, 2) column, row of the middles of the own pixels, row after row; exact."""
+        row, col = np.nonzero(self.own)
+        out = np.empty((len(row), 2), np.float32)
+        out[:, 0], out[:, 1] = col, row
+        out += np.float32(0.5)
+        return out
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -79,12 +98,10 @@ def root_canvas(face: FacePlane, root: OrientedImage, gsd_m: float, parameters: 
         return None
     depth = depth_inside([p - first for p in uv], rows, cols, pad + 1.0)
     corners = tuple(np.column_stack([p - first, d]) for p, d in projected)
-    row, col = np.nonzero(_own(depth, parameters))
-    at = np.column_stack([col, row]) + first + 0.5
-    if not len(at):
-        return _speck(face, root, depth, (first, corners, gsd_m))
-    own = _own(depth, parameters)
-    return Canvas(depth, own, _on_face(face, root, at), corners, at, gsd_m, (int(first[0]), int(first[1])))
+    own, to_world = _own(depth, parameters), partial(_on_face, face, root, first)
+    if own.any():
+        return Canvas(depth, own, corners, to_world, gsd_m, first, True)
+    return _speck(face, root, Canvas(depth, own, corners, to_world, gsd_m, first, True))
 
 
 def front_canvas(face: FacePlane, cell_m: float, parameters: PatchParameters) -> Canvas:
@@ -98,12 +115,11 @@ def front_canvas(face: FacePlane, cell_m: float, parameters: PatchParameters) ->
     depth = depth_inside(on_grid, grid.rows, grid.cols, pad + 1.0)
     corners = tuple(np.column_stack([p, np.ones(len(p))]) for p in on_grid)
     own = _own(depth, parameters)
-    st = grid.centres()[own]
     if not own.any():
         point = face.polygon.representative_point()
-        st = np.array([[point.x, point.y]])
         own[int((grid.t_max - point.y) / cell), int((point.x - grid.s_min) / cell)] = True
-    return Canvas(depth, own, face.world(st), corners, None, cell)
+        return Canvas(depth, own, corners, partial(_at_point, face), cell, np.zeros(2, np.int64), False)
+    return Canvas(depth, own, corners, partial(_on_grid, face, grid), cell, np.zeros(2, np.int64), False)
 
 
 def bending_px(face: FacePlane, root: OrientedImage) -> float:
@@ -135,24 +151,29 @@ def _own(depth: Float32Array, parameters: PatchParameters) -> BoolArray:
     return np.asarray(depth > max(min(parameters.inset_px, 0.5 * float(depth.max())), 0.0))
 
 
-def _on_face(face: FacePlane, root: OrientedImage, uv: FloatArray) -> FloatArray:
-    """(N, 3) where the rays of image coordinates meet the plane of the face."""
-    rays = root.rays(uv)
+def _on_face(face: FacePlane, root: OrientedImage, first: IntArray, at: FloatArray) -> FloatArray:
+    """(N, 3) where the rays of the root's pixels meet the plane of the face."""
+    rays = root.rays(at + first)
     far = float((face.origin - root.centre) @ face.normal)
     return np.asarray(root.centre + (far / (rays @ face.normal))[:, None] * rays)
 
 
-def _speck(
-    face: FacePlane, root: OrientedImage, depth: Float32Array, rest: tuple[IntArray, tuple[FloatArray, ...], float]
-) -> Canvas | None:
-    """Of a face between the centres of pixels: the pixel that it is in."""
-    first, corners, gsd_m = rest
+def _on_grid(face: FacePlane, grid: FaceGrid, at: FloatArray) -> FloatArray:
+    """(N, 3) places of a grid on the face."""
+    return face.world(np.array([grid.s_min, grid.t_max]) + np.array([grid.cell, -grid.cell]) * at)
+
+
+def _at_point(face: FacePlane, at: FloatArray) -> FloatArray:
+    """(N, 3) one and the same point of the face: all that there is of a face between the centres of pixels."""
     point = face.polygon.representative_point()
-    xyz = face.world(np.array([[point.x, point.y]]))
-    pixel = np.floor(root.project(xyz)[0][0]).astype(np.int64)
-    col, row = (int(k) for k in pixel - first)
-    if not (0 <= row < depth.shape[0] and 0 <= col < depth.shape[1]):
+    return np.broadcast_to(face.world(np.array([[point.x, point.y]])), (len(at), 3))
+
+
+def _speck(face: FacePlane, root: OrientedImage, canvas: Canvas) -> Canvas | None:
+    """Of a face between the centres of pixels: the pixel that it is in."""
+    col, row = (int(k) for k in np.floor(root.project(_at_point(face, np.zeros((1, 2))))[0][0]) - canvas.first)
+    if not (0 <= row < canvas.shape[0] and 0 <= col < canvas.shape[1]):
         return None
-    own = np.zeros(depth.shape, bool)
+    own = np.zeros(canvas.shape, bool)
     own[row, col] = True
-    return Canvas(depth, own, xyz, corners, pixel[None, :] + 0.5, gsd_m, (int(first[0]), int(first[1])))
+    return replace(canvas, own=own, to_world=partial(_at_point, face))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
@@ -17,6 +17,9 @@ from cityflow.texture.patches.canvas import Canvas
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.source import UnitSources
+
+AT_ONCE = 1 << 18
+"""Pixels whose rays are followed at once."""
 
 
 class Visible(Protocol):
@@ -76,35 +79,93 @@ def compose(
     ----------
     visible : asked for every pixel; None: the masks on the face's grid say it
     """
-    eye, paint = _Eye(face, views, sources, visible), _Paint(canvas, sources, parameters.feather_px)
-    root_sees = np.zeros(len(canvas.xyz), bool)
-    unsure: list[tuple[SeenFace, int, IntArray, FloatArray]] = []
+    eye = _Eye(face, canvas, views, sources, visible)
+    paint = _Paint(eye, parameters.feather_px)
+    root_sees = np.zeros(len(paint.index), bool)
+    unsure: list[tuple[int, SeenFace, IntArray]] = []
     for rank, seen in enumerate(views.kept):
         if not paint.missing.any():
             break
         asked = np.flatnonzero(paint.missing | (canvas.distance(paint.missing) <= parameters.feather_px))
-        at, uv = eye.seen(seen, canvas, asked, rank == 0)
-        hidden = np.zeros(len(canvas.xyz), bool)
-        hidden[asked] = True
-        hidden[at] = False
-        sure = canvas.distance(hidden)[at] > parameters.retreat_px
-        readable = paint.lay(seen, eye.level(seen, canvas, rank), at[sure], uv[sure])
+        at = eye.seen(rank, seen, asked)
+        sure = canvas.distance(_marked(len(root_sees), asked, at))[at] > parameters.retreat_px
+        readable = paint.lay(rank, seen, at[sure])
         if rank == 0 and readable:
             root_sees[at] = True
-        unsure.append((seen, eye.level(seen, canvas, rank), at[~sure], uv[~sure]))
+        unsure.append((rank, seen, at[~sure]))
     painted = ~paint.missing
-    for seen, level, at, uv in unsure:
-        left = paint.missing[at]
-        paint.lay(seen, level, at[left], uv[left])
-    return Composition(paint.colours, paint.index, root_sees, painted, tuple(paint.lost))
+    for rank, seen, at in unsure:
+        paint.lay(rank, seen, at[paint.missing[at]])
+    return Composition(paint.colours, paint.index, root_sees, painted, tuple(dict.fromkeys(paint.lost)))
+
+
+def _marked(count: int, those: IntArray, but: IntArray) -> BoolArray:
+    """(count,) true at those, except some."""
+    marked = np.zeros(count, bool)
+    marked[those] = True
+    marked[but] = False
+    return marked
+
+
+class _Eye:
+    """What the images of a face see of the pixels of a canvas, and where."""
+
+    def __init__(
+        self, face: FacePlane, canvas: Canvas, views: FaceSources, sources: UnitSources, visible: Visible | None
+    ) -> None:
+        self.face, self.canvas, self.grid, self.sources, self.visible = face, canvas, views.grid, sources, visible
+        self.centres = canvas.centres()
+
+    def seen(self, rank: int, seen: SeenFace, asked: IntArray) -> IntArray:
+        """Which of the asked pixels the image really sees."""
+        image = self.sources.sources[seen.view.image].image
+        if (image.centre - self.face.origin) @ self.face.normal <= 0:
+            return asked[:0]
+        mask = self._mask(seen)
+        return np.concatenate([asked[:0], *(part[self._sees(rank, seen, part, mask)] for part in in_parts(asked))])
+
+    def where(self, rank: int, seen: SeenFace, at: IntArray) -> FloatArray:
+        """(N, 2) image coordinates of pixels. The root's are the pixels themselves, not the way through the world and back."""
+        if rank == 0 and self.canvas.in_root:
+            return np.asarray(self.centres[at] + self.canvas.first, np.float64)
+        xyz = self.canvas.to_world(self.centres[at].astype(np.float64))
+        return self.sources.sources[seen.view.image].image.project(xyz)[0]
+
+    def level(self, rank: int, seen: SeenFace) -> int:
+        """The pyramid level whose pixels are as large on the face as the canvas's; the root's own are not averaged."""
+        if rank == 0 and self.canvas.in_root:
+            return 0
+        finer = self.canvas.gsd_m / max(seen.view.gsd_m, 1e-6)
+        return int(np.clip(np.floor(np.log2(finer) + 0.25), 0, self.sources.sources[seen.view.image].most_level))
+
+    def _mask(self, seen: SeenFace) -> BoolArray:
+        """Where the image may see something: its coarse mask, with a cell around it where pixels are asked one by one."""
+        mask = seen.mask.mask()
+        return cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) if self.visible else mask
+
+    def _sees(self, rank: int, seen: SeenFace, at: IntArray, mask: BoolArray) -> BoolArray:
+        """(N,) bool."""
+        xyz = self.canvas.to_world(self.centres[at].astype(np.float64))
+        st = self.face.on_plane(xyz)
+        row = np.clip((self.grid.t_max - st[:, 1]) / self.grid.cell, 0, self.grid.rows - 1).astype(np.int64)
+        col = np.clip((st[:, 0] - self.grid.s_min) / self.grid.cell, 0, self.grid.cols - 1).astype(np.int64)
+        sees: BoolArray = mask[row, col]
+        # far outside, the polynomials of a lens may fold back into the frame
+        image = self.sources.sources[seen.view.image].image
+        sees[sees] = in_frame(image, xyz[sees])
+        if rank == 0:
+            sees[sees] = image.holds(self.where(rank, seen, at[sees]))
+        if self.visible is not None and sees.any():
+            sees[sees] = np.asarray(self.visible(seen.view.image, xyz[sees]), bool)
+        return sees
 
 
 class _Paint:
     """What is painted of a canvas."""
 
-    def __init__(self, canvas: Canvas, sources: UnitSources, feather_px: float) -> None:
-        count = len(canvas.xyz)
-        self.canvas, self.sources, self.feather_px = canvas, sources, feather_px
+    def __init__(self, eye: _Eye, feather_px: float) -> None:
+        count = len(eye.centres)
+        self.eye, self.feather_px = eye, feather_px
         self.colours: Float32Array = np.zeros((count, 3), np.float32)
         self.index: NDArray[np.uint16] = np.full(count, OUTSIDE, np.uint16)
         self.lost: list[str] = []
@@ -113,7 +174,7 @@ class _Paint:
     def missing(self) -> BoolArray:
         return np.asarray(self.index == OUTSIDE)
 
-    def lay(self, seen: SeenFace, level: int, at: IntArray, uv: FloatArray) -> bool:
+    def lay(self, rank: int, seen: SeenFace, at: IntArray) -> bool:
         """An image's colours at some pixels: on those without one, and beside them less and less over what is there.
 
         Returns
@@ -121,17 +182,17 @@ class _Paint:
         whether the image could be read
         """
         share = self._share(at)
-        at, uv, share = at[share > 0], uv[share > 0], share[share > 0]
-        image = seen.view.image
-        if not len(at):
-            return True
+        at, share = at[share > 0], share[share > 0]
         try:
-            colours = self.sources.colours(image, uv, level)
+            for part, weight in zip(in_parts(at), in_parts(share), strict=True):
+                colours = self.eye.sources.colours(
+                    seen.view.image, self.eye.where(rank, seen, part), self.eye.level(rank, seen)
+                )
+                self.colours[part] += weight[:, None] * (colours - self.colours[part])
         except CityflowError as error:
             self.lost.append(str(error))
             return False
-        self.colours[at] += share[:, None] * (colours - self.colours[at])
-        self.index[at[share > 0.5]] = FIRST_IMAGE + image
+        self.index[at[share > 0.5]] = FIRST_IMAGE + seen.view.image
         return True
 
     def _share(self, at: IntArray) -> Float32Array:
@@ -140,49 +201,11 @@ class _Paint:
         new[at] = self.missing[at]
         if not new.any():
             return np.zeros(len(at), np.float32)
-        away = np.maximum(self.canvas.distance(new)[at] - 0.5, 0.0)
-        return np.asarray(np.clip(1.0 - away / (self.feather_px + 0.5), 0.0, 1.0), np.float32)
+        away = np.maximum(self.eye.canvas.distance(new)[at] - np.float32(0.5), 0)
+        return np.asarray(np.clip(1.0 - away / np.float32(self.feather_px + 0.5), 0.0, 1.0), np.float32)
 
 
-class _Eye:
-    """What the images of one face see of points on it."""
-
-    def __init__(self, face: FacePlane, views: FaceSources, sources: UnitSources, visible: Visible | None) -> None:
-        self.face, self.grid, self.sources, self.visible = face, views.grid, sources, visible
-
-    def seen(self, seen: SeenFace, canvas: Canvas, asked: IntArray, is_root: bool) -> tuple[IntArray, FloatArray]:
-        """Which of the asked pixels the image really sees, and where they are in it."""
-        image = self.sources.sources[seen.view.image].image
-        if (image.centre - self.face.origin) @ self.face.normal <= 0:
-            return asked[:0], np.zeros((0, 2))
-        asked = asked[self._may_see(seen, canvas.xyz[asked])]
-        uv, depth = image.project(canvas.xyz[asked])
-        if is_root and canvas.uv is not None:
-            # not the way through the world and back: these are centres of pixels, and shall stay so
-            uv = canvas.uv[asked]
-        inside = (depth > 0) & image.holds(uv)
-        if not image.camera.is_pinhole:
-            # far outside, the polynomials of a lens may fold back into the frame
-            inside &= in_frame(image, canvas.xyz[asked])
-        asked, uv = asked[inside], uv[inside]
-        if self.visible is None or not len(asked):
-            return asked, uv
-        clear = np.asarray(self.visible(seen.view.image, canvas.xyz[asked]), bool)
-        return asked[clear], uv[clear]
-
-    def level(self, seen: SeenFace, canvas: Canvas, rank: int) -> int:
-        """The pyramid level whose pixels are as large on the face as the canvas's; the root's own are not averaged."""
-        if rank == 0 and canvas.uv is not None:
-            return 0
-        finer = canvas.gsd_m / max(seen.view.gsd_m, 1e-6)
-        return int(np.clip(np.floor(np.log2(finer) + 0.25), 0, self.sources.sources[seen.view.image].most_level))
-
-    def _may_see(self, seen: SeenFace, xyz: FloatArray) -> BoolArray:
-        """(N,) bool: by the coarse mask; with a cell around it where pixels are asked one by one later."""
-        mask = seen.mask.mask()
-        if self.visible is not None:
-            mask = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-        st = self.face.on_plane(xyz)
-        row = np.clip((self.grid.t_max - st[:, 1]) / self.grid.cell, 0, self.grid.rows - 1).astype(np.int64)
-        col = np.clip((st[:, 0] - self.grid.s_min) / self.grid.cell, 0, self.grid.cols - 1).astype(np.int64)
-        return np.asarray(mask[row, col])
+def in_parts(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """One after the other, few enough that what is computed of them takes little memory."""
+    for start in range(0, len(values), AT_ONCE):
+        yield values[start : start + AT_ONCE]

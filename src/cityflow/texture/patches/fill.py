@@ -27,27 +27,36 @@ def interpolated(colours: Float32Array, known: BoolArray) -> Float32Array:
     """
     if known.all():
         return colours
-    weight = known.astype(np.float32)
-    sums = np.dstack([(colours - np.float32(MIDDLE)) * weight[..., None], weight])
+    sums = np.zeros((*known.shape, 4), np.float32)
+    sums[known, :3] = colours[known] - np.float32(MIDDLE)
+    sums[known, 3] = 1.0
     levels = [sums]
     while max(levels[-1].shape[:2]) > 1:
         levels.append(cv2.pyrDown(levels[-1], borderType=cv2.BORDER_REPLICATE))
-    total = levels[-1]
-    for finer in levels[-2::-1]:
+    total = levels.pop()
+    while levels:
+        finer = levels.pop()
         # a level's means stand for four times as many pixels as the finer one's, at twice the distance
-        coarser = cv2.pyrUp(total, dstsize=(finer.shape[1], finer.shape[0]))
-        total = finer + coarser * np.float32(4.0 / 2.0**POWER)
-    filled = total[..., :3] / np.maximum(total[..., 3:], 1e-30) + np.float32(MIDDLE)
-    return np.where(known[..., None], colours, filled.astype(np.float32))
+        total = np.asarray(cv2.pyrUp(total, dstsize=(finer.shape[1], finer.shape[0])), np.float32)
+        total *= np.float32(4.0 / 2.0**POWER)
+        total += finer
+    weight = np.maximum(total[..., 3:], np.float32(1e-30))
+    filled = np.divide(total[..., :3], weight, out=total[..., :3])
+    filled += np.float32(MIDDLE)
+    filled[known] = colours[known]
+    return np.asarray(filled)
 
 
-def nearest(values: NDArray[np.generic], known: BoolArray) -> NDArray[np.generic]:
-    """(rows, cols, …) the values, with those that are not known taken from the nearest known pixel; at least one is known."""
-    if known.all():
+def nearest(values: NDArray[np.generic], known: BoolArray, wanted: BoolArray) -> NDArray[np.generic]:
+    """(rows, cols, …) the values, with those that are wanted and not known taken from the nearest known pixel; at least one is known."""
+    asked = wanted & ~known
+    if not asked.any():
         return values
     _, labels = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    of_label = np.zeros(int(labels.max()) + 1, np.int64)
+    of_label = np.zeros(int(labels.max()) + 1, np.int32)
     of_label[labels[known]] = np.flatnonzero(known.ravel())
-    return values.reshape(-1, *values.shape[2:])[of_label[labels]]
+    out = values.copy()
+    out[asked] = values.reshape(-1, *values.shape[2:])[of_label[labels[asked]]]
+    return out

@@ -14,7 +14,7 @@ from cityflow.core.colour_image import sampled
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceFigures, FacePlane, Patch
 from cityflow.texture.patches.canvas import Canvas, front_canvas, root_canvas
-from cityflow.texture.patches.compose import Composition, FaceSources, Visible, compose
+from cityflow.texture.patches.compose import Composition, FaceSources, Visible, compose, in_parts
 from cityflow.texture.patches.fill import interpolated, nearest
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
@@ -68,19 +68,16 @@ def make_patches(
     if canvas is None:
         return FacePatches(raw, raw, ("not in the geometry of its root image", *notes))
     finer = int(np.clip(np.rint(front.gsd_m / cell), 1, asked.supersampling))
-    return FacePatches(raw, _Warp(face, root, canvas, front, finer).patch(raw, asked), notes)
+    return FacePatches(raw, _Warp(root, canvas, front, finer).patch(raw, asked), notes)
 
 
 def _patch(
     face: FacePlane, canvas: Canvas, painted: Composition, views: FaceSources, parameters: PatchParameters
 ) -> Patch:
-    colours, index = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, np.uint16)
-    colours[canvas.own], index[canvas.own] = painted.colours, painted.index
-    known, sure = index >= FIRST_IMAGE, np.zeros(canvas.shape, bool)
-    sure[canvas.own] = painted.sure
-    colours = np.where(known[..., None], colours, interpolated(colours, sure if sure.any() else known))
+    index = np.zeros(canvas.shape, np.uint16)
+    index[canvas.own] = painted.index
+    pixels = _coloured(canvas, painted)
     index[canvas.own & (index == OUTSIDE)] = INTERPOLATED
-    pixels = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
     view, own = views.kept[0].view, max(len(painted.index), 1)
     images = np.unique(painted.index[painted.index >= FIRST_IMAGE])
     figures = FaceFigures(
@@ -90,11 +87,30 @@ def _patch(
     return _finished(Patch(face.key, pixels, index, canvas.own, canvas.corners, figures), canvas, parameters)
 
 
+def _coloured(canvas: Canvas, painted: Composition) -> NDArray[np.uint8]:
+    """(rows, cols, 3) the own pixels; those that no image sees are interpolated between those that one surely sees."""
+    colours = painted.colours
+    missing = painted.index == OUTSIDE
+    if missing.any():
+        sure = painted.sure if painted.sure.any() else ~missing
+        raster, known = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, bool)
+        raster[canvas.own], known[canvas.own] = colours, sure
+        colours = np.where(missing[:, None], interpolated(raster, known)[canvas.own], colours)
+    return _raster(canvas, colours)
+
+
+def _raster(canvas: Canvas, colours: Float32Array) -> NDArray[np.uint8]:
+    """(rows, cols, 3) colours of the own pixels at their places."""
+    pixels = np.zeros((*canvas.shape, 3), np.uint8)
+    pixels[canvas.own] = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
+    return pixels
+
+
 def _finished(patch: Patch, canvas: Canvas, parameters: PatchParameters) -> Patch:
     """With the pixels at the rim, and around it, like the nearest ones inside; black where there is no face."""
     mask = np.asarray(canvas.depth > -(parameters.padding_px + 0.5)) | canvas.own
     known = canvas.own & (patch.index != OUTSIDE)
-    pixels, index = nearest(patch.pixels, known), nearest(patch.index, known)
+    pixels, index = nearest(patch.pixels, known, mask), nearest(patch.index, known, mask)
     return replace(
         patch, pixels=_only(pixels.astype(np.uint8), mask), index=_only(index.astype(np.uint16), mask), mask=mask
     )
@@ -117,7 +133,6 @@ class _Warp:
     finer : samples per cell and axis, more than one where cells are larger than the root's pixels
     """
 
-    face: FacePlane
     root: OrientedImage
     canvas: Canvas
     front: Canvas
@@ -125,25 +140,28 @@ class _Warp:
 
     def patch(self, raw: Patch, parameters: PatchParameters) -> Patch:
         """The raw patch as one sees it straight from the front."""
-        own, shape = self.front.own, self.front.shape
-        colours, index = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.uint16)
-        size = np.array([raw.mask.shape[1], raw.mask.shape[0]])
-        col, row = np.clip(np.floor(self._at(0.0, 0.0)), 0, size - 1).astype(np.int64).T
-        colours[own], index[own] = self._means(ArrayPixels(raw.pixels)), raw.index[row, col]
-        pixels = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
+        source, centres = ArrayPixels(raw.pixels), self.front.centres()
+        index, colours = np.zeros(self.front.shape, np.uint16), np.empty((len(centres), 3), np.float32)
+        size, labels = np.array([raw.mask.shape[1], raw.mask.shape[0]]), np.empty(len(centres), np.uint16)
+        for part in in_parts(np.arange(len(centres))):
+            col, row = np.clip(np.floor(self._at(centres[part])), 0, size - 1).astype(np.int64).T
+            labels[part] = raw.index[row, col]
+            colours[part] = self._means(source, centres[part])
+        index[self.front.own] = labels
+        pixels = _raster(self.front, colours)
         return _finished(replace(raw, pixels=pixels, index=index, corners=self.front.corners), self.front, parameters)
 
-    def _at(self, s: float, t: float) -> FloatArray:
-        """(N, 2) column, row in the raw patch of places in the front's own cells, metres from their middles."""
-        xyz = self.front.xyz + s * self.face.right + t * self.face.up
-        return np.asarray(self.root.project(xyz)[0] - self.canvas.first)
+    def _at(self, centres: Float32Array) -> FloatArray:
+        """(N, 2) column, row in the raw patch of places in the front."""
+        return np.asarray(self.root.project(self.front.to_world(centres.astype(np.float64)))[0] - self.canvas.first)
 
-    def _means(self, pixels: ArrayPixels) -> Float32Array:
+    def _means(self, source: ArrayPixels, centres: Float32Array) -> Float32Array:
         """(N, 3) colours of the front's own cells."""
-        steps = ((np.arange(self.finer) + 0.5) / self.finer - 0.5) * self.front.gsd_m
-        total = np.zeros((len(self.front.xyz), 3), np.float32)
-        for at in (self._at(s, t) for s in steps for t in steps):
-            total += sampled(pixels, at[:, 0].copy(), at[:, 1].copy(), 0)
+        steps = (np.arange(self.finer) + 0.5) / self.finer - 0.5
+        total = np.zeros((len(centres), 3), np.float32)
+        for shift in ((s, t) for s in steps for t in steps):
+            at = self._at(centres + np.array(shift, np.float32))
+            total += sampled(source, at[:, 0].copy(), at[:, 1].copy(), 0)
         return total / np.float32(self.finer**2)
 
 
