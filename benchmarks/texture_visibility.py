@@ -46,6 +46,8 @@ LEAST_M2 = 0.5
 REACH_M = 60.0
 NEAR_M = 0.5
 """So far from the plane of a face the true building may stand where a reconstructed one was made of it."""
+ALIKE = 0.8
+"""Cosine of the angle up to which a true face is the one that a reconstructed one was made of: eaves before a wall are not the wall."""
 BIAS_M = 0.03
 BUILT = (Part.ROOF, Part.WALL, Part.OVERHANG, Part.WINDOW, Part.DOOR, Part.PIPE, Part.CHIMNEY)
 
@@ -89,8 +91,8 @@ class Truth:
 
     def shown(
         self, xyz: FloatArray, face: FacePlane, centre: FloatArray, outline: shapely.Polygon
-    ) -> tuple[BoolArray, IntArray]:
-        """Points in whose place the camera shows what the face was made of, and the part of the town that it shows there.
+    ) -> tuple[BoolArray, BoolArray, IntArray]:
+        """Points in whose place the camera shows what the face was made of; those of them where that looks the way the face does; the part of the town.
 
         That is something built, near the plane of the face and within the outline of its house: a house may be several units of the made town.
         """
@@ -101,7 +103,8 @@ class Truth:
         part = np.where(triangle >= 0, self.mesh.part[triangle], 255).astype(np.int64)
         near = np.isin(part, [int(p) for p in BUILT]) & (np.abs((met - face.origin) @ face.normal) <= NEAR_M)
         near[near] = shapely.contains_xy(outline, *met[near, :2].T)
-        return near, part
+        alike = self.scene.surfaces.normal[triangle] @ face.normal > ALIKE
+        return near, near & alike, part
 
 
 def true_houses(town: Town) -> list[House]:
@@ -205,8 +208,8 @@ def judge(
                 image = images[one.view.image]
                 said = one.mask.mask()[inside]
                 rays += len(said)
-                own, shown = truth.shown(xyz, face, image.centre, ground)
-                free = (truth.free(xyz, face.normal, image.centre) if true_hulls else own) & in_frame(image, xyz)
+                own, alike, shown = truth.shown(xyz, face, image.centre, ground)
+                free = (truth.free(xyz, face.normal, image.centre) if true_hulls else alike) & in_frame(image, xyz)
                 count.truly += weight * np.count_nonzero(free)
                 count.both += weight * np.count_nonzero(free & said)
                 count.found += weight * np.count_nonzero(said)
