@@ -84,7 +84,7 @@ def about(frame: TileFrame, amersfoort: Reference) -> About:
 @pytest.fixture
 def scene(neighbours: list[Building], terrain: tuple[np.ndarray, np.ndarray]) -> Scene:
     flat, raw = painted(neighbours).textures, painted(neighbours, rectified=False).textures
-    return Scene("85_447", BOUNDS, neighbours, terrain, flat, raw)
+    return Scene("85_447", neighbours, terrain, flat, raw)
 
 
 def test_both_sets_share_the_terrain(scene: Scene, frame: TileFrame, about: About) -> None:
@@ -141,11 +141,11 @@ def test_tilesets_say_what_was_done(scene: Scene, frame: TileFrame, about: About
 
 def test_tiles_without_something_leave_it_out(scene: Scene, frame: TileFrame, about: About) -> None:
     empty = (np.empty((0, 3)), np.empty((0, 3), np.int64))
-    bare = Scene("t", BOUNDS, scene.buildings, empty)
+    bare = Scene("t", scene.buildings, empty)
     assert {p.rsplit("/", 1)[1] for p in tile_files(bare, frame, about)} == {"buildings.glb", PORTABLE}
-    ground = Scene("t", BOUNDS, [], scene.terrain, raw=scene.raw, rectified=scene.rectified)
+    ground = Scene("t", [], scene.terrain, raw=scene.raw, rectified=scene.rectified)
     assert {p.rsplit("/", 1)[1] for p in tile_files(ground, frame, about)} == {"terrain.glb", PORTABLE, RAW}
-    assert tile_files(Scene("t", BOUNDS, [], empty), frame, about) == {}
+    assert tile_files(Scene("t", [], empty), frame, about) == {}
     assert city_tilesets({}, about) == {}
 
 
@@ -179,7 +179,7 @@ def _many(count: int, terrain: tuple[np.ndarray, np.ndarray], amersfoort: Refere
         for col in range(count):
             x, y = 80000.0 + 500 * col, 440000.0 + 500 * row
             vertices = (terrain[0] - (84960, 447490, 0)) * (500 / 11, 500 / 11, 1) + (x, y, 0)
-            scene = Scene(f"{col}_{row}", (x, y, x + 500, y + 500), [], (vertices, terrain[1]))
+            scene = Scene(f"{col}_{row}", [], (vertices, terrain[1]))
             files |= tile_files(scene, frame_at(globe, (x + 250, y + 250, 0.0)), about)
     return files
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.evaluation.models import ModelErrors
+from cityflow.evaluation.models_overhangs import shares_within
 
 ASKED = {
     "planes right (± 1)": "≥ 95 %", "type right": "≥ 95 %", "area within 0.15 m": "≥ 97 %", "ridge ends RMSE m": "≤ 0.25",
@@ -20,6 +21,7 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
     """One column: figures of all units together, with the seconds that each took."""
     errors, seconds = [e for e, _ in results], np.array([s for _, s in results])
     overhang = np.abs(_joined([e.overhangs.errors_m for e in errors]))
+    shares = shares_within([e.overhangs for e in errors], 2 * gsd_m)
     return {
         "units": str(len(errors)),
         "valid": _percent([not e.fault for e in errors]),
@@ -37,6 +39,8 @@ def summary(results: Sequence[tuple[ModelErrors, float]], gsd_m: float) -> dict[
         "overhangs": str(len(overhang)),
         "overhang median m": _number(np.median(overhang)) if len(overhang) else "",
         "overhang within 2 GSD": _percent(overhang <= 2 * gsd_m),
+        "edges that state one": _ratio(shares.stated),
+        "of these within 2 GSD": _ratio(shares.stated_within),
         "edges without overhang": str(sum(len(e.overhangs.bare_m) for e in errors)),
         "edges with invented overhang": str(sum(e.overhangs.invented for e in errors)),
         "greatest of them m": _number(max((float(e.overhangs.bare_m.max(initial=0.0)) for e in errors), default=0.0)),
@@ -71,6 +75,10 @@ def _median(values: Sequence[float]) -> str:
 
 def _percent(right: Sequence[bool] | BoolArray) -> str:
     return _share(float(np.sum(right)), len(right))
+
+
+def _ratio(share: float) -> str:
+    return f"{100 * share:.1f} %" if np.isfinite(share) else ""
 
 
 def _share(part: float, whole: float) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Lod
-from cityflow.core.grid import Bounds
 from cityflow.core.texture import Drape, TextureSet
 from cityflow.io.appearance import Appearance
 from cityflow.io.attributes import xml_text
@@ -70,14 +69,12 @@ class Scene:
     Attributes
     ----------
     name : of the tile, also of its folder
-    bounds : of the tile, world metres
     buildings : with their party walls cut
     terrain : (V, 3) vertices, world metres, and (T, 3) triangles
     rectified, raw : textures of the buildings, drape : ortho on the terrain; None where there is none
     """
 
     name: str
-    bounds: Bounds
     buildings: Sequence[Building]
     terrain: tuple[FloatArray, IntArray]
     rectified: TextureSet | None = None

@@ -33,7 +33,7 @@ from cityflow.surface.tin import Tin, terrain_tin
 STAGE = "export"
 CITY = "city"
 ROWS = "units.json"
-VERSION = 3
+VERSION = 4
 BLOCK_PERCENTILE = 70.0
 MARGIN_CELLS = 4
 

@@ -91,7 +91,7 @@ def tiles3d(tile: CityTile) -> Files:
     x_min, y_min, x_max, y_max = tile.bounds
     frame = frame_at(globe, ((x_min + x_max) / 2, (y_min + y_max) / 2, 0.0))
     scene = Scene(
-        tile.name, tile.bounds, tile.buildings, (tile.terrain.vertices, tile.terrain.triangles),
+        tile.name, tile.buildings, (tile.terrain.vertices, tile.terrain.triangles),
         tile.rectified, tile.raw, tile.drape,
     )  # fmt: skip
     yield from tile_files(
