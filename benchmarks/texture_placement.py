@@ -21,10 +21,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import mapbox_earcut
 import numpy as np
 import shapely
+from PIL import Image
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, IntArray
@@ -159,14 +159,16 @@ def table(name: str, patches: int, rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def picture(masks: Sequence[BoolArray], placement: Placement, path: Path, longest: int = 1400) -> None:
+def picture(masks: Sequence[BoolArray], placement: Placement, path: Path, longest: int = 1100) -> None:
+    """The first page down to its last patch, lying, with few colours so that the file stays small."""
     canvas = painted(masks, placement, 0)
     canvas = canvas[: int(np.flatnonzero(canvas.any(axis=1))[-1]) + 1]
     colours = np.random.default_rng(2).integers(70, 250, (len(masks) + 1, 3)).astype(np.uint8)
     colours[0] = 255
+    drawn = Image.fromarray(colours[np.rot90(canvas) if canvas.shape[0] > canvas.shape[1] else canvas])
     scale = longest / max(canvas.shape)
-    size = (round(canvas.shape[1] * scale), round(canvas.shape[0] * scale))
-    cv2.imwrite(str(path), cv2.resize(colours[canvas], size, interpolation=cv2.INTER_AREA))
+    small = drawn.resize((round(drawn.width * scale), round(drawn.height * scale)), Image.Resampling.LANCZOS)
+    small.quantize(48).save(path, optimize=True)
 
 
 def main() -> None:
@@ -177,7 +179,6 @@ def main() -> None:
     parser.add_argument("--no-brute-force", action="store_true", help="xatlas by its fast way only")
     parser.add_argument("--picture", type=Path)
     arguments = parser.parse_args()
-    cv2.setNumThreads(1)
     ways = () if arguments.no_xatlas else (False,) if arguments.no_brute_force else (False, True)
     for number, name in enumerate(arguments.sets):
         rows, masks, placement = compared(name, arguments.repeats, ways)
