@@ -60,6 +60,15 @@ def test_saturated_values_are_no_samples() -> None:
     assert np.array_equal(found[0], [100, 100, 100])
 
 
+def test_where_a_file_shows_nothing_there_is_no_colour() -> None:
+    array = np.full((16, 20, 3), 100, np.uint8)
+    array[:, 8:] = 0
+    array[2, 3] = (0, 0, 7)
+    found = Source.of(coloured(array, gain=(2.0,))).colours(UV)
+    assert np.isnan(found[1]).all()
+    assert np.array_equal(found[0], [0, 0, 14])
+
+
 def test_models_compose_and_invert() -> None:
     one = LinearModel(np.array([2.0, 1.0, 0.5]), np.array([3.0, -4.0, 0.0]))
     two = LinearModel(np.array([0.25, 4.0, 1.0]), np.array([1.0, 1.0, 1.0]))

@@ -77,19 +77,26 @@ class Source:
         return max(0, min(pixels.height, pixels.width).bit_length() - 3)
 
     def colours(self, uv: FloatArray, level: int = 0) -> Float32Array:
-        """(N, 3) red, green, blue, 0 to 255, at (N, 2) image coordinates; at centres of pixels and level 0, the pixels themselves."""
-        u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
-        values = sampled(self.colour.pixels, u, v, level)
-        return three_bands(balanced(values, self.colour, u, v)) * np.float32(WHITE / self.white)
+        """(N, 3) red, green, blue, 0 to 255, at (N, 2) image coordinates; at centres of pixels and level 0, the pixels themselves.
+
+        NaN where all bands are 0: that is what files have where they show nothing, beyond the edge of an ortho or of a frame that was turned.
+        """
+        return self._colours(uv, level)[0]
 
     def unsaturated(self, uv: FloatArray, level: int) -> Float32Array:
-        """Like `colours`, NaN where the sensor or the file may have cut a value off."""
+        """Like `colours`, NaN also where the sensor or the file may have cut a value off."""
+        colours, brightest = self._colours(uv, level)
+        colours[brightest >= SATURATED * self.white] = np.nan
+        return colours
+
+    def _colours(self, uv: FloatArray, level: int) -> tuple[Float32Array, Float32Array]:
+        """(N, 3) colours, and (N,) the greatest value of the bands as they are in the file."""
         u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
         values = sampled(self.colour.pixels, u, v, level)
-        cut = three_bands(values).max(axis=1) >= SATURATED * self.white
+        brightest = three_bands(values).max(axis=1)
         colours = three_bands(balanced(values, self.colour, u, v)) * np.float32(WHITE / self.white)
-        colours[cut] = np.nan
-        return colours
+        colours[brightest <= 0] = np.nan
+        return colours, brightest
 
 
 def sources_of(images: Sequence[ColourImage]) -> list[Source]:

@@ -402,6 +402,22 @@ def test_an_image_that_cannot_be_read_is_left_out_and_named(behind_a_tree: Scene
         assert np.mean(errors(made.raw, behind_a_tree.face) < 25) > 0.95
 
 
+def test_where_an_image_has_no_data_the_next_one_shows(behind_a_tree: Scene) -> None:
+    sources = behind_a_tree.sources()
+    array = as_pixels(behind_a_tree.pictures[0]).array.copy()
+    array[:, 230:] = 0
+    cut = [replace(sources[0], colour=replace(sources[0].colour, pixels=ArrayPixels(array))), *sources[1:]]
+    made = behind_a_tree.made(cut)
+    assert made.raw.figures.occluded > 0.3
+    assert made.raw.pixels[made.raw.mask].max(axis=1).min() > 40
+    assert np.mean(errors(made.raw, behind_a_tree.face) < 14) > 0.98
+    black = UnitSources(
+        [replace(sources[0], colour=replace(sources[0].colour, pixels=ArrayPixels(np.zeros_like(array))))]
+    )
+    alone = FaceSources(behind_a_tree.grid, behind_a_tree.seen[:1], 1)
+    assert make_patches(behind_a_tree.face, alone, black, behind_a_tree.visible) is None
+
+
 def test_only_windows_are_read(behind_a_tree: Scene) -> None:
     class Watched(ArrayPixels):
         def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> np.ndarray:

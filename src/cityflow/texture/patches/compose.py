@@ -51,7 +51,7 @@ class Composition:
     Attributes
     ----------
     colours : (N, 3) float32;  index : (N,) uint16, `OUTSIDE` where no image sees anything
-    root_sees : (N,) bool
+    root_sees : (N,) bool, what the root image shows
     sure : (N,) bool, painted, and not right beside something that stands in between
     lost : what was wrong with images that could not be read; they count as seeing nothing
     """
@@ -81,22 +81,21 @@ def compose(
     """
     eye = _Eye(face, canvas, views, sources, visible)
     paint = _Paint(eye, parameters.feather_px)
-    root_sees = np.zeros(len(paint.index), bool)
     unsure: list[tuple[int, SeenFace, IntArray]] = []
     for rank, seen in enumerate(views.kept):
         if not paint.missing.any():
             break
         asked = np.flatnonzero(paint.missing | (canvas.distance(paint.missing) <= parameters.feather_px))
         at = eye.seen(rank, seen, asked)
-        sure = canvas.distance(_marked(len(root_sees), asked, at))[at] > parameters.retreat_px
-        readable = paint.lay(rank, seen, at[sure])
-        if rank == 0 and readable:
-            root_sees[at] = True
+        sure = canvas.distance(_marked(canvas.count, asked, at))[at] > parameters.retreat_px
+        paint.lay(rank, seen, at[sure])
+        if rank == 0 and not paint.lost:
+            paint.root_sees[at[~sure]] = True
         unsure.append((rank, seen, at[~sure]))
     painted = ~paint.missing
     for rank, seen, at in unsure:
         paint.lay(rank, seen, at[paint.missing[at]])
-    return Composition(paint.colours, paint.index, root_sees, painted, tuple(dict.fromkeys(paint.lost)))
+    return Composition(paint.colours, paint.index, paint.root_sees, painted, tuple(dict.fromkeys(paint.lost)))
 
 
 def _marked(count: int, those: IntArray, but: IntArray) -> BoolArray:
@@ -168,32 +167,32 @@ class _Paint:
         self.eye, self.feather_px = eye, feather_px
         self.colours: Float32Array = np.zeros((count, 3), np.float32)
         self.index: NDArray[np.uint16] = np.full(count, OUTSIDE, np.uint16)
+        self.root_sees: BoolArray = np.zeros(count, bool)
         self.lost: list[str] = []
 
     @property
     def missing(self) -> BoolArray:
         return np.asarray(self.index == OUTSIDE)
 
-    def lay(self, rank: int, seen: SeenFace, at: IntArray) -> bool:
-        """An image's colours at some pixels: on those without one, and beside them less and less over what is there.
-
-        Returns
-        -------
-        whether the image could be read
-        """
+    def lay(self, rank: int, seen: SeenFace, at: IntArray) -> None:
+        """An image's colours at some pixels: on those without one, and beside them less and less over what is there."""
         share = self._share(at)
         at, share = at[share > 0], share[share > 0]
         try:
             for part, weight in zip(in_parts(at), in_parts(share), strict=True):
-                colours = self.eye.sources.colours(
-                    seen.view.image, self.eye.where(rank, seen, part), self.eye.level(rank, seen)
-                )
-                self.colours[part] += weight[:, None] * (colours - self.colours[part])
+                self._blend(rank, seen, part, weight)
         except CityflowError as error:
             self.lost.append(str(error))
-            return False
-        self.index[at[share > 0.5]] = FIRST_IMAGE + seen.view.image
-        return True
+
+    def _blend(self, rank: int, seen: SeenFace, at: IntArray, share: Float32Array) -> None:
+        image = seen.view.image
+        colours = self.eye.sources.colours(image, self.eye.where(rank, seen, at), self.eye.level(rank, seen))
+        shown = ~np.isnan(colours[:, 0])
+        at, share, colours = at[shown], share[shown], colours[shown]
+        self.colours[at] += share[:, None] * (colours - self.colours[at])
+        self.index[at[share > 0.5]] = FIRST_IMAGE + image
+        if rank == 0:
+            self.root_sees[at] = True
 
     def _share(self, at: IntArray) -> Float32Array:
         """(len(at),) of the new image."""
