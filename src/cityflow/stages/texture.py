@@ -30,7 +30,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 STAGE = "texture"
-VERSION = 1
+VERSION = 2
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more."""
@@ -102,7 +102,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}
     workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
     unread = f"without the images {', '.join(a['unread'])}, which could not be read" if a["unread"] else ""
-    return workspace.outcome(Status.DEGRADED if unread else Status.DONE, unread, dict(made.figures))
+    return workspace.outcome(
+        Status.DEGRADED if unread else Status.DONE, unread, {**made.figures, "notes": dict(made.notes)}
+    )
 
 
 def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
+from cityflow.errors import CityflowError
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
 from cityflow.texture.patches.parameters import PatchParameters
@@ -24,8 +26,9 @@ from cityflow.texture.ranking.choose import METHODS
 from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
 from cityflow.texture.ranking.views import views_of
+from cityflow.texture.readable import watched
 from cityflow.texture.redundancy import RedundancyParameters, kept
-from cityflow.texture.source import Source, UnitSources
+from cityflow.texture.source import Source, UnitSources, sources_of, sources_of
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
@@ -79,10 +82,17 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TexturedUnit:
-    """Textures of a unit, and figures on how they came about."""
+    """Textures of a unit.
+
+    Attributes
+    ----------
+    figures : on how they came about
+    lost : image name → why it could not be read; the textures are made without these images
+    """
 
     texture: UnitTexture
     figures: Mapping[str, float | int]
+    lost: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +110,7 @@ def texture_unit(
     faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
 ) -> TexturedUnit:
     """Patches of all faces that some image sees, a plain colour and the reason for the others."""
-    sources = [Source.of(i) for i in images]
+    sources = sources_of(images)
     scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     looked = [_looked_at(f, sources, scene, parameters) for f in faces]
     used = {f.seen[k].view.image for f in looked for k in f.kept}
@@ -112,7 +122,8 @@ def texture_unit(
     texture = UnitTexture(
         tuple(s.image.name for s in sources), tuple(p.raw for p in found.values()), tuple(p.rectified for p in found.values()), plain
     )  # fmt: skip
-    return TexturedUnit(texture, _figures(looked, found))
+    notes = Counter(note for p in found.values() for note in p.notes)
+    return TexturedUnit(texture, _figures(looked, found), dict(sorted(notes.items())))
 
 
 def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, parameters: TextureParameters) -> _Face:
