@@ -1,8 +1,8 @@
 """The surface as what stands between cameras and a unit: without the unit itself.
 
-A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So within the outline of a
-unit and a little around it the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. Around the
-outline the ground a little farther off takes its place, which hides what of a wall is in the earth.
+A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So where a model stands, and
+a little around the unit itself, the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. The
+rest is left to the models. Around the unit's outline the ground a little farther off takes the surface's place, which hides what of a wall is in the earth.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def obstacle_heights(
     others: Sequence[Polyhedron],
     parameters: VisibilityParameters,
 ) -> Float32Array:
-    """(rows, cols) heights of what stands in the way, metres above the lowest of the surface; `LOWEST` where nothing does.
+    """(rows, cols) heights of what stands in the way, world metres; `LOWEST` where nothing does.
 
     Parameters
     ----------
