@@ -101,10 +101,16 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     made = texture_unit(faces, images, around, parameters)
     rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}
     workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
-    unread = f"without the images {', '.join(a['unread'])}, which could not be read" if a["unread"] else ""
     return workspace.outcome(
-        Status.DEGRADED if unread else Status.DONE, unread, {**made.figures, "notes": dict(made.notes)}
+        *_status([*a["unread"], *made.lost]), {**made.figures, "notes": dict(made.notes), "lost": dict(made.lost)}
     )
+
+
+def _status(unread: Sequence[str]) -> tuple[Status, str]:
+    """A unit without some of its images says so."""
+    if not unread:
+        return Status.DONE, ""
+    return Status.DEGRADED, f"without the images {', '.join(sorted(unread))}, which could not be read"
 
 
 def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:

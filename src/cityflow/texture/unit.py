@@ -28,7 +28,7 @@ from cityflow.texture.ranking.ranking_parameters import RankingParameters
 from cityflow.texture.ranking.views import views_of
 from cityflow.texture.readable import watched
 from cityflow.texture.redundancy import RedundancyParameters, kept
-from cityflow.texture.source import Source, UnitSources, sources_of, sources_of
+from cityflow.texture.source import Source, UnitSources, sources_of
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
@@ -87,11 +87,13 @@ class TexturedUnit:
     Attributes
     ----------
     figures : on how they came about
+    notes : what was done otherwise than asked for → on how many faces
     lost : image name → why it could not be read; the textures are made without these images
     """
 
     texture: UnitTexture
     figures: Mapping[str, float | int]
+    notes: Mapping[str, int] = field(default_factory=dict)
     lost: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -109,8 +111,28 @@ class _Face:
 def texture_unit(
     faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
 ) -> TexturedUnit:
-    """Patches of all faces that some image sees, a plain colour and the reason for the others."""
-    sources = sources_of(images)
+    """Patches of all faces that some image sees, a plain colour and the reason for the others.
+
+    An image that cannot be read is left out, as if it had never been taken.
+    """
+    lost: dict[str, str] = {}
+    left = list(images)
+    while True:
+        known = len(lost)
+        made = _attempted(faces, watched(left, lost), around, parameters)
+        if made is not None and len(lost) == known:
+            return replace(made, lost=lost)
+        left = [i for i in left if i.image.name not in lost]
+
+
+def _attempted(
+    faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
+) -> TexturedUnit | None:
+    """Textures of a unit; None where the white level of an image cannot be told because it cannot be read."""
+    try:
+        sources = sources_of(images)
+    except CityflowError:
+        return None
     scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     looked = [_looked_at(f, sources, scene, parameters) for f in faces]
     used = {f.seen[k].view.image for f in looked for k in f.kept}

@@ -1,0 +1,56 @@
+"""Images that turn out to be unreadable while textures are made: they are noted, so that a unit can be made without them."""
+
+from __future__ import annotations
+
+from collections.abc import MutableMapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.colour_image import ColourImage
+from cityflow.core.pixels import PixelArray, Pixels
+from cityflow.errors import CityflowError
+
+
+@dataclass(frozen=True, slots=True)
+class WatchedPixels:
+    """Pixels of an image, as they are.
+
+    Attributes
+    ----------
+    lost : image name → what was wrong; gets this image when reading it fails
+    """
+
+    pixels: Pixels
+    name: str
+    lost: MutableMapping[str, str]
+
+    @property
+    def height(self) -> int:
+        return self.pixels.height
+
+    @property
+    def width(self) -> int:
+        return self.pixels.width
+
+    @property
+    def bands(self) -> int:
+        return self.pixels.bands
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.pixels.dtype
+
+    def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:
+        """As in `Pixels`; what goes wrong is noted and raised."""
+        try:
+            return self.pixels.window(rows, cols, level)
+        except CityflowError as error:
+            self.lost[self.name] = str(error)
+            raise
+
+
+def watched(images: Sequence[ColourImage], lost: MutableMapping[str, str]) -> list[ColourImage]:
+    """The images, each noting in `lost` when it cannot be read."""
+    return [replace(i, pixels=WatchedPixels(i.pixels, i.image.name, lost)) for i in images]
