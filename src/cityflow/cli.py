@@ -150,6 +150,18 @@ def report(run_url: RunArgument) -> None:
 
 
 @app.command()
+def view(
+    run_url: RunArgument,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free")] = 8123,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
+) -> None:
+    """Walk through a run in the browser: the textured city, every building's figures, measuring, sections."""
+    from cityflow.workflow.serve import view_run
+
+    view_run(run_url, port, browser, console)
+
+
+@app.command()
 def synth(
     out: Annotated[Path, typer.Argument(help="Folder for the made survey")],
     seed: Annotated[int, typer.Option(min=0, help="Everything follows from it")] = 1,

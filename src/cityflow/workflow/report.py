@@ -28,6 +28,7 @@ from cityflow.workflow.pictures import run_pictures
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
 from cityflow.workflow.unused_edits import unused_edits
+from cityflow.workflow.view import write_run_view
 
 PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
@@ -48,10 +49,12 @@ PRODUCTS = {
 
 
 def write_run_report(run: Prepared, records: CurrentRecords) -> str:
-    """Write report.json and report.html; returns where the page stands."""
-    page_json, page_html = write_report(report_data(run, records))
+    """Write report.json, report.html and the view in the browser; returns where the report's page stands."""
+    data = report_data(run, records)
+    page_json, page_html = write_report(data)
     run.store.write_bytes("report.json", page_json)
     run.store.write_bytes("report.html", page_html)
+    write_run_view(run, records, data)
     return run.store.url("report.html")
 
 

@@ -1,0 +1,43 @@
+"""The page that shows a run in a browser: its fixed files, its title, and the report's pictures for browsers that cannot draw a city."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from importlib.resources import files
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from cityflow.viewer.picture import Picture
+
+FOLDER = "view"
+DATA = f"{FOLDER}/data"
+PAGE = f"{FOLDER}/index.html"
+STATIC = ("view.js", "view.css", "licences.txt")
+"""Shipped with the package; `view.js` is built from the sources in view/ (docs/view.md)."""
+
+
+def page_files(title: str, attribution: str, pictures: Sequence[Picture]) -> Iterator[tuple[str, bytes]]:
+    """Path in RUN and contents of the page, of what it is made of, and of the pictures; the page comes last."""
+    for name in STATIC:
+        yield f"{FOLDER}/{name}", static(name)
+    shown = []
+    for number, picture in enumerate(pictures):
+        path = f"pictures/{number}.jpg"
+        yield f"{FOLDER}/{path}", picture.jpeg
+        shown.append({"path": path, "title": picture.title, "caption": picture.caption,
+                      "width": picture.width, "height": picture.height})  # fmt: skip
+    page = _environment().get_template("index.html.j2").render(title=title, attribution=attribution, pictures=shown)
+    yield PAGE, page.encode()
+
+
+@cache
+def static(name: str) -> bytes:
+    """A file of the page that is the same for every run."""
+    return (files("cityflow.viewer") / "web" / name).read_bytes()
+
+
+@cache
+def _environment() -> Environment:
+    loader = PackageLoader("cityflow.viewer", "web")
+    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)

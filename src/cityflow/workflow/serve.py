@@ -1,0 +1,87 @@
+"""``cityflow view``: a run in the browser."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import webbrowser
+
+from rich.console import Console
+
+from cityflow.errors import RunError
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.viewer.server import Read, server_for
+from cityflow.viewer.view_page import PAGE, STATIC, static
+from cityflow.workflow.current import current_records
+from cityflow.workflow.report import report_data
+from cityflow.workflow.run_folder import open_run
+from cityflow.workflow.view import CITY, state_of, write_run_view
+
+HOST = "127.0.0.1"
+
+
+def view_run(url: str, port: int, with_browser: bool, console: Console) -> None:
+    """Serve a run until Ctrl+C; the page is written first where there is none, or where the run has gone on since.
+
+    Raises
+    ------
+    RunError
+        No run is there, or the port is taken.
+    """
+    bring_up_to_date(url, console)
+    read = reader(Store.open(url))
+    try:
+        server = server_for(read, shlex.quote(url), HOST, port)
+    except OSError as error:
+        raise RunError(
+            f"port {port} is taken ({error})", where=HOST, remedy="name another one with --port, or 0 for any that is free"
+        ) from error
+    address = f"http://{HOST}:{server.server_address[1]}/view/index.html"
+    console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
+    if with_browser:
+        webbrowser.open(address)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        console.print("Ended.")
+    finally:
+        server.server_close()
+
+
+def bring_up_to_date(url: str, console: Console) -> None:
+    """Write the page of a run where it has none, or where anything was made since."""
+    run = open_run(url)
+    with Ledger.open(run.store) as ledger:
+        records = current_records(run, ledger)
+    if _state(run.store) == state_of(records) and run.store.exists(PAGE):
+        return
+    console.print("Writing the page …")
+    try:
+        write_run_view(run, records, report_data(run, records))
+    except PermissionError as error:
+        raise RunError(
+            f"the page cannot be written ({error})", where=run.store.root, remedy="ask its owner for a run of `cityflow view`"
+        ) from error
+
+
+def reader(store: Store) -> Read:
+    """Contents of a file of the run by its path; what every page shares comes from the program that serves it."""
+    shared = {f"{PAGE.rsplit('/', 1)[0]}/{name}": name for name in STATIC}
+
+    def read(path: str) -> bytes | None:
+        if path in shared:
+            return static(shared[path])
+        try:
+            return store.read_bytes(path)
+        except (FileNotFoundError, IsADirectoryError, ValueError):
+            return None
+
+    return read
+
+
+def _state(store: Store) -> str:
+    try:
+        return str(json.loads(store.read_bytes(CITY))["state"])
+    except (FileNotFoundError, ValueError, KeyError):
+        return ""

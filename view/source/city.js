@@ -1,0 +1,240 @@
+// The city from RUN's own 3D Tiles: loading, how buildings are coloured, what stands under the pointer.
+import { TilesRenderer } from '3d-tiles-renderer/three';
+import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Raycaster, SRGBColorSpace, Vector3 } from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { CLASSES, rgb, scaled, STATUS, UNKNOWN } from './colours.js';
+import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
+import { TablesPlugin } from './metadata.js';
+
+const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT };
+const MOST_CACHED_BYTES = 300 * 2 ** 20;
+const ERROR_TARGET_PX = 4;
+
+export class City {
+  /**
+   * @param {object} about data/city.json
+   * @param {Map<string, object>} units rows of the index by id
+   * @param {{camera, renderer, scene, changed: () => void}} stage
+   */
+  constructor(about, units, stage) {
+    Object.assign(this, { about, units, stage });
+    this.mode = 'photographs';
+    this.set = about.sets.rectified ? 'rectified' : 'raw';
+    this.isDivided = true;
+    this.shown = { terrain: true, buildings: true };
+    this.selected = null;
+    this.models = new Map();
+    this.failures = [];
+    const colours = Array.from({ length: 8 }, () => new Color(UNKNOWN));
+    this.classColours = { value: colours };
+    this.raycaster = new Raycaster();
+    this.tiles = null;
+    this.load();
+  }
+
+  get isEmpty() {
+    return !this.about.sets.rectified && !this.about.sets.raw;
+  }
+
+  /** Show the set of textures that is wanted, in place of the one before. */
+  load() {
+    if (this.isEmpty) return;
+    this.#dispose();
+    const tiles = new TilesRenderer(`../${this.about.sets[this.set]}`);
+    const loader = new GLTFLoader(tiles.manager);
+    loader.register((parser) => new TablesPlugin(parser));
+    tiles.manager.addHandler(/\.(gltf|glb)$/g, loader);
+    tiles.errorTarget = ERROR_TARGET_PX;
+    tiles.lruCache.maxBytesSize = MOST_CACHED_BYTES;
+    tiles.setCamera(this.stage.camera);
+    if (this.about.frame) {
+      new Matrix4().fromArray(this.about.frame).invert().decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
+    }
+    tiles.addEventListener('load-model', ({ scene, tile }) => this.#loaded(scene, tile));
+    tiles.addEventListener('dispose-model', ({ scene }) => this.#gone(scene));
+    tiles.addEventListener('load-error', ({ url, error }) => this.#failed(url, error));
+    for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
+      tiles.addEventListener(event, this.stage.changed);
+    }
+    this.stage.scene.add(tiles.group);
+    this.tiles = tiles;
+    this.resize();
+    this.stage.changed();
+  }
+
+  resize() {
+    this.tiles?.setResolutionFromRenderer(this.stage.camera, this.stage.renderer);
+  }
+
+  update() {
+    this.tiles?.update();
+  }
+
+  get isLoading() {
+    if (!this.tiles) return false;
+    const { downloading, parsing, queued } = this.tiles.stats;
+    return downloading + parsing + (queued ?? 0) > 0;
+  }
+
+  /** Colour buildings by `photographs`, `classes`, `nmad`, `rmse` or `status`. */
+  colourBy(mode) {
+    this.mode = mode;
+    for (const model of this.models.values()) this.#dress(model);
+    this.stage.changed();
+  }
+
+  /** Textures straightened beforehand (`rectified`), or in the geometry of their images (`raw`), divided per pixel or not. */
+  textures(set, isDivided) {
+    const isOther = set !== this.set;
+    Object.assign(this, { set, isDivided });
+    if (isOther) this.load();
+    else for (const model of this.models.values()) this.#dress(model);
+    this.stage.changed();
+  }
+
+  show(part, isShown) {
+    this.shown[part] = isShown;
+    for (const model of this.models.values()) model.scene.visible = this.shown[model.part];
+    this.stage.changed();
+  }
+
+  select(id) {
+    this.selected = id;
+    for (const model of this.models.values()) this.#mark(model);
+    this.stage.changed();
+  }
+
+  /** What a ray from the camera meets first: place, part, building, class of surface. */
+  pick(ndc) {
+    if (!this.tiles) return null;
+    this.raycaster.setFromCamera(ndc, this.stage.camera);
+    return this.#first();
+  }
+
+  /** What stands at a place in plan, seen from above; `part` where only one counts. */
+  below(x, y, part = null) {
+    if (!this.tiles) return null;
+    this.raycaster.set(new Vector3(x, y, 1e4), new Vector3(0, 0, -1));
+    return this.#first(part);
+  }
+
+  #first(part = null) {
+    const hits = this.raycaster.intersectObject(this.tiles.group, true);
+    for (const hit of hits) {
+      const model = this.models.get(rootOf(hit.object, this.models));
+      if (!model || !(part ? model.part === part : model.scene.visible)) continue;
+      return { place: hit.point, part: model.part, ...this.#said(model, hit) };
+    }
+    return null;
+  }
+
+  #said(model, hit) {
+    const rows = hit.object.geometry.attributes._feature_id_0;
+    if (!rows || !model.tables) return { unit: null, surface: null };
+    const face = hit.object.geometry.attributes._feature_id_1.getX(hit.face.a);
+    return { unit: model.tables.ids[rows.getX(hit.face.a)], surface: model.tables.words[model.tables.types[face]] };
+  }
+
+  /** Meshes of the tiles that are drawn now. */
+  *meshes(part = null) {
+    for (const model of this.models.values()) {
+      if (!model.scene.parent || (part && model.part !== part)) continue;
+      for (const mesh of model.meshes) yield { mesh, model };
+    }
+  }
+
+  #loaded(scene, tile) {
+    const url = tile.content?.uri ?? '';
+    const tables = scene.userData.tables ?? null;
+    const model = { scene, tables, part: tables ? 'buildings' : 'terrain', url, meshes: [], colours: null, rows: new Map() };
+    if (tables) {
+      tables.ids.forEach((id, row) => model.rows.set(id, row));
+      model.colours = unitTexture(tables.ids.length);
+      tables.words.forEach((word, i) => this.classColours.value[i].set(CLASSES.find(([name]) => name === word)?.[2] ?? UNKNOWN));
+    }
+    scene.traverse((object) => {
+      if (object.isMesh) model.meshes.push(object);
+    });
+    for (const mesh of model.meshes) {
+      if (tables) classify(mesh.geometry, tables.types);
+      mesh.material = materialFor(mesh, { classColours: this.classColours, unitColours: model.colours });
+    }
+    scene.visible = this.shown[model.part];
+    this.models.set(scene, model);
+    this.#dress(model);
+    this.#mark(model);
+    this.stage.changed();
+  }
+
+  #gone(scene) {
+    const model = this.models.get(scene);
+    if (!model) return;
+    model.colours?.dispose();
+    for (const mesh of model.meshes) mesh.material.dispose();
+    this.models.delete(scene);
+  }
+
+  #dress(model) {
+    const mode = model.tables ? MODES[this.mode] : PHOTOGRAPHS;
+    if (mode === UNIT) this.#paint(model);
+    for (const { material, geometry } of model.meshes) {
+      define(material, 'MODE', mode);
+      define(material, 'HAS_TRIPLETS', geometry.attributes._uvd && this.isDivided ? '' : undefined);
+    }
+  }
+
+  #paint(model) {
+    const { data } = model.colours.image;
+    model.tables.ids.forEach((id, row) => data.set([...this.#colourOf(this.units.get(id)), 255], 4 * row));
+    model.colours.needsUpdate = true;
+  }
+
+  #colourOf(unit) {
+    if (!unit) return rgb(UNKNOWN);
+    if (this.mode === 'status') return rgb(STATUS[unit.status]?.[1] ?? UNKNOWN);
+    const value = unit[this.mode];
+    return value === null ? rgb(UNKNOWN) : scaled(value / this.about.scales[this.mode]);
+  }
+
+  #mark(model) {
+    const row = this.selected === null ? undefined : model.rows.get(this.selected);
+    for (const { material } of model.meshes) {
+      define(material, 'HAS_SELECTION', row === undefined ? undefined : '');
+      material.uniforms.selected.value = row ?? -1;
+    }
+  }
+
+  #failed(url, error) {
+    this.failures.push(String(url ?? error));
+    this.stage.changed();
+  }
+
+  #dispose() {
+    if (!this.tiles) return;
+    this.stage.scene.remove(this.tiles.group);
+    this.tiles.dispose();
+    this.models.clear();
+  }
+}
+
+/** The class of each vertex's face, as the shader reads it. */
+function classify(geometry, types) {
+  const faces = geometry.attributes._feature_id_1;
+  const found = new Uint8Array(faces.count);
+  for (let i = 0; i < faces.count; i += 1) found[i] = types[faces.getX(i)];
+  geometry.setAttribute('surfaceClass', new BufferAttribute(found, 1));
+}
+
+function unitTexture(count) {
+  const texture = new DataTexture(new Uint8Array(4 * count), count, 1);
+  texture.colorSpace = SRGBColorSpace;
+  texture.minFilter = NearestFilter;
+  texture.magFilter = NearestFilter;
+  return texture;
+}
+
+function rootOf(object, models) {
+  let at = object;
+  while (at && !models.has(at)) at = at.parent;
+  return at;
+}

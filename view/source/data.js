@@ -1,0 +1,41 @@
+// What cityflow has written for this page: small files beside it, fetched when they are needed.
+
+const fetched = new Map();
+
+/** A JSON file of the page's data; the same promise for everybody who asks. */
+export function json(path) {
+  return once(path, (response) => response.json());
+}
+
+export function binary(path) {
+  return once(path, (response) => response.arrayBuffer());
+}
+
+export function forget(path) {
+  fetched.delete(path);
+}
+
+function once(path, read) {
+  if (!fetched.has(path)) fetched.set(path, load(path, read));
+  return fetched.get(path);
+}
+
+async function load(path, read) {
+  const response = await fetch(path);
+  if (!response.ok) throw new Error(`${path}: ${response.status} ${response.statusText}`);
+  return read(response);
+}
+
+/** The rows of data/index.json as objects, and the same by id. */
+export async function readUnits() {
+  const table = await json('data/index.json');
+  const units = table.rows.map((row) => Object.fromEntries(table.fields.map((field, i) => [field, row[i]])));
+  return { units, byId: new Map(units.map((unit) => [unit.id, unit])) };
+}
+
+/** World coordinates of a place in the page's frame: polynomials of second degree that follow the map's projection. */
+export function toWorld(city, [e, n, u]) {
+  if (!city.world) return [e, n, u];
+  const terms = [1, e, n, u, e * e, e * n, n * n];
+  return city.world.map((row) => row.reduce((sum, c, i) => sum + c * terms[i], 0));
+}

@@ -1,0 +1,26 @@
+// The page's elements: found by id, made from plain descriptions, and the line that is read aloud.
+
+export const byId = (id) => document.getElementById(id);
+
+/** An element with attributes and children; text never becomes markup. */
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith('on')) made.addEventListener(name.slice(2), value);
+    else if (value === true) made.setAttribute(name, '');
+    else if (value !== false && value !== null && value !== undefined) made.setAttribute(name, value);
+  }
+  made.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+/** A line at the foot of the page, which screen readers read. */
+export function say(text) {
+  byId('status').textContent = text;
+}
+
+export const metres = (value, digits = 2) => `${value.toFixed(digits)} m`;
+
+export const centimetres = (value) => (value === null || value === undefined ? '–' : `${(100 * value).toFixed(1)} cm`);
+
+export const percent = (value) => (value === null || value === undefined ? '–' : `${(100 * value).toFixed(1)} %`);

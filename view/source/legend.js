@@ -1,0 +1,26 @@
+// What the colours mean.
+import { CLASSES, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
+import { element } from './elements.js';
+
+const TITLES = { nmad: 'NMAD of the points to their roof', rmse: 'RMSE of the points to their roof' };
+
+export function drawLegend(box, mode, { about }) {
+  box.replaceChildren(...entries(mode, about));
+  box.hidden = !box.childElementCount;
+}
+
+function entries(mode, about) {
+  if (mode === 'classes') return CLASSES.map(([, title, colour]) => key(colour, title));
+  if (mode === 'status') return Object.entries(STATUS).map(([name, [title, colour]]) => key(colour, `${title}: ${(about.counts[name] ?? 0).toLocaleString('en')}`));
+  if (!(mode in TITLES)) return [];
+  return [
+    element('p', {}, TITLES[mode]),
+    element('div', { class: 'scale', style: `background:${SCALE_GRADIENT}` }),
+    element('p', { class: 'ends' }, element('span', {}, '0 cm'), element('span', {}, `${(100 * about.scales[mode]).toFixed(0)} cm and more`)),
+    key(UNKNOWN, 'not measured'),
+  ];
+}
+
+function key(colour, text) {
+  return element('p', { class: 'key' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), text);
+}

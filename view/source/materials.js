@@ -1,0 +1,117 @@
+// How faces are drawn. One shader with variants, so that photographs cost no more than in a viewer that can do nothing else.
+import { Color, ShaderMaterial } from 'three';
+
+export const PHOTOGRAPHS = 0;
+export const CLASS = 1;
+export const UNIT = 2;
+
+const VERTEX = /* glsl */ `
+#ifdef HAS_COLOUR
+attribute vec4 color;
+#endif
+#ifdef IS_BUILDING
+attribute float _feature_id_0;
+attribute float surfaceClass;
+#endif
+#ifdef HAS_TRIPLETS
+attribute vec3 _uvd;
+#endif
+uniform float selected;
+uniform vec3 plain;
+uniform vec3 classColours[8];
+uniform sampler2D unitColours;
+varying vec3 shade;
+#if defined(HAS_MAP) && MODE == 0
+  #ifdef HAS_TRIPLETS
+  varying vec3 uvd;
+  #else
+  varying vec2 at;
+  #endif
+#endif
+void main() {
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  vec3 up = normalize(mat3(modelMatrix) * normal);
+  float light = 0.62 + 0.38 * max(dot(up, normalize(vec3(-0.45, -0.35, 0.82))), 0.0);
+  shade = vec3(1.0);
+#if MODE == 0
+  #ifdef HAS_MAP
+    #ifdef HAS_TRIPLETS
+    uvd = _uvd;
+    #else
+    at = uv;
+    #endif
+  #else
+    #ifdef HAS_COLOUR
+    shade = color.rgb * light;
+    #else
+    shade = plain * light;
+    #endif
+  #endif
+#elif MODE == 1
+  shade = classColours[int(surfaceClass + 0.5)] * light;
+#else
+  shade = texelFetch(unitColours, ivec2(int(_feature_id_0 + 0.5), 0), 0).rgb * light;
+#endif
+#ifdef HAS_SELECTION
+  if (abs(_feature_id_0 - selected) < 0.5) shade = -shade;
+#endif
+}`;
+
+// A negative shade marks the chosen building: no varying more for the many that are not.
+const FRAGMENT = /* glsl */ `
+uniform sampler2D page;
+varying vec3 shade;
+#if defined(HAS_MAP) && MODE == 0
+  #ifdef HAS_TRIPLETS
+  varying vec3 uvd;
+  #else
+  varying vec2 at;
+  #endif
+#endif
+void main() {
+#if defined(HAS_MAP) && MODE == 0
+  #ifdef HAS_TRIPLETS
+  vec3 colour = texture2D(page, uvd.xy / uvd.z).rgb;
+  #else
+  vec3 colour = texture2D(page, at).rgb;
+  #endif
+#else
+  vec3 colour = abs(shade);
+#endif
+#ifdef HAS_SELECTION
+  if (shade.r + shade.g + shade.b < 0.0) colour = mix(colour, vec3(0.05, 0.45, 0.95), 0.45);
+#endif
+  gl_FragColor = vec4(colour, 1.0);
+  #include <colorspace_fragment>
+}`;
+
+/** A material for a mesh of a tile, in the place of the loader's. */
+export function materialFor(mesh, shared) {
+  const { attributes } = mesh.geometry;
+  const page = mesh.material.map ?? null;
+  const material = new ShaderMaterial({
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    defines: { MODE: PHOTOGRAPHS },
+    uniforms: {
+      page: { value: page },
+      plain: { value: mesh.material.color?.clone() ?? new Color('#8c9a76') },
+      selected: { value: -1 },
+      classColours: shared.classColours,
+      unitColours: { value: shared.unitColours },
+    },
+    side: mesh.material.side,
+  });
+  if (page) material.defines.HAS_MAP = '';
+  if (attributes.color) material.defines.HAS_COLOUR = '';
+  if (attributes.surfaceClass) material.defines.IS_BUILDING = '';
+  return material;
+}
+
+/** Switch a variant on or off; the program changes only where something did. */
+export function define(material, name, value) {
+  if (material.defines[name] === value || (value === undefined && !(name in material.defines))) return;
+  if (value === undefined) delete material.defines[name];
+  else material.defines[name] = value;
+  material.needsUpdate = true;
+}

@@ -1,0 +1,34 @@
+// Reads the few columns of a tile's tables (EXT_structural_metadata) that drawing needs, as whole columns.
+
+/** A plugin of GLTFLoader: ids of buildings and the class of every face become `scene.userData.tables`. */
+export class TablesPlugin {
+  constructor(parser) {
+    this.parser = parser;
+    this.name = 'EXT_structural_metadata';
+  }
+
+  async afterRoot({ scene }) {
+    const said = this.parser.json.extensions?.[this.name];
+    if (!said) return;
+    const [building, surface] = ['building', 'surface'].map((kind) => said.propertyTables.find((t) => t.class === kind));
+    if (!building || !surface) return;
+    const words = said.schema.enums?.type?.values ?? [];
+    scene.userData.tables = {
+      ids: await this.#texts(building, 'id'),
+      types: new Uint8Array(await this.#view(surface.properties.type.values)),
+      words: words.map((word) => word.name),
+    };
+  }
+
+  #view(index) {
+    return this.parser.getDependency('bufferView', index);
+  }
+
+  async #texts(table, name) {
+    const column = table.properties[name];
+    const bytes = new Uint8Array(await this.#view(column.values));
+    const offsets = new Uint32Array(await this.#view(column.stringOffsets));
+    const decoder = new TextDecoder();
+    return Array.from({ length: table.count }, (_, i) => decoder.decode(bytes.subarray(offsets[i], offsets[i + 1])));
+  }
+}
