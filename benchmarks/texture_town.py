@@ -21,6 +21,7 @@ import numpy as np
 
 from cityflow.core.building import Semantic
 from cityflow.core.texture import FIRST_IMAGE, FacePlane
+from cityflow.evaluation.texel_shifts import texel_shifts
 from cityflow.evaluation.textures import patchwork, source_share, texels_of, textured_share
 from cityflow.texture.unit import TextureParameters
 from texture_views import compared, drawn, held_out, picture, scene_of, true_view
@@ -29,7 +30,7 @@ from texture_world import NEAR_M, Done, Judge, World, colours_off, misexposed, p
 
 SETS = ("raw", "rectified")
 FACADES = (Semantic.ROOF, Semantic.WALL)
-LEAST_M2 = 0.2
+LEAST_M2, LARGE_M2 = 0.2, 8.0
 
 
 def shares(world: World, done: Sequence[Done]) -> dict[str, object]:
@@ -103,6 +104,24 @@ def looks(world: World, done: Sequence[Done], folder: Path | None, label: str) -
     return rows
 
 
+def perspective(world: World, done: Sequence[Done]) -> dict[str, object]:
+    """How far texels of the raw set are drawn from where they belong in the held-out views, with the division per pixel and without; pixels."""
+    shifts: dict[bool, list[float]] = {True: [], False: []}
+    for unit in done:
+        patches = unit.patches("raw")
+        large = sorted((k for k in patches if unit.faces[k].polygon.area > LARGE_M2), key=lambda k: -unit.faces[k].polygon.area)[:4]  # fmt: skip
+        for image in held_out(world).values():
+            for key in large:
+                face = unit.faces[key]
+                if (image.centre - face.origin) @ face.normal <= 0:
+                    continue
+                for divide in shifts:
+                    off = texel_shifts(face, patches[key], image, divide=divide)
+                    shifts[divide] += [float(off.max())] if len(off) else []
+    return {name: {"median of faces": round(float(np.median(shifts[d])), 3), "worst": round(max(shifts[d]), 3)}
+            for name, d in (("divided", True), ("not divided", False))} | {"faces x views": len(shifts[True])}  # fmt: skip
+
+
 def exposures(world: World, numbers: Sequence[int], p: TextureParameters, seed: int) -> dict[str, object]:
     """Units textured from images that are exposed alike, and from the same with errors: how far the second are patchwork beside the first."""
     off = World(**{**vars(world), "images": misexposed(world.images, seed)})
@@ -158,6 +177,7 @@ def main() -> None:
                    "interpolated": round(float(np.mean([d.made.figures["interpolated_share"] for d in done])), 4)}  # fmt: skip
         print(label, len(done), "units", round(seconds, 1), "s", json.dumps(figures), flush=True)
         print(json.dumps(shares(world, done), ensure_ascii=False), flush=True)
+        print(json.dumps({"perspective": perspective(world, done)}, ensure_ascii=False), flush=True)
         if not asked.skip_views:
             looks(world, done, asked.picture, label)
 
