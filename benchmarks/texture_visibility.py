@@ -183,7 +183,7 @@ def judge(
     counts: dict[str, Count] = {}
     wrong: Counter[str] = Counter()
     rays, seconds, made = 0, 0.0, 0.0
-    steep = RankingParameters().most_incidence_deg
+    steep = RankingParameters().steepest_deg
     for k in chosen(houses, town, area, asked.units):
         house = houses[k]
         ground = shapely.buffer(shapely.union_all([house.outline, _plan(house)]), NEAR_M)

@@ -21,10 +21,11 @@ from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.placement.place import PlacementParameters
-from cityflow.texture.radiometry import RadiometryParameters, balance, face_samples
+from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance, face_samples
 from cityflow.texture.ranking.choose import METHODS
 from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
+from cityflow.texture.ranking.usable import grazing
 from cityflow.texture.ranking.views import views_of
 from cityflow.texture.readable import watched
 from cityflow.texture.redundancy import RedundancyParameters, kept
@@ -136,7 +137,7 @@ def _attempted(
     scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     looked = [_looked_at(f, sources, scene, parameters) for f in faces]
     used = {f.seen[k].view.image for f in looked for k in f.kept}
-    models = balance([_samples(f, used, sources) for f in looked if f.kept], parameters.radiometry)
+    models = balance([_samples(f, used, sources, parameters.rank) for f in looked if f.kept], parameters.radiometry)
     unit = UnitSources(sources, models)
     made = {f.plane.key: _patches(f, unit, scene, parameters) for f in looked}
     found = {key: p for key, p in made.items() if p is not None}
@@ -154,14 +155,17 @@ def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, paramet
     views = views_of(face, images)
     finest = min((v.gsd_m for v in views), default=1.0)
     grid = coarse_grid(face, finest, parameters.visibility.coarse_cells)
-    facing = [v for v in views if v.incidence_deg <= parameters.rank.most_incidence_deg]
+    facing = [v for v in views if v.incidence_deg <= parameters.rank.steepest_deg]
     seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
     order = METHODS[parameters.ranking](face, seen, parameters.rank)
     return _Face(face, grid, len(views), seen, kept(seen, order, parameters.redundancy))
 
 
-def _samples(face: _Face, used: set[int], sources: Sequence[Source]):  # type: ignore[no-untyped-def]
-    return face_samples(face.plane, face.grid, [s for s in face.seen if s.view.image in used], sources)
+def _samples(face: _Face, used: set[int], sources: Sequence[Source], rank: RankingParameters) -> FaceSamples:
+    """Colours of a face in all images that are used anywhere; those that graze it say something only where they are its own."""
+    own = {face.seen[k].view.image for k in face.kept}
+    told = [s for s in face.seen if s.view.image in own or (s.view.image in used and not grazing(s, rank))]
+    return face_samples(face.plane, face.grid, told, sources)
 
 
 def _patches(face: _Face, unit: UnitSources, scene: Scene, parameters: TextureParameters) -> FacePatches | None:

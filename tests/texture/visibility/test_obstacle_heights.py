@@ -75,3 +75,31 @@ def test_what_hides_is_widened_and_the_unknown_hides_nothing() -> None:
     assert np.isclose(_at(grid, wide, -4.55, 4), GROUND)
     assert _at(grid, wide, -35, 0) == LOWEST
     assert np.all(_obstacles(np.full(grid.shape, np.nan), grid) == LOWEST)
+
+
+def test_what_is_mounted_on_the_own_roof_hides_nothing_and_on_a_neighbours_it_does() -> None:
+    grid, ground = surface()
+    heights = raised(
+        grid, raised(grid, raised(grid, ground, (0, 0, 10, 8), 6.0), (4, 3, 5, 4), 7.5), (10, 0, 16, 8), 9.0
+    )
+    heights = raised(grid, heights, (12, 3, 13, 4), 10.5)
+    assert _at(grid, _obstacles(heights, grid, [NEXT]), 4.5, 3.5) == LOWEST
+    assert np.isclose(_at(grid, _obstacles(heights, grid, [NEXT]), 12.5, 3.5), GROUND + 10.5)
+    strict = VisibilityParameters(margin_m=0.0, mounted_m=0.0)
+    assert np.isclose(_at(grid, _obstacles(heights, grid, [NEXT], strict), 4.5, 3.5), GROUND + 7.5)
+
+
+def test_a_chimney_at_the_gable_does_not_hide_the_gable() -> None:
+    grid, ground = surface()
+    heights = raised(grid, raised(grid, ground, (0, 0, 10, 8), 6.0), (0, 3.5, 1.0, 4.5), 9.5)
+    found = _obstacles(heights, grid, parameters=VisibilityParameters(margin_m=0.3))
+    for x in (-0.05, -0.2, -0.35):
+        assert _at(grid, found, x, 4) < GROUND + 0.1
+    assert np.isclose(_at(grid, found, 0.7, 4), GROUND + 9.5)
+
+
+def test_a_tree_beside_the_wall_is_widened_over_it() -> None:
+    grid, ground = surface()
+    heights = raised(grid, raised(grid, ground, (0, 0, 10, 8), 6.0), (-4, 2, -0.2, 6), 9.0)
+    found = _obstacles(heights, grid, parameters=VisibilityParameters(margin_m=0.5))
+    assert np.isclose(_at(grid, found, 0.1, 4), GROUND + 9)

@@ -8,13 +8,13 @@ import numpy as np
 
 from cityflow.core.texture import FacePlane, SeenFace
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
-from cityflow.texture.ranking.usable import usable
+from cityflow.texture.ranking.usable import grazing, usable
 
 METHOD = "gross"
 
 
 def rank(face: FacePlane, seen: Sequence[SeenFace], parameters: RankingParameters) -> list[int]:  # noqa: ARG001 (all rankings have one signature)
-    """Places in `seen`, the best first; images that see nothing or look too obliquely are left out.
+    """Places in `seen`, the best first; images that see nothing or look too obliquely are left out, those that merely graze it come last.
 
     The share that is seen counts from what any of the images sees, so that what stands before the face for all of them costs none of them anything.
     Equals stand in the order of their images' numbers.
@@ -33,4 +33,4 @@ def rank(face: FacePlane, seen: Sequence[SeenFace], parameters: RankingParameter
             + parameters.resolution_weight * finest / view.gsd_m
         )
 
-    return sorted(kept, key=lambda k: (-score(k), seen[k].view.image))
+    return sorted(kept, key=lambda k: (grazing(seen[k], parameters), -score(k), seen[k].view.image))

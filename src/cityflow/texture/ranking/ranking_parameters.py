@@ -11,7 +11,10 @@ class RankingParameters(Parameters):
     """Which images count at all, and what matters of them."""
 
     most_incidence_deg: float = Field(
-        80.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal show nothing but smears of it"
+        80.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal show smears of it, and come after all others"
+    )  # fmt: skip
+    last_resort_deg: float = Field(
+        86.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal are not used at all"
     )  # fmt: skip
     visible_weight: float = Field(
         1.0, ge=0, le=100, description="weight of the share that is seen of all that any image sees (method gross)"
@@ -22,3 +25,8 @@ class RankingParameters(Parameters):
     resolution_weight: float = Field(
         1.0, ge=0, le=100, description="weight of the finest sampling distance over that of the image (method gross)"
     )
+
+    @property
+    def steepest_deg(self) -> float:
+        """Images that look at a face at more than this are left out."""
+        return max(self.most_incidence_deg, self.last_resort_deg)

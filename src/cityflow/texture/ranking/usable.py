@@ -15,7 +15,10 @@ def usable(seen: Sequence[SeenFace], parameters: RankingParameters) -> list[int]
     return [
         k
         for k, one in enumerate(seen)
-        if one.mask.count > 0
-        and one.view.incidence_deg <= parameters.most_incidence_deg
-        and np.isfinite(one.view.gsd_m)
+        if one.mask.count > 0 and one.view.incidence_deg <= parameters.steepest_deg and np.isfinite(one.view.gsd_m)
     ]
+
+
+def grazing(one: SeenFace, parameters: RankingParameters) -> bool:
+    """Whether an image is a last resort."""
+    return one.view.incidence_deg > parameters.most_incidence_deg

@@ -2,7 +2,8 @@
 
 A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So where a model stands, and
 a little around the unit itself, the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. The
-rest is left to the models. Around the unit's outline the ground a little farther off takes the surface's place, which hides what of a wall is in the earth.
+rest is left to the models. What is mounted on the unit's own roof belongs to its picture; nobody would rather see the roof filled in there. Around the unit's
+outline the ground a little farther off takes the surface's place, which hides what of a wall is in the earth.
 """
 
 from __future__ import annotations
@@ -50,9 +51,26 @@ def obstacle_heights(
     models = np.where(around > LOWEST, cv2.dilate(around, step), cv2.dilate(around, reach))
     rises = surface > models + np.float32(parameters.rise_m)
     result = np.where(mine & ~rises, _ground(surface, mine | (around > LOWEST)), surface)
-    result[(around > LOWEST) & ~rises] = LOWEST
+    built = around > LOWEST
+    mounted = _inside(roof > LOWEST, round(parameters.own_m * STEP_SHARE / grid.cell)) & (
+        surface <= models + np.float32(parameters.mounted_m)
+    )
+    result[built & (~rises | mounted)] = LOWEST
     widened = max(1, round(parameters.margin_m / grid.cell)) if parameters.margin_m > 0 else 0
-    return np.asarray(cv2.dilate(result, _window(widened)), np.float32)
+    return _widened(result, built, widened)
+
+
+def _widened(result: Float32Array, built: BoolArray, by: int) -> Float32Array:
+    """What hides, widened; but what stands on models hides no walls under it: it counts a little within their edge, and is widened no farther than that."""
+    window = _window(by)
+    beside = cv2.dilate(np.where(built, LOWEST, result), window)
+    on_roofs = cv2.dilate(np.where(_inside(built, by + 1), result, LOWEST), window)
+    return np.asarray(np.maximum(beside, np.where(built, on_roofs, LOWEST)), np.float32)
+
+
+def _inside(of: BoolArray, by: int) -> BoolArray:
+    """Cells that are at least so many cells from the edge."""
+    return cv2.erode(of.astype(np.uint8), _window(by)).astype(bool)
 
 
 def roof_heights(shells: Sequence[Polyhedron], grid: Grid) -> Float32Array:

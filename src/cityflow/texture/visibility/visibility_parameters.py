@@ -16,6 +16,10 @@ class VisibilityParameters(Parameters):
     rise_m: float = Field(
         0.7, ge=0.1, le=10, description="what rises this much above the models there is something else, and hides them; metres"
     )  # fmt: skip
+    mounted_m: float = Field(
+        2.5, ge=0, le=20,
+        description="what rises less above the unit's own roof, well inside its plan, is part of it and hides nothing, as chimneys are; metres",
+    )  # fmt: skip
     margin_m: float = Field(
         0.15, ge=0, le=2, description="what hides is widened by this, at least by a cell of the surface; metres, 0 widens nothing"
     )  # fmt: skip
