@@ -1,0 +1,83 @@
+"""Windows and doors that the texture of a façade shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.texture import FaceKey
+
+OpeningKind = Literal["window", "door"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Opening:
+    """A window or a door: a rectangle in the plane of its wall, its sides level and upright.
+
+    Attributes
+    ----------
+    face : the wall that it is in
+    ring : (4, 3) world metres, counter-clockwise seen from outside, from the lower left corner
+    bounds : s and t of the lower left corner, then of the upper right one, metres in the frame of the face
+    kind : window, or door where it reaches down to the foot of the wall
+    confidence : 0 to 1
+    support : other openings of its size in its row and column
+    completed : whether it was looked for only because its row and column left a place there
+    """
+
+    face: FaceKey
+    ring: FloatArray
+    bounds: tuple[float, float, float, float]
+    kind: OpeningKind
+    confidence: float
+    support: int = 0
+    completed: bool = False
+
+    @property
+    def area(self) -> float:
+        """Square metres."""
+        s_0, t_0, s_1, t_1 = self.bounds
+        return (s_1 - s_0) * (t_1 - t_0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceOpenings:
+    """Openings of a wall.
+
+    Attributes
+    ----------
+    openings : row by row from below, from left to right
+    storeys : rows of windows, counted with those between that show none; 0 where there is no window
+    area_m2 : of the wall;  seen_m2 : of it, with true texture (not interpolated)
+    window_to_wall : area of the windows by `seen_m2`; None where too little of the wall is seen to say
+    reason : why no window was looked for, or none believed; else empty
+    """
+
+    key: FaceKey
+    openings: tuple[Opening, ...]
+    storeys: int
+    area_m2: float
+    seen_m2: float
+    window_to_wall: float | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnitOpenings:
+    """Openings of all walls of a unit.
+
+    Attributes
+    ----------
+    faces : walls that have a texture, in their order
+    storeys : rows of windows over all walls at their heights; None where no wall shows any
+    window_to_wall_ratio : area of windows by area of walls, both where the texture is true; None where too little is seen
+    """
+
+    faces: tuple[FaceOpenings, ...]
+    storeys: int | None
+    window_to_wall_ratio: float | None
+
+    @property
+    def openings(self) -> tuple[Opening, ...]:
+        return tuple(o for face in self.faces for o in face.openings)

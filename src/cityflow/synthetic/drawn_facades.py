@@ -1,0 +1,257 @@
+"""Rectified façades drawn straight from a made layout, with the errors of images, and where their windows are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.synthetic.town_facades import DOOR, WINDOW
+
+FINE_M = 0.02
+"""Façades are drawn on cells of this size, and seen on those of a picture."""
+STYLES = ("plain", "frames", "muntins", "shutters", "blinds", "double", "bright frames")
+WallStyle = Literal["plain", "frames", "muntins", "shutters", "blinds", "double", "bright frames", "blank", "glass"]
+
+
+@dataclass(frozen=True, slots=True)
+class ImageErrors:
+    """What a picture makes of a façade.
+
+    Attributes
+    ----------
+    gsd_m : cell of the picture
+    foreshortening : cells upright by cells across before rectification, 0.4 to 1
+    blur_px : standard deviation of the point spread;  noise : of grey values of 0 to 255
+    exposure, gamma : factor and exponent on values of 0 to 1
+    trees : crowns that stand before the wall
+    shadow : whether a neighbour's shadow falls on it
+    hidden_m : height of what is interpolated at its foot
+    """
+
+    gsd_m: float = 0.08
+    foreshortening: float = 0.7
+    blur_px: float = 0.8
+    noise: float = 3.0
+    exposure: float = 1.0
+    gamma: float = 1.0
+    trees: int = 0
+    shadow: bool = False
+    hidden_m: float = 0.0
+
+    @classmethod
+    def at_random(cls, rng: np.random.Generator) -> ImageErrors:
+        """Errors as flights have them, one façade of three partly behind trees or in a shadow."""
+        return cls(
+            gsd_m=float(rng.uniform(0.03, 0.12)), foreshortening=float(rng.uniform(0.5, 0.95)), blur_px=float(rng.uniform(0.5, 1.1)),
+            noise=float(rng.uniform(1.0, 6.0)), exposure=float(rng.uniform(0.6, 1.3)), gamma=float(rng.uniform(0.8, 1.25)),
+            trees=int(rng.choice([0, 0, 0, 1, 2])), shadow=bool(rng.random() < 0.3), hidden_m=float(rng.choice([0.0, 0.0, rng.uniform(0.3, 2.0)])),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnFacade:
+    """A façade as its rectified texture shows it.
+
+    Attributes
+    ----------
+    pixels : (rows, cols, 3) uint8;  seen : (rows, cols) bool, false where interpolated
+    cell_m : size of its cells
+    size_m : width and height of the wall; the picture's upper left corner is the wall's
+    openings : (W, 5) left, right, bottom, top in metres from the lower left corner, `WINDOW` or `DOOR`
+    visible : (W,) share of each that neither a tree nor an interpolated part hides
+    storeys : rows of windows
+    """
+
+    pixels: NDArray[np.uint8]
+    seen: BoolArray
+    cell_m: float
+    size_m: tuple[float, float]
+    openings: FloatArray
+    visible: FloatArray
+    storeys: int
+
+
+def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator) -> DrawnFacade:
+    """One façade with windows of one style; ``blank`` has none, ``glass`` is panes from end to end."""
+    layout = _layout(style, rng)
+    fine = _painted(layout, style, rng)
+    crowns = _crowns(fine.shape[:2], errors.trees, rng)
+    if errors.shadow:
+        fine *= _shadow(fine.shape[:2], rng)[..., None]
+    fine = np.where(crowns[..., None], _leaves(fine.shape[:2], rng), fine)
+    pixels = _pictured(fine, errors, rng)
+    hidden = _hidden_rows(fine.shape[0], errors)
+    free = ~crowns
+    free[hidden] = False
+    seen = np.ones(pixels.shape[:2], bool)
+    seen[_hidden_rows(seen.shape[0], errors, errors.gsd_m)] = False
+    pixels[~seen] = pixels[seen].mean(axis=0) if seen.any() else 128
+    visible = np.array([_window(free, layout.size_m[1], o).mean() for o in layout.openings])
+    return DrawnFacade(pixels, seen, errors.gsd_m, layout.size_m, layout.openings, visible, layout.storeys)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layout:
+    size_m: tuple[float, float]
+    openings: FloatArray
+    storeys: int
+
+
+def _layout(style: WallStyle, rng: np.random.Generator) -> _Layout:
+    """Rows and columns, a few of them blank, and a door in front of every second façade."""
+    storeys, storey = int(rng.integers(1, 6)), rng.uniform(2.6, 3.6)
+    columns, pitch = int(rng.integers(1, 8)), rng.uniform(1.7, 3.4)
+    width, height = rng.uniform(0.6, 1.9), rng.uniform(0.7, 2.0)
+    width = min(width, pitch / 2 - 0.2 if style == "shutters" else pitch - 0.5)
+    if style == "double":
+        width = min(rng.uniform(1.4, 1.9), pitch - 0.5)
+    margin, sill = rng.uniform(0.5, 1.2), rng.uniform(0.8, 1.1)
+    size = (round(columns * pitch + 2 * margin, 2), round(storeys * storey + rng.uniform(0.3, 1.2), 2))
+    if style in ("blank", "glass"):
+        return _Layout(size, np.empty((0, 5)), 0)
+    centres = margin + (np.arange(columns) + 0.5) * pitch
+    rows = [
+        [c - width / 2, c + width / 2, k * storey + sill, k * storey + sill + height, WINDOW]
+        for k in range(storeys) for c in centres if rng.random() > 0.06 or columns * storeys < 4
+    ]  # fmt: skip
+    if rng.random() < 0.5:
+        c = float(centres[rng.integers(columns)])
+        rows = [r for r in rows if abs((r[0] + r[1]) / 2 - c) > 0.01 or r[2] > 2.4]
+        rows.append([c - 0.5, c + 0.5, 0.05, 2.15, DOOR])
+    openings = np.array(rows).reshape(-1, 5)
+    windows = openings[openings[:, 4] == WINDOW]
+    return _Layout(size, openings, len(np.unique(np.rint((windows[:, 2] - sill) / storey))))
+
+
+def _window(raster: NDArray[np.bool_], height_m: float, opening: FloatArray, grow_m: float = 0.0) -> NDArray[np.bool_]:
+    left, right, bottom, top = opening[:4] + np.array([-grow_m, grow_m, -grow_m, grow_m])
+    at = [max(round(v / FINE_M), 0) for v in (height_m - top, height_m - bottom, left, right)]
+    return raster[at[0] : at[1], at[2] : at[3]]
+
+
+def _painted(layout: _Layout, style: WallStyle, rng: np.random.Generator) -> Float32Array:
+    """(rows, cols, 3) float32 of 0 to 255, the façade as it is."""
+    rows, cols = (round(v / FINE_M) for v in layout.size_m[::-1])
+    image = _wall(rows, cols, style, rng)
+    if style == "glass":
+        return _glass(image, rng)
+    frame, shutter = rng.uniform(200, 245) * np.ones(3), rng.choice([[60, 90, 60], [110, 50, 40], [70, 80, 110]])
+    pane = rng.uniform(25, 75) * np.array([0.95, 1.0, 1.08])
+    sills = bool(rng.random() < 0.5)
+    for o in layout.openings:
+        part = _window(image, layout.size_m[1], o)  # type: ignore[arg-type]
+        if o[4] == DOOR:
+            part[:] = rng.choice([[84, 54, 36], [40, 66, 52], [52, 58, 84], [120, 40, 36]])
+            continue
+        if style == "shutters":
+            _shutters(image, layout.size_m[1], o, np.asarray(shutter, float))
+        _fitting(part, style, frame, pane * rng.uniform(0.75, 1.3), rng)
+        if sills and style != "blinds":
+            ledge = _window(image, layout.size_m[1], np.array([o[0] - 0.06, o[1] + 0.06, o[2] - 0.09, o[2]]))  # type: ignore[arg-type]
+            ledge[:] = 0.4 * ledge + 0.6 * 215
+    return image
+
+
+def _wall(rows: int, cols: int, style: WallStyle, rng: np.random.Generator) -> Float32Array:
+    """Plaster or brick with stains, darker where light things are wanted on it, and a shade under the eaves."""
+    brick = rng.random() < 0.45
+    dark = style in ("blinds", "bright frames")
+    tone = rng.uniform(55, 95) if dark else rng.uniform(120, 235)
+    tint = np.array([1.25, 0.9, 0.75]) if brick else 1 + rng.uniform(-0.08, 0.08, 3)
+    if brick and not dark:
+        tone = rng.uniform(95, 150)
+    factor = 1 + rng.uniform(0.01, 0.04) * _smooth_noise(rows, cols, 0.6, rng)
+    if brick:
+        factor *= 1 + 0.07 * rng.standard_normal((rows // 4 + 1, cols // 12 + 1)).repeat(4, 0).repeat(12, 1)[:rows, :cols]
+    eaves = round(rng.uniform(0, 0.5) / FINE_M)
+    factor[:eaves] *= rng.uniform(0.45, 0.8)
+    factor *= np.linspace(1 + rng.uniform(-0.1, 0.1), 1, cols)[None, :]
+    return np.asarray(factor[..., None] * (tone * tint), np.float32)
+
+
+def _fitting(part: Float32Array, style: WallStyle, frame: FloatArray, pane: FloatArray, rng: np.random.Generator) -> None:
+    """What fills a window: glass with what it mirrors, curtains, frame, bars, or a blind."""
+    rows, cols = part.shape[:2]
+    if style == "blinds":
+        part[:] = rng.uniform(185, 235) * (1 - 0.08 * (np.arange(rows) // 4 % 2))[:, None, None]
+        return
+    part[:] = pane * np.linspace(rng.uniform(0.9, 1.5), 1.0, rows)[:, None, None]
+    if rng.random() < 0.2:
+        part[rows // 2 :] += 35
+    w = max(round(0.06 / FINE_M), 1)
+    if style in ("frames", "muntins", "double", "bright frames"):
+        part[:w] = part[-w:] = frame
+        part[:, :w] = part[:, -w:] = frame
+    if style in ("muntins", "double", "bright frames"):
+        middle = cols // 2
+        part[:, middle - w // 2 - 1 : middle + w // 2 + 1] = frame
+    if style == "muntins":
+        row = round(rows * 0.35)
+        part[row - 1 : row + 2] = frame
+
+
+def _shutters(image: Float32Array, height_m: float, o: FloatArray, colour: FloatArray) -> None:
+    wide = (o[1] - o[0]) / 2
+    for left in (o[0] - wide, o[1]):
+        _window(image, height_m, np.array([left, left + wide, o[2], o[3]]))[:] = colour  # type: ignore[arg-type]
+
+
+def _glass(image: Float32Array, rng: np.random.Generator) -> Float32Array:
+    """Panes from end to end, thin bars between, and what they mirror."""
+    rows, cols = image.shape[:2]
+    sky = 110 + 45 * _smooth_noise(rows, cols, 2.0, rng)
+    glass = sky[..., None] * np.array([0.85, 0.95, 1.1])
+    glass[np.arange(rows) % round(rng.uniform(1.2, 1.8) / FINE_M) < 3] = 70
+    glass[:, np.arange(cols) % round(rng.uniform(0.9, 1.5) / FINE_M) < 3] = 70
+    return np.asarray(glass, np.float32)
+
+
+def _smooth_noise(rows: int, cols: int, size_m: float, rng: np.random.Generator) -> FloatArray:
+    k = max(round(size_m / FINE_M), 2)
+    coarse = rng.standard_normal((rows // k + 3, cols // k + 3))
+    return np.asarray(cv2.resize(coarse, ((cols // k + 3) * k, (rows // k + 3) * k), interpolation=cv2.INTER_CUBIC)[:rows, :cols])
+
+
+def _crowns(shape: tuple[int, int], count: int, rng: np.random.Generator) -> BoolArray:
+    """Trees before the wall: discs with ragged rims that stand on its foot."""
+    out = np.zeros(shape, bool)
+    y, x = np.mgrid[: shape[0], : shape[1]] * FINE_M
+    for _ in range(count):
+        radius, at = rng.uniform(0.8, 1.8), rng.uniform(0, shape[1] * FINE_M)
+        middle = shape[0] * FINE_M - rng.uniform(0.8, 3.0)
+        ragged = 1 + 0.22 * _smooth_noise(*shape, 0.3, rng)
+        out |= np.hypot(x - at, y - middle) < radius * ragged
+    return out
+
+
+def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> FloatArray:
+    light = 60 * (1 + 0.45 * _smooth_noise(*shape, 0.12, rng))
+    return np.asarray(light[..., None] * np.array([0.8, 1.15, 0.6]))
+
+
+def _shadow(shape: tuple[int, int], rng: np.random.Generator) -> FloatArray:
+    """A neighbour's shadow: everything below a sloping line, with a soft rim."""
+    y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float64)
+    line = shape[0] * rng.uniform(0.2, 0.8) + rng.uniform(-0.7, 0.7) * (x - shape[1] / 2)
+    return np.asarray(1 - rng.uniform(0.3, 0.55) / (1 + np.exp(-(y - line) / 3)))
+
+
+def _pictured(fine: Float32Array, errors: ImageErrors, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Foreshortened, blurred, with noise, exposed, and rectified again."""
+    rows, cols = (max(round(n * FINE_M / errors.gsd_m), 2) for n in fine.shape[:2])
+    low = max(round(rows * errors.foreshortening), 2)
+    image = cv2.resize(fine, (cols, low), interpolation=cv2.INTER_AREA)
+    image = cv2.GaussianBlur(image, (0, 0), errors.blur_px)
+    image = 255 * errors.exposure * (np.clip(image, 0, 255) / 255) ** errors.gamma
+    image = image + errors.noise * rng.standard_normal(image.shape)
+    image = cv2.resize(np.clip(image, 0, 255).astype(np.float32), (cols, rows), interpolation=cv2.INTER_LINEAR)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+
+
+def _hidden_rows(rows: int, errors: ImageErrors, cell: float = FINE_M) -> slice:
+    return slice(rows - min(round(errors.hidden_m / cell), rows), rows)

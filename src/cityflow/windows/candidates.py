@@ -1,0 +1,123 @@
+"""Boxes that may be windows, with what speaks for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.windows.edges import BRIGHT, DARK, Edges, box_sums, completeness, contrast, edges_of, integral, refined, seen_share, strength
+from cityflow.windows.picture import Picture
+from cityflow.windows.segments import segments
+from cityflow.windows.window_parameters import WindowParameters
+
+LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
+"""Completeness of the worst side, and of all four on average, of what is looked at more closely."""
+RIM_M = 0.25
+HUE_RANGE = 0.06
+"""Colours that scatter less than this tell nothing that brightness does not."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """Boxes and what speaks for them, as arrays of one length.
+
+    Attributes
+    ----------
+    boxes : (N, 4) left, top, right, bottom, cells
+    sides : (N, 4) completeness of the sides, in that order
+    steps : (N, 4) mean steps across the sides, in thresholds
+    contrast : (N,) difference from the rim, in thresholds
+    seen : (N,) share with true texture
+    look : (N,) which of the façade's edges they come from
+    """
+
+    boxes: IntArray
+    sides: FloatArray
+    steps: FloatArray
+    contrast: FloatArray
+    seen: FloatArray
+    look: IntArray
+
+    def __len__(self) -> int:
+        return len(self.boxes)
+
+    def of(self, which: BoolArray | IntArray) -> Candidates:
+        return Candidates(*(getattr(self, n)[which] for n in ("boxes", "sides", "steps", "contrast", "seen", "look")))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Candidates]) -> Candidates:
+        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("boxes", "sides", "steps", "contrast", "seen", "look")))
+
+    @property
+    def soundness(self) -> FloatArray:
+        """(N,) 0 to 1: how complete the sides are, the worst one weighing as much as all together; a little for how strong they are."""
+        strong = np.clip(np.minimum(self.steps.min(axis=1), self.contrast) / 3, 0, 1)
+        return np.asarray(0.45 * self.sides.mean(axis=1) + 0.45 * self.sides.min(axis=1) + 0.1 * strong)
+
+
+def looks_of(picture: Picture, parameters: WindowParameters) -> list[Edges]:
+    """The façade's edges for dark and bright windows, and, where it has colours, for those of either hue."""
+    values = [picture.light]
+    if picture.seen.any() and np.ptp(np.quantile(picture.hue[picture.seen], [0.01, 0.99])) > HUE_RANGE:
+        values.append(picture.hue)
+    return [edges_of(picture, v, sign, parameters) for v in values for sign in (DARK, BRIGHT)]
+
+
+def judged(picture: Picture, looks: Sequence[Edges], look: int, boxes: IntArray) -> Candidates:
+    """What speaks for boxes in one look."""
+    edges, rim = looks[look], max(round(picture.pixels(RIM_M)), 1)
+    return Candidates(
+        boxes, completeness(edges, boxes), strength(edges, boxes), contrast(edges, boxes, rim), seen_share(edges, boxes),
+        np.full(len(boxes), look),
+    )  # fmt: skip
+
+
+def candidates(picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
+    """All segments of all looks that have the size, the place and the sides of a window or a door."""
+    found = []
+    reach = max(round(picture.pixels(0.1)), 1)
+    for k, edges in enumerate(looks):
+        boxes = segments(picture, edges, edges.sign, parameters)
+        rough = judged(picture, looks, k, boxes)
+        boxes = refined(edges, boxes[rough.sides.mean(axis=1) >= 0.4], reach)
+        boxes = np.unique(boxes[_sized(boxes, picture, parameters)], axis=0)
+        part = judged(picture, looks, k, boxes)
+        found.append(part.of(_sound(part, picture, parameters)))
+    return Candidates.joined(found)
+
+
+def _sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> BoolArray:
+    wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
+    shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
+    least = max(picture.pixels(parameters.least_m), parameters.least_px)
+    return np.asarray((shortest >= least) & (longest <= picture.pixels(parameters.most_m)) & (longest <= parameters.most_aspect * shortest))
+
+
+def _sound(found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
+    """Sides complete enough (of what stands on the foot of the wall, three), true texture, wall all around."""
+    standing = on_foot(found.boxes, picture)
+    sides = np.where(standing[:, None] & (np.arange(4) == 3), 1.0, found.sides)
+    complete = (sides.min(axis=1) >= LEAST_SIDE) & (sides.mean(axis=1) >= LEAST_SIDES) & (found.contrast > 0.5)
+    return np.asarray(complete & (found.seen >= parameters.least_seen) & within_wall(found.boxes, picture, parameters, standing))
+
+
+def within_wall(boxes: IntArray, picture: Picture, parameters: WindowParameters, standing: BoolArray) -> BoolArray:
+    """Whether wall remains around boxes; below those that stand on its foot it need not."""
+    rim = max(round(picture.pixels(parameters.margin_m)), 1)
+    wide = boxes + rim * np.array([-1, -1, 1, 1])
+    wide[:, 3] = np.where(standing, boxes[:, 3], wide[:, 3])
+    area = (wide[:, 2] - wide[:, 0]) * (wide[:, 3] - wide[:, 1])
+    return np.asarray(box_sums(integral(picture.wall.astype(np.float32)), wide) >= 0.97 * area)
+
+
+def on_foot(boxes: IntArray, picture: Picture) -> BoolArray:
+    """Tall boxes that reach down to where the wall ends, or is no longer seen."""
+    below = boxes.copy()
+    below[:, 1], below[:, 3] = boxes[:, 3], boxes[:, 3] + max(round(picture.pixels(0.4)), 2)
+    area = (below[:, 2] - below[:, 0]) * (below[:, 3] - below[:, 1])
+    left = box_sums(integral((picture.seen & picture.wall).astype(np.float32)), below) / np.maximum(area, 1)
+    high, wide = (picture.cell * (boxes[:, b] - boxes[:, a]) for a, b in ((1, 3), (0, 2)))
+    return np.asarray((left < 0.75) & (high >= 1.8) & (high >= 1.3 * wide))

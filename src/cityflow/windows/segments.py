@@ -1,0 +1,48 @@
+"""Segments that may be windows: the picture is cut at many brightnesses, and what comes out as a box of a window's size is kept."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from cityflow.core.arrays import Float32Array, IntArray
+from cityflow.windows.edges import DARK, Edges
+from cityflow.windows.picture import Picture
+from cityflow.windows.window_parameters import WindowParameters
+
+LEAST_FILL = 0.6
+"""Of its box, that a segment covers; curtains and reflections bite into windows."""
+
+
+def segments(picture: Picture, edges: Edges, sign: int, parameters: WindowParameters) -> IntArray:
+    """(N, 4) boxes of segments (left, top, right, bottom), each once.
+
+    A window is a segment by itself at some brightness between its own and that of its wall, also where the wall is partly in the shade.
+    """
+    found = [_boxes(_cut(edges.light, picture, level, sign), picture, parameters) for level in _levels(edges.light, picture, parameters)]
+    boxes = np.concatenate([np.empty((0, 4), np.int64), *found])
+    return np.asarray(np.unique(boxes, axis=0))
+
+
+def _levels(light: Float32Array, picture: Picture, parameters: WindowParameters) -> list[float]:
+    if not picture.seen.any():
+        return []
+    low, high = np.quantile(light[picture.seen], [0.002, 0.998])
+    return [float(v) for v in np.linspace(low, high, parameters.levels + 2)[1:-1]]
+
+
+def _cut(light: Float32Array, picture: Picture, level: float, sign: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    marks = (light < level) if sign == DARK else (light > level)
+    return (marks & picture.wall).astype(np.uint8)
+
+
+def _boxes(
+    marks: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], picture: Picture, parameters: WindowParameters
+) -> IntArray:
+    _, _, stats, _ = cv2.connectedComponentsWithStats(marks, connectivity=4, ltype=cv2.CV_32S)
+    left, top, wide, high, area = (stats[1:, k].astype(np.int64) for k in range(5))
+    shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
+    least = max(picture.pixels(parameters.least_m), parameters.least_px)
+    good = (shortest >= least - 1) & (longest <= picture.pixels(parameters.most_m) + 1)
+    good &= (longest <= parameters.most_aspect * (shortest + 1)) & (area >= LEAST_FILL * wide * high)
+    return np.stack([left, top, left + wide, top + high], axis=1)[good]

@@ -1,0 +1,50 @@
+"""Rows of windows become storeys; what stands lower than they do is a door."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.windows.picture import Picture
+
+LEAST_STOREY_M, USUAL_STOREY_M, MOST_STOREY_M = 2.2, 2.9, 4.5
+DOOR_M = 1.8
+
+
+def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float) -> int:
+    """Storeys that rows of windows tell of, with those between or below that show none.
+
+    Parameters
+    ----------
+    bounds : lower left and upper right corner of windows; only the heights count
+    foot : height of the foot of the wall
+    """
+    if not bounds:
+        return 0
+    middles = np.sort([(b[1] + b[3]) / 2 for b in bounds])
+    rows = [float(np.mean(part)) for part in np.split(middles, np.flatnonzero(np.diff(middles) > 0.5) + 1)]
+    levels = [rows[0]]
+    for row in rows[1:]:
+        if row - levels[-1] >= LEAST_STOREY_M - 0.4:
+            levels.append(row)
+    gaps = np.diff(levels)
+    usual = gaps[gaps <= MOST_STOREY_M]
+    pitch = float(np.median(usual)) if len(usual) else USUAL_STOREY_M
+    between = int(np.sum(np.maximum(np.rint(gaps / pitch).astype(int) - 1, 0))) if len(gaps) else 0
+    below = max(int((levels[0] - foot - 0.7) / pitch), 0)
+    return len(levels) + between + below
+
+
+def door_like(boxes: FloatArray, picture: Picture) -> BoolArray:
+    """(N,) tall boxes that stand lower than the lowest row of windows, and begin within its height."""
+    high, wide = (picture.cell * (boxes[:, b] - boxes[:, a]) for a, b in ((1, 3), (0, 2)))
+    tall = (high >= DOOR_M) & (high >= 1.3 * wide)
+    out = np.zeros(len(boxes), bool)
+    for k in np.flatnonzero(tall):
+        others = np.delete(boxes, k, axis=0)
+        beside = others[(others[:, 1] < boxes[k, 3]) & (others[:, 3] > boxes[k, 1])]
+        lower = bool((others[:, 1] > boxes[k, 3]).any())
+        out[k] = len(beside) > 0 and not lower and bool((boxes[k, 3] - np.median(beside[:, 3])) * picture.cell >= 0.4)
+    return out
