@@ -103,3 +103,9 @@ def test_a_tree_beside_the_wall_is_widened_over_it() -> None:
     heights = raised(grid, raised(grid, ground, (0, 0, 10, 8), 6.0), (-4, 2, -0.2, 6), 9.0)
     found = _obstacles(heights, grid, parameters=VisibilityParameters(margin_m=0.5))
     assert np.isclose(_at(grid, found, 0.1, 4), GROUND + 9)
+
+
+def test_a_low_crown_that_hangs_in_over_the_roof_is_not_mounted_on_it() -> None:
+    grid, ground = surface()
+    heights = raised(grid, raised(grid, ground, (0, 0, 10, 8), 6.0), (6, 2, 13, 6), 7.5)
+    assert np.isclose(_at(grid, _obstacles(heights, grid), 7, 4), GROUND + 7.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from shapely import Polygon
@@ -18,6 +19,9 @@ from cityflow.texture.patches.compose import Composition, FaceSources, Visible, 
 from cityflow.texture.patches.fill import interpolated, nearest
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
+
+ALONG_PX = 8.0
+"""Over so much of a slim face its colours are averaged (standard deviation)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +80,7 @@ def _patch(
 ) -> Patch:
     index = np.zeros(canvas.shape, np.uint16)
     index[canvas.own] = painted.index
-    pixels = _coloured(canvas, painted)
+    pixels = _coloured(canvas, painted, parameters)
     index[canvas.own & (index == OUTSIDE)] = INTERPOLATED
     view, own = views.kept[0].view, max(len(painted.index), 1)
     images = np.unique(painted.index[painted.index >= FIRST_IMAGE])
@@ -87,7 +91,7 @@ def _patch(
     return _finished(Patch(face.key, pixels, index, canvas.own, canvas.corners, figures), canvas, parameters)
 
 
-def _coloured(canvas: Canvas, painted: Composition) -> NDArray[np.uint8]:
+def _coloured(canvas: Canvas, painted: Composition, parameters: PatchParameters) -> NDArray[np.uint8]:
     """(rows, cols, 3) the own pixels; those that no image sees are interpolated between those that one surely sees."""
     colours = painted.colours
     missing = painted.index == OUTSIDE
@@ -96,7 +100,17 @@ def _coloured(canvas: Canvas, painted: Composition) -> NDArray[np.uint8]:
         raster, known = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, bool)
         raster[canvas.own], known[canvas.own] = colours, sure
         colours = np.where(missing[:, None], interpolated(raster, known)[canvas.own], colours)
+    if 2.0 * float(canvas.depth.max()) < parameters.slim_px:
+        colours = _along(canvas, colours)
     return _raster(canvas, colours)
+
+
+def _along(canvas: Canvas, colours: Float32Array) -> Float32Array:
+    """(N, 3) colours of the own pixels of a slim face, averaged along it."""
+    sums = np.zeros((*canvas.shape, 4), np.float32)
+    sums[canvas.own, :3], sums[canvas.own, 3] = colours, 1.0
+    near = np.asarray(cv2.GaussianBlur(sums, (0, 0), ALONG_PX, borderType=cv2.BORDER_CONSTANT), np.float32)[canvas.own]
+    return np.asarray(near[:, :3] / np.maximum(near[:, 3:], np.float32(1e-12)))
 
 
 def _raster(canvas: Canvas, colours: Float32Array) -> NDArray[np.uint8]:

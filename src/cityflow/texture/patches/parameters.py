@@ -21,6 +21,9 @@ class PatchParameters(Parameters):
     retreat_px: float = Field(
         1.5, ge=0, le=8, description="pixels so near to what hides a face from their image are used last"
     )
+    slim_px: float = Field(
+        3.0, ge=0, le=10, description="faces narrower than this in their root image get colours averaged along them, as each pixel shows what is beside, too"
+    )  # fmt: skip
     most_distortion_px: float = Field(
         0.5, gt=0, le=10, description="what the lens may bend a face before it is rectified, pixels"
     )

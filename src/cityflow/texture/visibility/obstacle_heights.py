@@ -52,12 +52,20 @@ def obstacle_heights(
     rises = surface > models + np.float32(parameters.rise_m)
     result = np.where(mine & ~rises, _ground(surface, mine | (around > LOWEST)), surface)
     built = around > LOWEST
-    mounted = _inside(roof > LOWEST, round(parameters.own_m * STEP_SHARE / grid.cell)) & (
-        surface <= models + np.float32(parameters.mounted_m)
-    )
-    result[built & (~rises | mounted)] = LOWEST
+    result[built & (~rises | _mounted(rises, surface - models, roof > LOWEST, parameters, grid.cell))] = LOWEST
     widened = max(1, round(parameters.margin_m / grid.cell)) if parameters.margin_m > 0 else 0
     return _widened(result, built, widened)
+
+
+def _mounted(
+    rises: BoolArray, by: Float32Array, own: BoolArray, parameters: VisibilityParameters, cell: float
+) -> BoolArray:
+    """Cells of what rises a little above the own roof and lies well inside it as a whole; crowns of trees hang in from outside."""
+    inside = _inside(own, round(parameters.own_m * STEP_SHARE / cell))
+    _, label = cv2.connectedComponents(rises.astype(np.uint8), connectivity=8)
+    elsewhere = np.zeros(int(label.max()) + 1, bool)
+    elsewhere[label[~inside | (by > parameters.mounted_m)]] = True
+    return np.asarray(rises & ~elsewhere[label])
 
 
 def _widened(result: Float32Array, built: BoolArray, by: int) -> Float32Array:
