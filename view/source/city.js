@@ -5,9 +5,10 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { CLASSES, rgb, scaled, STATUS, UNKNOWN } from './colours.js';
 import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
+import { PageLoader, scaleFor, Sharpener } from './textures.js';
 
 const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT };
-const MOST_CACHED_BYTES = 300 * 2 ** 20;
+const MOST_CACHED_BYTES = 400 * 2 ** 20;
 const ERROR_TARGET_PX = 4;
 
 export class City {
@@ -29,6 +30,8 @@ export class City {
     this.classColours = { value: colours };
     this.raycaster = new Raycaster();
     this.tiles = null;
+    // what a lost context held is fetched again: pixels are let go of once they are drawn
+    stage.canvas.addEventListener('webglcontextrestored', () => this.load());
     this.load();
   }
 
@@ -44,6 +47,9 @@ export class City {
     const loader = new GLTFLoader(tiles.manager);
     loader.register((parser) => new TablesPlugin(parser));
     tiles.manager.addHandler(/\.(gltf|glb)$/g, loader);
+    const pages = new PageLoader(scaleFor(this.about.texture_pixels[this.set]));
+    tiles.manager.addHandler(/\.(jpe?g|png|webp)$/i, pages);
+    this.sharpener = new Sharpener(this, pages, this.stage);
     tiles.errorTarget = ERROR_TARGET_PX;
     tiles.lruCache.maxBytesSize = MOST_CACHED_BYTES;
     tiles.setCamera(this.stage.camera);
@@ -73,7 +79,7 @@ export class City {
   get isLoading() {
     if (!this.tiles) return false;
     const { downloading, parsing, queued } = this.tiles.stats;
-    return downloading + parsing + (queued ?? 0) > 0;
+    return !this.tiles.root || this.tiles.isLoading || downloading + parsing + (queued ?? 0) > 0;
   }
 
   /** Colour buildings by `photographs`, `classes`, `nmad`, `rmse` or `status`. */
@@ -159,6 +165,7 @@ export class City {
       if (tables) classify(mesh.geometry, tables.types);
       mesh.material = materialFor(mesh, { classColours: this.classColours, unitColours: model.colours });
     }
+    this.sharpener.note(model);
     scene.visible = this.shown[model.part];
     this.models.set(scene, model);
     this.#dress(model);
@@ -206,11 +213,13 @@ export class City {
 
   #failed(url, error) {
     this.failures.push(String(url ?? error));
+    this.onfailure?.(String(url ?? error));
     this.stage.changed();
   }
 
   #dispose() {
     if (!this.tiles) return;
+    this.sharpener.end();
     this.stage.scene.remove(this.tiles.group);
     this.tiles.dispose();
     this.models.clear();

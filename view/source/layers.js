@@ -127,7 +127,8 @@ export function toLinear(material) {
 }
 
 function reliefMaterial() {
-  const material = new MeshBasicMaterial({ vertexColors: true, side: DoubleSide });
+  // drawn a little nearer than it is, since it lies in the terrain and in the roofs
+  const material = new MeshBasicMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -8 });
   toLinear(material);
   return material;
 }

@@ -14,7 +14,13 @@ import { Vector3 } from 'three';
 const CLICK_PIXELS = 5;
 const OVERLAYS = ['points', 'dsm', 'cuts', 'failures'];
 
-window.cityflowView = { isReady: false, errors: [] };
+window.cityflowView = {
+  isReady: false, errors: [],
+  /** Whether anything is still being fetched or has yet to be drawn. */
+  get isBusy() {
+    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isWaiting || this.stage?.frames < 2;
+  },
+};
 window.addEventListener('error', (event) => window.cityflowView.errors.push(String(event.message)));
 window.addEventListener('unhandledrejection', (event) => {
   window.cityflowView.errors.push(String(event.reason));
@@ -53,6 +59,7 @@ async function start() {
     choose(page, unit.id);
     approach(page, unit);
   });
+  city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
@@ -161,7 +168,7 @@ function clicked(page, event) {
 }
 
 function chooseMiddle(page) {
-  const hit = page.city.pick({ x: 0, y: 0 });
+  const hit = page.city.pick(page.stage.middle);
   choose(page, hit?.unit ?? null, hit?.surface);
 }
 

@@ -3,6 +3,7 @@ import { STATUS } from './colours.js';
 import { json } from './data.js';
 import { byId, centimetres, element, percent, say } from './elements.js';
 
+const LEAST_SHARE = 0.001;
 const SCORES = [
   ['within_20cm', 'within 20 cm', percent],
   ['covered', 'covered', percent],
@@ -100,7 +101,9 @@ function partsOf(score) {
 
 function sources(known, images) {
   if (!known.texture) return section('Images', element('p', { class: 'muted' }, 'The run has no textures for this building.'));
-  const rows = (images ?? []).map(([name, share]) => [name, percent(share)]);
+  const seen = (images ?? []).filter(([, share]) => share >= LEAST_SHARE);
+  const rest = (images ?? []).length - seen.length;
+  const rows = [...seen.map(([name, share]) => [name, percent(share)]), ...(rest ? [[`${rest} more`, `less than ${percent(LEAST_SHARE)} each`]] : [])];
   const said = `${percent(known.texture.textured_share)} of ${known.texture.area_m2} m² have a texture; ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
   return section('Images that textured it', element('div', {}, element('p', { class: 'muted' }, said), rows.length ? list(rows) : ''), true);
 }

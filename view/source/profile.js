@@ -2,6 +2,8 @@
 import { POINT_CLASSES, UNKNOWN } from './colours.js';
 
 const MARGIN = { left: 52, right: 14, top: 12, bottom: 30 };
+const BELOW_M = 3;
+const ABOVE_M = 12;
 const LINES = { buildings: ['#c2185b', 2], terrain: ['#6d4c1e', 1.5] };
 
 /** @returns {{exaggeration: number}} of heights against lengths */
@@ -49,19 +51,15 @@ export function drawProfile(canvas, { points, lines, length, lift }) {
   return { exaggeration: rise / right };
 }
 
+/** Lowest and highest that is drawn: all of the model, and points near it; blunders far above or below would flatten the rest. */
 function range(points, lines) {
-  let [low, high] = [Infinity, -Infinity];
-  for (const [, z0, , z1] of lines) {
-    low = Math.min(low, z0, z1);
-    high = Math.max(high, z0, z1);
-  }
+  const model = lines.flatMap(([, z0, , z1]) => [z0, z1]);
   const heights = points.map(([, z]) => z).sort((a, b) => a - b);
-  if (heights.length) {
-    // single points far above and below are blunders of matching, and would flatten all others
-    low = Math.min(low, heights[Math.floor(0.002 * heights.length)]);
-    high = Math.max(high, heights[Math.ceil(0.998 * heights.length) - 1]);
-  }
-  if (low > high) [low, high] = [0, 1];
+  const known = model.length ? model : [0.02, 0.98].map((share) => heights[Math.floor(share * (heights.length - 1))]);
+  if (!known.length || known.includes(undefined)) return [0, 1];
+  const [bottom, top] = known.reduce(([l, h], z) => [Math.min(l, z), Math.max(h, z)], [Infinity, -Infinity]);
+  const near = heights.filter((z) => z > bottom - BELOW_M && z < top + ABOVE_M);
+  const [low, high] = [Math.min(bottom, near[0] ?? bottom), Math.max(top, near.at(-1) ?? top)];
   const margin = 0.05 * (high - low) + 0.5;
   return [low - margin, high + margin];
 }

@@ -6,6 +6,8 @@ const SKY = '#dfe8ee';
 const SKY_DARK = '#1d242b';
 const FOV_DEG = 45;
 const KEYS = { KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
+const LAYERS_PX = 240;
+const NARROW_PX = 760;
 const LOOK_PER_PIXEL = 0.003;
 
 export class Stage {
@@ -80,7 +82,8 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(height, 1);
-    this.camera.updateProjectionMatrix();
+    // the middle of what the layers leave free, not of the window
+    this.camera.setViewOffset(width, height, width > NARROW_PX ? -LAYERS_PX / 2 : 0, 0, width, height);
     this.changed();
   }
 
@@ -88,6 +91,12 @@ export class Stage {
   ndc({ clientX, clientY }) {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
     return new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
+  }
+
+  /** Device coordinates of what one looks at. */
+  get middle() {
+    const { x, y } = this.#ahead().project(this.camera);
+    return new Vector2(x, y);
   }
 
   /** Where a place is drawn, in pixels of the page; null behind the camera. */

@@ -124,7 +124,7 @@ export class Tools {
     const drawn = drawProfile(byId('profile'), this.profile);
     this.#figures([
       ['Length', metres(this.profile.length)], ['Points', `${profile.count.toLocaleString('en')} within ${metres(this.width / 2, 2)} of the line`],
-      ['Heights', drawn.exaggeration === 1 ? 'to the same scale' : `${drawn.exaggeration.toFixed(1)} × exaggerated`],
+      ['Heights', drawn.exaggeration > 0.99 ? 'to the same scale' : `drawn at ${percent(drawn.exaggeration)} of the lengths' scale`],
     ]);
     if (!this.about.tiles.some((t) => t.points)) say('The run has no points for this page: the section shows the model only.');
   }

@@ -16,6 +16,7 @@ from cityflow.core.building import Status
 from cityflow.viewer.image_rows import ImageFigures
 from cityflow.viewer.roof_figures import roof_figures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
+from cityflow.viewer.window_figures import window_figures
 from cityflow.viewer.worth_a_look import worth_a_look
 
 MOST_UNITS_IN_A_COMMAND = 20
@@ -40,6 +41,10 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "pictures": [p.title for p in data.pictures],
         "worth_a_look": [{"id": s.unit.id, "reason": s.reason} for s in worth_a_look(units)],
         "roofs": roof_figures(units),
+        "textures": asdict(data.textures) if data.textures else None,
+        "windows": window_figures(units),
+        "placing": dict(data.placing),
+        "pages": dict(sorted(data.pages.items())),
         "units": [_unit(u) for u in units],
         "products": [asdict(p) for p in data.products],
         "sources": [asdict(s) for s in data.sources],
@@ -142,6 +147,7 @@ def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:
         "reason": first.reason or "no reason given",
         "count": len(rows),
         "units": [r.unit for r in rows],
+        "pages": [r.unit for r in rows if r.unit in data.pages] if first.stage == data.unit_stage else [],
         "command": rerun_command(first.stage, [r.unit for r in rows], data.unit_stage, first.status),
         "explain": f"cityflow explain RUN {shlex.quote(first.unit)}",
     }

@@ -120,7 +120,7 @@ def draw_models(
     faces = np.concatenate([terrain.faces, models.faces])
     view = _Projection.of(corners, looking_deg, DOWN_DEG, OVERSAMPLING * most)
     sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, OVERSAMPLING * most)
-    scene = _Scene(colours, _light(corners), faces, view, sun, *view.rasterised(corners), sun.rasterised(corners)[0])
+    scene = _Scene(colours, light_of(corners), faces, view, sun, *view.rasterised(corners), sun.rasterised(corners)[0])
     seen = ground and (ground[0], _moved(ground[1], origin))
     rows = OVERSAMPLING * STRIP_ROWS
     return np.concatenate([scene.strip(r, min(r + rows, view.shape[0]), seen) for r in range(0, view.shape[0], rows)])
@@ -232,7 +232,7 @@ def _rasterise(seen: FloatArray, depth: Float32Array, triangle: Int32Array) -> N
                     triangle[row, col] = t
 
 
-def _light(corners: FloatArray) -> FloatArray:
+def light_of(corners: FloatArray) -> FloatArray:
     """(T,) brightness of each triangle by how it is turned to the sun."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)

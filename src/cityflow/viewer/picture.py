@@ -27,7 +27,7 @@ class Picture:
     title, caption : what it shows, how to read it
     jpeg : bytes;  width, height : pixels
     key : (meaning, colour as ``#rrggbb``) in the order to be listed
-    wide : shown over the whole width of the page
+    wide : shown over the whole width of the page;  half : two of them beside each other
     """
 
     title: str
@@ -37,6 +37,7 @@ class Picture:
     height: int
     key: tuple[tuple[str, str], ...] = ()
     wide: bool = False
+    half: bool = False
 
     @property
     def address(self) -> str:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from cityflow.core.building import Status
+from cityflow.viewer.environment import rendered, template_text
 from cityflow.viewer.figures import finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
@@ -20,19 +18,6 @@ from cityflow.viewer.unit_map import draw_map
 
 LISTED = 10
 """Units in the lists of the worst and of the slowest."""
-
-STATUS_TEXTS = {
-    Status.DONE: ("Done", "modelled as asked"),
-    Status.DEGRADED: ("Simplified", "a simpler model than asked for (degraded)"),
-    Status.FAILED: ("Failed", "no model of its own"),
-    Status.REFUSED: ("Refused", "the input cannot be a building"),
-}
-
-ADVICE = {
-    Status.FAILED: "Read the reason, change a parameter if it names one (--set key=value), run them again:",
-    Status.REFUSED: "Mend these in the source and run the workflow again; only what has changed is done again:",
-    Status.DEGRADED: "Usable as they are. To try again, for instance with other parameters (--set key=value):",
-}
 
 
 def write_report(data: ReportData) -> tuple[bytes, bytes]:
@@ -45,30 +30,31 @@ def write_report(data: ReportData) -> tuple[bytes, bytes]:
 def _page(data: ReportData, figures: dict[str, Any]) -> str:
     units = sorted(data.units, key=lambda u: u.id)
     unit_map = draw_map(units)
-    return (
-        _environment()
-        .get_template("report.html.j2")
-        .render(
-            data=data,
-            figures=figures,
-            summary=figures["summary"],
-            verdict=verdict(figures["summary"]),
-            status_texts={s.value: texts for s, texts in STATUS_TEXTS.items()},
-            advice={s.value: text for s, text in ADVICE.items()},
-            unit_map=unit_map,
-            units=units,
-            histograms=_histograms(units),
-            image_histograms=_image_histograms(data.images) if data.images else [],
-            worst_tiles=_most_gaps(data.images) if data.images else [],
-            row_of={u.id: i for i, u in enumerate(units)},
-            off_map=_off_map(units, {s.row for s in unit_map.shapes}),
-            worst=_highest(units, "nmad"),
-            slowest=_highest(units, "seconds"),
-            payload=Markup(_script_json(_payload(units, data))),
-            style=_text("report.css"),
-            script=_text("report.js"),
-        )
+    return rendered(
+        "report.html.j2",
+        data=data,
+        figures=figures,
+        summary=figures["summary"],
+        verdict=verdict(figures["summary"]),
+        unit_map=unit_map,
+        units=units,
+        histograms=_histograms(units),
+        image_histograms=_image_histograms(data.images) if data.images else [],
+        worst_tiles=_most_gaps(data.images) if data.images else [],
+        row_of={u.id: i for i, u in enumerate(units)},
+        off_map=_off_map(units, {s.row for s in unit_map.shapes}),
+        worst=_highest(units, "nmad"),
+        slowest=_highest(units, "seconds"),
+        payload=Markup(_script_json(_payload(units, data))),
+        style=template_text("report.css"),
+        script=template_text("report.js"),
     )
+
+
+def listed_units(units: Sequence[UnitRow]) -> list[UnitRow]:
+    """The buildings that the page lists by themselves: the worst, then the slowest, each once."""
+    ordered = sorted(units, key=lambda u: u.id)
+    return list({u.id: u for name in ("nmad", "seconds") for _, u in _highest(ordered, name)}.values())
 
 
 def verdict(summary: dict[str, Any]) -> str:
@@ -138,7 +124,10 @@ def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
     keys = sorted({key for u in units for key in u.attributes})
     extra = [[_short(u.attributes.get(key)) for key in keys] for u in units] if keys else []
     overrides = {u.id: data.overrides[u.id] for u in units if u.id in data.overrides}
-    payload = {"fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": overrides}
+    pages = {u.id: data.pages[u.id] for u in units if u.id in data.pages}
+    payload = {
+        "fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": overrides, "pages": pages,
+    }  # fmt: skip
     cleaned: dict[str, Any] = finite(payload)
     return cleaned
 
@@ -153,56 +142,3 @@ def _script_json(value: Any) -> str:
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text
-
-
-def _text(name: str) -> Markup:
-    return Markup((files("cityflow.viewer") / "templates" / name).read_text("utf-8"))
-
-
-@cache
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("cityflow.viewer", "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(cm=_cm, share=_share, seconds=_seconds, tree=_tree, pixels=_pixels)
-    return environment
-
-
-def _cm(metres: float | None) -> str:
-    return "–" if metres is None or metres != metres else f"{round(100 * metres, 1) + 0.0:.1f} cm"
-
-
-def _share(value: float | None) -> str:
-    return "–" if value is None or value != value else f"{100 * value:.1f} %"
-
-
-def _pixels(value: float | None) -> str:
-    return "–" if value is None else f"{value:.2f} px"
-
-
-def _seconds(value: float | None) -> str:
-    """Time as a person says it.
-
-    >>> [_seconds(v) for v in (0.0123, 4.56, 75.0, 5400.0)]
-    ['12 ms', '4.6 s', '1 min 15 s', '1 h 30 min']
-    """
-    if value is None or value != value:
-        return "–"
-    if value < 1:
-        return f"{1000 * value:.0f} ms"
-    if value < 60:
-        return f"{value:.1f} s"
-    if value < 3600:
-        return f"{int(value // 60)} min {int(value % 60)} s"
-    return f"{int(value // 3600)} h {int(value % 3600 // 60)} min"
-
-
-def _tree(value: Any, prefix: str = "") -> list[tuple[str, str]]:
-    """Nested parameters as dotted keys with their values."""
-    if isinstance(value, dict) and value:
-        return [row for k, v in value.items() for row in _tree(v, f"{prefix}.{k}" if prefix else str(k))]
-    return [(prefix, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False))]

@@ -10,6 +10,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Scalar, Status
 from cityflow.viewer.image_rows import CheckpointRow, ImageFigures
 from cityflow.viewer.picture import Picture
+from cityflow.viewer.texture_rows import TextureFigures
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +131,11 @@ class ReportData:
     pictures : of what has been made;  images : None where the survey has none
     checkpoints : residuals of products at points of known position
     unused_edits : what a person has drawn without effect
+    crops : small pictures of single buildings;  pages : address of a building's own page, relative to the report
+    pages_left_out : buildings that did not end as asked and have no page, because there are so many
+    textures : None where none are made
+    placing : how the city was placed on the globe: what was done, and its accuracy; empty where nobody can say
+    view : address of the page that shows the city in a browser, relative to the report; empty where there is none
     """
 
     title: str
@@ -149,3 +155,9 @@ class ReportData:
     images: ImageFigures | None = None
     checkpoints: tuple[CheckpointRow, ...] = ()
     unused_edits: tuple[EditRow, ...] = ()
+    crops: Mapping[str, Picture] = field(default_factory=dict)
+    pages: Mapping[str, str] = field(default_factory=dict)
+    pages_left_out: int = 0
+    textures: TextureFigures | None = None
+    placing: Mapping[str, str | float] = field(default_factory=dict)
+    view: str = ""

@@ -10,9 +10,6 @@ import numpy as np
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 
 Json = Any
-FINEST_M = 0.1
-"""Edge of the cells of which one point is kept, at the finest; doubled until the points are few enough."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Relief:
@@ -36,22 +33,15 @@ class Relief:
         return {"rows": rows, "cols": cols, "origin": _rounded(self.origin), "right": _rounded(self.right), "down": _rounded(self.down)}  # fmt: skip
 
 
-def thinned(xyz: FloatArray, most: int) -> IntArray:
-    """Positions of at most `most` of (N, 3) points, evenly spread: the first one of each cell of a lattice in space.
+def thinned(count: int, most: int) -> IntArray:
+    """Positions of `most` of `count` points, drawn by lot: their distances from a model are distributed as those of all are.
 
-    >>> thinned(np.array([[0.0, 0, 0], [0.01, 0, 0], [5.0, 0, 0]]), 2).tolist()
-    [0, 2]
+    >>> len(thinned(1000, 10)), thinned(3, 10).tolist()
+    (10, [0, 1, 2])
     """
-    if len(xyz) <= most:
-        return np.arange(len(xyz))
-    low, cell = xyz.min(axis=0), FINEST_M
-    chosen = np.arange(len(xyz))
-    while len(chosen) > most:
-        # cells of twice the edge hold whole cells of before, so the points kept are among those kept before
-        steps = ((xyz[chosen] - low) / cell).astype(np.int64)
-        _, first = np.unique((steps[:, 0] << 42) | (steps[:, 1] << 21) | steps[:, 2], return_index=True)
-        chosen, cell = chosen[np.sort(first)], 2 * cell
-    return chosen
+    if count <= most:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
 
 
 def encode_points(local: FloatArray, colours: ByteArray | None, classes: ByteArray) -> tuple[bytes, dict[str, Json]]:

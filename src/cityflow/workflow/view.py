@@ -156,6 +156,7 @@ class _View:
             "title": self.data.title, "verdict": verdict({**count, "units": len(units)}), "crs": self.data.crs, "vertical_datum": self.data.vertical_datum,
             "state": state_of(self.records), "frame": self.frame.frame.matrix, "world": self.frame.to_world.tolist(),
             "sets": {name: path if self.run.store.exists(path) else None for name, path in sets.items()},
+            "texture_pixels": view_images.page_pixels(self.records),
             "bounds": _bounds(units, self.frame, (low, high), _city_bounds(self.survey)), "heights": [low, high], "counts": count,
             "scales": {name: view_units.scale_of(units, name) for name in ("nmad", "rmse")},
             "tiles": tiles, "notes": [*self._notes()],
@@ -180,7 +181,7 @@ MISSING = {
 def _said(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[str, str]:
     """What stands at the foot of the page when a layer is switched on."""
     shown, whole = (sum(p[key] for p in points) for key in ("count", "of"))
-    thin = f"{shown:,} of {whole:,} points, evenly thinned out" if shown < whole else f"All {whole:,} points"
+    thin = f"{shown:,} of {whole:,} points, drawn by lot" if shown < whole else f"All {whole:,} points"
     return {
         "points": f"{thin}.", "dsm": "The surface as it was measured, small gaps filled, lit from the north-west.",
         "cuts": f"{cuts:,} cut lines and candidates: blue were taken, orange not. Click one to see its evidence.",

@@ -11,18 +11,19 @@ from typing import Any
 
 import cv2
 import numpy as np
-from PIL import Image
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
 
 from cityflow.core.texture import FIRST_IMAGE
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
 from cityflow.stages import atlas
+from cityflow.stages.texture_files import SETS
 from cityflow.workflow.current import CurrentRecords
 
 Json = Any
 IMAGES_VERSION = 1
 PAGES_OF = "rectified"
-LARGEST_PIXELS = 8192 * 8192 * 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,26 +46,34 @@ def _leaf(record: Record) -> Iterator[Leaf]:
             yield Leaf(record.unit, path, digest_of([IMAGES_VERSION, dict(record.outputs)]))
 
 
+def page_pixels(records: CurrentRecords) -> dict[str, int]:
+    """Pixels of all pages, by the set that they belong to: what a viewer's memory must hold, or shrink."""
+    made = [record.result for record in records.of(atlas.STAGE)]
+    return {name: sum(int(found.get(name, {}).get("page_pixels", 0)) for found in made) for name in SETS}
+
+
 def images_of_leaf(store: Store, leaf: Leaf) -> dict[str, list[list[Json]]]:
     """Unit → [image, share of the unit's textured pixels], the greatest first."""
     manifest = json.loads(store.read_bytes(leaf.path))
     made = manifest["sets"][PAGES_OF]
     counted: dict[str, Counter[int]] = {f["unit"]: Counter() for f in made["faces"]}
     for number in range(len(made["pages"])):
-        index = _page(store.read_bytes(f"{atlas.FOLDER}/{leaf.name}.{PAGES_OF}.{number}.index.png"))
+        index = _page(store, f"{atlas.FOLDER}/{leaf.name}.{PAGES_OF}.{number}.index.png")
         for face in (f for f in made["faces"] if f["page"] == number):
             counted[face["unit"]].update(_pixels(index, face["uvd"]))
     return {unit: _shares(count, manifest["images"]) for unit, count in sorted(counted.items())}
 
 
-def _page(data: bytes) -> np.ndarray:
-    with Image.open(io.BytesIO(data)) as image:
-        if image.width * image.height > LARGEST_PIXELS:
-            return np.zeros((1, 1), np.uint16)
-        return np.asarray(image).astype(np.uint16)
+def _page(store: Store, path: str) -> NDArray[np.uint16]:
+    """A page of the index; one pixel of nothing where somebody has removed it."""
+    try:
+        with Image.open(io.BytesIO(store.read_bytes(path))) as image:
+            return np.asarray(image).astype(np.uint16)
+    except (FileNotFoundError, UnidentifiedImageError):
+        return np.zeros((1, 1), np.uint16)
 
 
-def _pixels(index: np.ndarray, uvd: Json) -> Mapping[int, int]:
+def _pixels(index: NDArray[np.uint16], uvd: Json) -> Mapping[int, int]:
     """How many pixels of a face come from each entry of the index."""
     rows, cols = index.shape[:2]
     rings = [np.array([[u * cols, (1 - v) * rows] for u, v, _ in ring]) for ring in uvd]

@@ -33,7 +33,7 @@ MOST_POINTS = 12_000_000
 """Of the whole city: 190 MB. In a larger city every tile has fewer of them."""
 MOST_RELIEF_CELLS = 200
 """Along the edge of a tile."""
-POINTS_VERSION = RELIEF_VERSION = 1
+POINTS_VERSION, RELIEF_VERSION = 2, 1
 CUT_FIGURES = ("vertical", "sloped", "height_step_m", "gap_m", "confidence")
 CUT_FIELDS = ("outline", "kind", "accepted", "from", "to", *CUT_FIGURES)
 ABOVE_ROOF_M, FAILED_HEIGHT_M = 0.3, 6.0
@@ -86,7 +86,7 @@ def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) ->
     xyz = np.concatenate([c[0] for c in clouds])
     classes = np.concatenate([c[2] for c in clouds])
     colours = [c[1] for c in clouds if c[1] is not None]
-    chosen = thinned(xyz, _most_points(tiles))
+    chosen = thinned(len(xyz), _most_points(tiles))
     coloured = np.concatenate(colours)[chosen] if len(colours) == len(clouds) else None
     local = frame.local(xyz[chosen])
     data, said = encode_points(local, coloured, classes[chosen])

@@ -74,6 +74,8 @@ if (city) {
     details.textContent = "";
     details.append(make("h3", value(row, "id")), chip(value(row, "status")));
     if (value(row, "reason")) details.append(make("p", value(row, "reason")));
+    const page = data.pages[value(row, "id")];
+    if (page) { const link = make("a", "All about it: pictures, planes, candidates"), p = make("p"); link.href = page; p.append(link); details.append(p); }
     const list = make("dl");
     const line = (name, text) => { list.append(make("dt", name), make("dd", text)); };
     line("Tile", plain(value(row, "tile"))); line("Level of detail", plain(value(row, "lod"))); line("Method", plain(value(row, "method")));

@@ -12,7 +12,6 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -41,7 +40,7 @@ def executable() -> str | None:
 class Chromium:
     """One browser with one page. Leaving the context ends it."""
 
-    def __init__(self, flags: tuple[str, ...] = SOFTWARE, size: tuple[int, int] = (1000, 700)) -> None:
+    def __init__(self, flags: tuple[str, ...] = SOFTWARE, size: tuple[int, int] = (1300, 820)) -> None:
         found = executable()
         assert found is not None
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
@@ -117,7 +116,7 @@ class Chromium:
         if message["method"] == "Runtime.exceptionThrown":
             detail = said["exceptionDetails"]
             self.messages.append(str(detail.get("exception", {}).get("description", detail["text"])))
-        elif message["method"] == "Runtime.consoleAPICalled" and said["type"] in ("error", "warning"):
+        elif message["method"] == "Runtime.consoleAPICalled" and said["type"] == "error":
             self.messages.append(" ".join(str(a.get("value", a.get("description"))) for a in said["args"]))
         elif message["method"] == "Log.entryAdded" and said["entry"]["level"] == "error":
             self.messages.append(f"{said['entry']['text']} {said['entry'].get('url', '')}")
@@ -142,7 +141,9 @@ class Chromium:
     def wait(self, expression: str, seconds: float = 30.0, step: float = 0.05) -> None:
         """Until an expression holds."""
         end = time.monotonic() + seconds
-        while not self.run(f"Boolean({expression})"):
+        # while a page is being replaced its parts are not there, which is no more than not yet
+        safe = f"(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()"
+        while not self.run(safe):
             if time.monotonic() > end:
                 raise TimeoutError(f"{expression} did not come true; the page said {self.messages[:5]}")
             time.sleep(step)
@@ -167,20 +168,20 @@ class Chromium:
 
     def memory_mb(self) -> float:
         """Resident memory of the page's own processes that no other process shares (USS), in MB: renderer and graphics."""
-        return sum(_private_mb(pid) for pid in _children(self._process.pid, lambda a: "--type=renderer" in a or "--type=gpu-process" in a))
+        return sum(_private_mb(pid) for pid in _children(self._process.pid, ("--type=renderer", "--type=gpu-process")))
 
 
-def _children(root: int, wanted: Callable[[list[str]], bool]) -> list[int]:
+def _children(root: int, kinds: tuple[str, ...]) -> list[int]:
     parents: dict[int, int] = {}
-    arguments: dict[int, list[str]] = {}
+    arguments: dict[int, str] = {}
     for folder in Path("/proc").iterdir():
         try:
             if folder.name.isdigit():
                 parents[int(folder.name)] = int((folder / "stat").read_text().rsplit(")", 1)[1].split()[1])
-                arguments[int(folder.name)] = (folder / "cmdline").read_text().split("\0")
+                arguments[int(folder.name)] = (folder / "cmdline").read_text()
         except (OSError, IndexError):
             continue
-    return [pid for pid in parents if pid in arguments and _is_below(pid, root, parents) and wanted(arguments[pid])]
+    return [pid for pid in parents if pid in arguments and _is_below(pid, root, parents) and any(kind in arguments[pid] for kind in kinds)]
 
 
 def _is_below(pid: int, root: int, parents: dict[int, int]) -> bool:

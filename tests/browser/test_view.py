@@ -1,0 +1,319 @@
+"""The page in a real browser: what it draws stands where the model is, every layer changes it, a click finds the right building."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from browser import painted_run as town
+from browser.chromium import WITHOUT_WEBGL, Chromium
+from browser.conftest import READY, served
+from cityflow.core.arrays import ByteArray, FloatArray
+
+SETTLED = "!window.cityflowView.isBusy"
+RED, BLUE, GREEN = 0, 2, 1
+
+
+def on_page(page: Chromium, places: FloatArray) -> FloatArray:
+    """(N, 2) pixels where world positions are drawn, through the page's own camera and frame."""
+    frame = json.loads(page.run("JSON.stringify(cityflowView.about.world)"))
+    found = page.run(
+        f"""(() => {{
+        const V = cityflowView.stage.camera.position.constructor;
+        return {json.dumps(local_of(np.array(frame), places).tolist())}.map((p) => cityflowView.stage.onPage(new V(...p)));
+        }})()"""
+    )
+    return np.array(found, float)
+
+
+def local_of(world: FloatArray, places: FloatArray) -> FloatArray:
+    """Positions in the page's frame, by turning its polynomials round (Newton)."""
+    local = places - world[:, 0]
+    for _ in range(6):
+        e, n, u = local.T
+        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n])
+        local = local + (places - terms @ world.T)
+    return local
+
+
+def over(name: str, z: float, n: int = 12, margin: float = 0.8) -> FloatArray:
+    """(n², 3) positions over an outline, inside by `margin`."""
+    x0, y0, x1, y1 = town.OUTLINES[name].bounds
+    x, y = np.meshgrid(np.linspace(x0 + margin, x1 - margin, n), np.linspace(y0 + margin, y1 - margin, n))
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)])
+
+
+def colours_at(picture: ByteArray, pixels: FloatArray) -> FloatArray:
+    rows, cols = pixels[:, 1].astype(int), pixels[:, 0].astype(int)
+    return picture[rows, cols].astype(float)
+
+
+def middle(page: Chromium, name: str, dx: float = 0.0) -> tuple[float, float]:
+    shape = town.OUTLINES[name]
+    height = town.TOPS.get(name, town.GROUND)
+    place = np.array([[shape.centroid.x + dx, shape.centroid.y, height + (3.0 if dx < 0 else 0.0)]])
+    x, y = on_page(page, place)[0]
+    return float(x), float(y)
+
+
+def check(page: Chromium, element: str) -> None:
+    page.run(f"document.getElementById({element!r}).click()")
+    page.wait(SETTLED)
+
+
+def differing(a: ByteArray, b: ByteArray) -> int:
+    return int((np.abs(a.astype(int) - b.astype(int)).max(axis=2) > 12).sum())
+
+
+def canvas(page: Chromium) -> ByteArray:
+    """What the page shows beside its panels: legend and status lines do not count."""
+    return page.picture()[60:760, 245:]
+
+
+def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:
+    assert page.messages == []
+    assert page.run("cityflowView.errors") == []
+    assert page.run("cityflowView.city.models.size") == 4, "buildings and terrain of two tiles"
+    assert "4 of 6 buildings" in page.run("document.getElementById('subtitle').textContent")
+
+
+def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(page: Chromium) -> None:
+    picture = page.picture()
+    flat = colours_at(picture, on_page(page, over(town.FLAT, town.TOPS[town.FLAT])))
+    assert np.mean(np.abs(flat - town.COLOURS[town.FLAT]).max(axis=1) < 30) > 0.97
+    south = over(town.GABLE, 0.0)
+    south = south[south[:, 1] < town.Y + 54.5]
+    south[:, 2] = town.TOPS[town.GABLE] - 0.7 * np.abs(south[:, 1] - (town.Y + 55))
+    gable = colours_at(picture, on_page(page, south))
+    assert np.mean(np.abs(gable - town.COLOURS[town.GABLE]).max(axis=1) < 30) > 0.97
+    x0, y0, x1, _ = town.OUTLINES[town.FLAT].bounds
+    lawn = np.column_stack([np.linspace(x0, x1, 20), np.full(20, y0 - 4.0), np.full(20, town.GROUND)])
+    grass = colours_at(picture, on_page(page, lawn))
+    assert np.mean(np.abs(grass - town.GRASS).max(axis=1) < 30) > 0.95, "the lawn in front is lawn"
+
+
+@pytest.mark.parametrize(
+    ("name", "dx", "expected"),
+    [(town.FLAT, 0, town.FLAT), (town.GABLE, 0, town.GABLE), (town.DOUBLE, -5, "double.90115"), (town.DOUBLE, 5, "double.90125")],
+)
+def test_a_click_shows_the_right_building(page: Chromium, name: str, dx: float, expected: str) -> None:
+    page.click(*middle(page, name, dx))
+    page.wait("document.querySelector('#panel-body table')")
+    title = page.run("document.getElementById('panel-title').textContent")
+    assert title.replace("_", "").startswith(expected.replace("_", "")[:12]), title
+    text = page.run("document.getElementById('panel').innerText")
+    assert "Done" in text
+    assert "extruded" in text, "every method's candidate is listed"
+    assert "ortho" in text, "and the image that coloured it"
+    command = page.run("document.getElementById('panel-command').value")
+    quoted = f"'{title}'" if " " in title else title
+    assert command == f"cityflow rerun runs/painted --unit {quoted}"
+    assert f"unit={title.split(' ')[0]}" in page.run("cityflowView.link.address").replace("+", " ")
+
+
+def test_a_click_on_the_lawn_closes_the_panel(page: Chromium) -> None:
+    page.click(*middle(page, town.FLAT))
+    page.wait("!document.getElementById('panel').hidden")
+    x, y = on_page(page, np.array([[town.X + 60, town.Y + 15, town.GROUND]]))[0]
+    page.click(x, y)
+    page.wait("document.getElementById('panel').hidden")
+
+
+def test_every_layer_changes_what_is_drawn_and_goes_away_again(page: Chromium) -> None:
+    plain = canvas(page)
+    for name in ("terrain", "buildings", "points", "dsm", "cuts", "failures"):
+        check(page, f"layer-{name}")
+        changed = differing(canvas(page), plain)
+        assert changed > (60 if name == "cuts" else 800), f"{name}: {changed} pixels"
+        check(page, f"layer-{name}")
+        assert differing(canvas(page), plain) < 30, name
+
+
+def test_buildings_are_coloured_by_class_quality_and_status(page: Chromium) -> None:
+    plain, roof = canvas(page), on_page(page, over(town.FLAT, town.TOPS[town.FLAT], 6))
+    seen: dict[str, Any] = {}
+    for mode in ("classes", "nmad", "rmse", "status"):
+        page.run(f"document.querySelector('input[value={mode}]').click()")
+        page.wait(SETTLED)
+        picture = page.picture()
+        assert differing(picture[60:760, 245:], plain) > 2000, mode
+        seen[mode] = np.median(colours_at(picture, roof), axis=0)
+        assert page.run("document.getElementById('legend').innerText")
+    assert seen["classes"][RED] > seen["classes"][BLUE] + 60, "roofs are red"
+    assert seen["status"][GREEN] > seen["status"][RED] + 30, "done is green"
+    quality = page.run("cityflowView.index.byId.get('flat red').nmad / cityflowView.about.scales.nmad")
+    assert 0.2 < quality < 0.6
+    assert seen["nmad"][RED] < 90, "2 cm of 5 are at the dark end of the scale"
+
+
+def test_failures_are_red_and_a_click_tells_the_reason(page: Chromium) -> None:
+    assert page.run("document.getElementById('layer-failures').checked"), "shown from the beginning"
+    at = on_page(page, over(town.GHOST, town.GROUND + 5.0, 6))
+    colour = np.median(colours_at(page.picture(), at), axis=0)
+    assert colour[RED] > colour[GREEN] + 30
+    page.click(*at.mean(axis=0))
+    page.wait("document.querySelector('#panel-body details')")
+    assert page.run("document.getElementById('panel-title').textContent").startswith("ghost")
+    assert any(r in page.run("document.getElementById('panel').innerText") for r in ("no height", "same polygon"))
+
+
+def test_search_finds_and_the_link_leads_back(page: Chromium, address: str) -> None:
+    page.run("const f = document.getElementById('search'); f.value = 'GABLE'; f.form.requestSubmit()")
+    page.wait("document.querySelector('#panel-body table')")
+    assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
+    page.run("document.querySelector('input[value=classes]').click(); document.getElementById('layer-cuts').click()")
+    page.wait(SETTLED)
+    link, before = page.run("cityflowView.link.address"), canvas(page)
+    page.open("about:blank")
+    page.open(link, READY)
+    page.wait("document.querySelector('#panel-body table')")
+    page.wait(SETTLED)
+    assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
+    assert differing(canvas(page), before) < 300
+    assert page.messages == []
+
+
+def tool(page: Chromium, name: str, places: FloatArray) -> str:
+    page.run(f"document.getElementById('tool-{name}').click()")
+    for x, y in on_page(page, places):
+        page.click(float(x), float(y))
+    page.wait("document.querySelector('#tool-result dd')")
+    text: str = page.run("document.getElementById('tool-result').innerText")
+    return text
+
+
+def figure(text: str, key: str) -> float:
+    rows = [line.strip() for line in text.splitlines() if line.strip()]
+    return float(rows[rows.index(key) + 1].split()[0].replace(",", ""))
+
+
+def test_distances_heights_and_areas_are_those_of_the_model(page: Chromium) -> None:
+    x0, y0, x1, y1 = town.OUTLINES[town.FLAT].bounds
+    top = town.TOPS[town.FLAT]
+    lawn, roof = [x0 + 7, y0 - 6, town.GROUND], [x0 + 7, y0 + 6, top]
+    text = tool(page, "distance", np.array([lawn, roof]))
+    assert figure(text, "Height") == pytest.approx(9.0, abs=0.25)
+    assert figure(text, "In plan") == pytest.approx(12.0, abs=0.4)
+    assert figure(text, "Second above ground") == pytest.approx(9.0, abs=0.25)
+    corners = [[x, y, top] for x, y in ((x0 + 1, y0 + 1), (x1 - 1, y0 + 1), (x1 - 1, y1 - 1), (x0 + 1, y1 - 1))]
+    area = tool(page, "area", np.array(corners))
+    page.key("Enter")
+    assert figure(area, "Area") > 30
+    assert figure(page.run("document.getElementById('tool-result').innerText"), "Area") == pytest.approx(120.0, rel=0.06)
+
+
+def test_a_section_shows_points_and_model_at_their_heights(page: Chromium) -> None:
+    shape = town.OUTLINES[town.FLAT]
+    y = shape.centroid.y
+    ends = np.array([[town.X + 20, y, town.GROUND], [town.X + 60, y, town.GROUND]])
+    ends[0, 1] = ends[1, 1] = y - 8.5
+    text = tool(page, "section", ends + [0, 0, 0])
+    page.wait("cityflowView.tools.profile")
+    assert figure(text, "Points") > 100
+    assert figure(text, "Length") == pytest.approx(40.0, abs=1.0)
+    profile = page.run("({lines: cityflowView.tools.profile.lines, points: cityflowView.tools.profile.points, lift: cityflowView.tools.profile.lift})")
+    ground = [z + profile["lift"] for s0, z, _, _, part in profile["lines"] if part == "terrain"]
+    assert np.median(ground) == pytest.approx(town.GROUND, abs=0.1)
+    heights = np.array([p[1] + profile["lift"] for p in profile["points"]])
+    assert np.median(heights) == pytest.approx(town.GROUND, abs=0.05)
+    assert not page.run("document.getElementById('profile').hidden")
+
+
+def test_residuals_at_a_click_are_those_of_the_run(page: Chromium) -> None:
+    text = tool(page, "residuals", np.array([[town.X + 37, town.Y + 36, town.TOPS[town.FLAT]]]))
+    assert town.FLAT in text
+    known = page.run("cityflowView.index.byId.get('flat red').nmad")
+    assert figure(text, "NMAD") == pytest.approx(100 * known, abs=0.2)
+    assert figure(text, "Points over the roof") > 800
+    page.key("Escape")
+    page.wait("document.getElementById('tool-panel').hidden")
+
+
+def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromium) -> None:
+    plain = canvas(page)
+    for choice in ("divided", "bent"):
+        page.run(f"(() => {{ const s = document.getElementById('textures'); s.value = '{choice}'; s.dispatchEvent(new Event('change')); }})()")
+        page.wait(SETTLED)
+        page.wait("cityflowView.city.set === 'raw' && cityflowView.city.models.size === 4")
+        page.wait(SETTLED)
+        assert differing(canvas(page), plain) < 4000, "an ortho is nearly a parallel picture: neither bends it"
+
+
+def test_keys_choose_move_search_and_close(page: Chromium) -> None:
+    page.run("cityflowView.stage.approach(new cityflowView.stage.camera.position.constructor(...cityflowView.index.byId.get('flat red').place), 60)")
+    page.run("document.getElementById('canvas').focus()")
+    page.wait(SETTLED)
+    page.key("Enter")
+    page.wait("document.querySelector('#panel-body table')")
+    assert page.run("document.getElementById('panel-title').textContent") == town.FLAT
+    page.key("Escape")
+    page.wait("document.getElementById('panel').hidden")
+    before = page.run("cityflowView.stage.place")
+    page.key("ArrowLeft")
+    page.wait(SETTLED)
+    assert page.run("cityflowView.stage.place") != before
+    page.key("f", "KeyF")
+    assert page.run("document.getElementById('fly').getAttribute('aria-pressed')") == "true"
+    before = page.run("cityflowView.stage.place")
+    page.call("Input.dispatchKeyEvent", type="keyDown", key="w", code="KeyW")
+    page.wait(f"cityflowView.stage.place[1] > {before[1]} + 0.5")
+    page.call("Input.dispatchKeyEvent", type="keyUp", key="w", code="KeyW")
+    page.key("Escape")
+    assert page.run("document.getElementById('fly').getAttribute('aria-pressed')") == "false"
+    page.key("/")
+    assert page.run("document.activeElement.id") == "search"
+
+
+def test_every_control_has_a_name_for_screen_readers(page: Chromium) -> None:
+    nodes = page.call("Accessibility.getFullAXTree")["nodes"]
+    wanted = {"button", "checkbox", "radio", "combobox", "searchbox", "link", "slider", "Canvas"}
+    controls = [n for n in nodes if n.get("role", {}).get("value") in wanted and not n.get("ignored")]
+    assert len(controls) > 20
+    assert [n for n in controls if not n.get("name", {}).get("value")] == []
+
+
+def test_a_run_that_lost_a_tile_shows_the_rest_and_says_so(browser: Chromium, painted: Path, tmp_path: Path) -> None:
+    shutil.copytree(painted, tmp_path / "run", ignore=shutil.ignore_patterns("work", "records", "surface.zarr"))
+    (tmp_path / "run/products/tiles3d/901_4600/buildings.glb").unlink()
+    with served(tmp_path / "run") as address:
+        browser.open(address, READY)
+        browser.wait("cityflowView.city.failures.length")
+        browser.wait("cityflowView.city.models.size === 3")
+        assert "could not be loaded" in browser.run("document.getElementById('status').textContent")
+        browser.click(*middle(browser, town.FLAT))
+        browser.wait("document.querySelector('#panel-body table')")
+        browser.open("about:blank")
+
+
+def test_a_run_without_tiles_says_what_to_do(browser: Chromium, painted: Path, tmp_path: Path) -> None:
+    shutil.copytree(painted / "view", tmp_path / "run/view")
+    about = tmp_path / "run/view/data/city.json"
+    tree = json.loads(about.read_text())
+    about.write_text(json.dumps({**tree, "sets": {"rectified": None, "raw": None}}))
+    with served(tmp_path / "run") as address:
+        browser.open(address, "!document.getElementById('fallback').hidden")
+        assert "has no 3D Tiles" in browser.run("document.getElementById('why').textContent")
+        browser.open("about:blank")
+
+
+def test_from_a_file_the_page_names_the_command_and_shows_pictures(browser: Chromium, painted: Path) -> None:
+    browser.open((painted / "view/index.html").as_uri(), "!document.getElementById('fallback').hidden")
+    why = browser.run("document.getElementById('why').textContent")
+    assert "cityflow view RUN" in why
+    assert why.count(".") <= 2
+    browser.wait("[...document.images].filter((i) => i.complete && i.naturalWidth > 100).length >= 1")
+    assert browser.run("document.querySelectorAll('#fallback figure').length") >= 3
+    browser.open("about:blank")
+
+
+def test_without_webgl_the_page_says_so_and_shows_pictures(address: str) -> None:
+    with Chromium(WITHOUT_WEBGL) as bare:
+        bare.open(address, "!document.getElementById('fallback').hidden")
+        assert "no WebGL" in bare.run("document.getElementById('why').textContent")
+        bare.wait("[...document.images].filter((i) => i.complete && i.naturalWidth > 100).length >= 1")
+        assert bare.messages == []
