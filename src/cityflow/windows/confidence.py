@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
@@ -13,13 +14,14 @@ from cityflow.windows.picture import Picture
 
 NAMES = (
     "one", "sides", "two worst sides", "worst step", "contrast", "company", "alone", "completed", "rough rim", "rough inside", "aspect", "size",
-    "by hue", "pixels across", "company of all", "unlike the others",
+    "by hue", "pixels across", "company of all", "unlike the others", "restless wall",
 )  # fmt: skip
-WEIGHTS = np.array([-0.99, 0.7, 0.57, -0.22, 0.68, 0.34, -0.44, -1.13, -0.59, 0.24, -0.19, -3.78, 0.06, 2.27, 2.16, -2.68])
+SQUARE_M = 0.7
+WEIGHTS = np.array([-0.59, 0.92, -0.48, 0.38, 0.59, 0.79, -0.16, -1.26, -0.56, -0.1, -0.59, -4.19, 0.01, 1.96, 1.77, -2.14, -0.38])
 
 
 def features(found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:
-    """(N, 16) in the order of `NAMES`; all about 0 to 3."""
+    """(N, 17) in the order of `NAMES`; all about 0 to 3."""
     wide, high = (picture.cell * (found.boxes[:, k + 2] - found.boxes[:, k]) for k in (0, 1))
     rim, inside = roughness(looks, found.look, found.boxes, max(round(picture.pixels(RIM_M)), 1))
     usual = [np.median(v) if len(v) else 1.0 for v in (wide, high)]
@@ -28,8 +30,16 @@ def features(found: Candidates, company: IntArray, late: FloatArray, picture: Pi
         np.clip(found.steps.min(axis=1), -1, 4), np.clip(found.contrast, -1, 6) / 2, np.minimum(company, 4) / 2, company == 0, late,
         np.clip(rim, 0, 4), np.clip(inside, 0, 4), np.abs(np.log(wide / high)), np.maximum(np.abs(np.log(wide * high / 1.5)) - np.log(3), 0), found.look >= 2,
         np.clip(np.log(np.minimum(wide, high) / picture.cell / 10), -1.2, 1.5), np.full(len(found), np.mean(company > 0) if len(found) else 0.0),
-        np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2),
+        np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2), np.full(len(found), restlessness(picture, looks)),
     ])  # fmt: skip
+
+
+def restlessness(picture: Picture, looks: Sequence[Edges]) -> float:
+    """How much brightness scatters within squares of a window's size, in the middle of all squares, in thresholds: walls are quiet between their windows."""
+    size = (max(round(picture.pixels(SQUARE_M)), 3),) * 2
+    mean, squares = (cv2.boxFilter(v.astype(np.float64), -1, size) for v in (picture.light, picture.light**2))
+    scatter = np.sqrt(np.maximum(squares - mean**2, 0))[picture.seen]
+    return float(np.clip(np.median(scatter) / looks[0].threshold, 0, 6)) if len(scatter) else 0.0
 
 
 def confidence(found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:

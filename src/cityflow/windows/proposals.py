@@ -15,6 +15,8 @@ from cityflow.windows.rows import in_row
 from cityflow.windows.window_parameters import WindowParameters
 
 MULLION_M, MULLION_PX = 0.26, 3.0
+MULLIONED_M = 1.9
+"""Bars, and, where pixels are coarse, of windows up to a certain width, what may be one."""
 LAP_PX = 2
 """Cells by which boxes on both sides of a bar may overlap: each ends at the farther edge of it."""
 FRAME_M = 0.2
@@ -35,7 +37,9 @@ def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameter
             one, other = np.nonzero(level & (first[:, None] < first[None]) & (boxes[:, None, axis + 2] - boxes[None, :, axis] <= LAP_PX))
             gap = boxes[other, axis] - boxes[one, axis + 2]
             size = np.minimum(*(boxes[k, axis + 2] - boxes[k, axis] for k in (one, other)))
-            near = (gap <= max(picture.pixels(MULLION_M), MULLION_PX)) & (gap <= 0.6 * size)
+            whole = boxes[other, axis + 2] - boxes[one, axis]
+            near = (gap <= picture.pixels(MULLION_M)) | ((gap <= MULLION_PX) & (whole <= picture.pixels(MULLIONED_M)))
+            near &= gap <= 0.6 * size
             both = np.concatenate([np.minimum(boxes[one, :2], boxes[other, :2]), np.maximum(boxes[one, 2:], boxes[other, 2:])], axis=1)[near]
             made = judged(picture, looks, look, np.unique(both, axis=0))
             parts.append(made.of(_sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.5)))
@@ -85,9 +89,10 @@ def between_shutters(found: Candidates, picture: Picture, looks: Sequence[Edges]
     good &= _usual(shut, good)
     chosen = Candidates.joined([m.of(good & (best == k)) for k, m in enumerate(made)])
     outer = np.concatenate([shut[good & (best == k)] for k in range(len(made))])
-    sides = chosen.sides.copy()
+    sides, steps = chosen.sides.copy(), chosen.steps.copy()
     sides[:, [0, 2]] = np.maximum(sides[:, [0, 2]], 0.75)
-    return replace(chosen, sides=sides, contrast=np.maximum(chosen.contrast, 1.0)), outer
+    steps[:, [0, 2]] = np.maximum(steps[:, [0, 2]], np.concatenate([inner[good & (best == k)] for k in range(len(made))])[:, None])
+    return replace(chosen, sides=sides, steps=steps, contrast=np.maximum(chosen.contrast, 1.0)), outer
 
 
 def _around(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
