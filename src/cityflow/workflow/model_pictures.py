@@ -1,8 +1,7 @@
-"""Pictures of the models of a run: all of them, or of a large city those around its densest spot; and a closer view."""
+"""The models of a run in one picture: all of them, or of a large city those around its densest spot."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -32,8 +31,8 @@ from cityflow.workflow.raster_pictures import CityRasters
 
 MOST_MODELS = 3000
 """More would be specks and take long to read."""
-CLOSE_M, MARGIN_M = 180.0, 12.0
-"""Edge of the view from nearby; ground shown around the models."""
+MARGIN_M = 12.0
+"""Ground shown around the models."""
 BLOCK_M = 60.0
 """Edge of the squares in which models are counted to find the densest spot."""
 
@@ -43,9 +42,7 @@ def model_pictures(
 ) -> Iterator[Picture]:
     """LoD2.2 hulls over the terrain; nothing where no unit has a hull."""
     middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings)}
-    hulls = {
-        r.unit: p for r in records.of(reconstruct.STAGE) if r.status in (Status.DONE, Status.DEGRADED) for p in _hull(r)
-    }
+    hulls = hull_files(records)
     known = {u: middles[u] for u in sorted(hulls) if u in middles}
     if not known:
         return
@@ -67,12 +64,12 @@ def model_pictures(
         rasters,
         all_bounds,
     )
-    if max(all_bounds[2] - all_bounds[0], all_bounds[3] - all_bounds[1]) > 1.5 * CLOSE_M:
-        x, y = spot
-        close = (x - CLOSE_M / 2, y - CLOSE_M / 2, x + CLOSE_M / 2, y + CLOSE_M / 2)
-        yield _drawn(
-            "Models, closer", f"The densest {CLOSE_M:.0f} × {CLOSE_M:.0f} m.", models.within(close), rasters, close
-        )
+
+
+def hull_files(records: CurrentRecords) -> dict[str, str]:
+    """Unit → the file of its hull."""
+    good = (Status.DONE, Status.DEGRADED)
+    return {r.unit: p for r in records.of(reconstruct.STAGE) if r.status in good for p in _hull(r)}
 
 
 def _shells(building: Building) -> Iterator[Polyhedron]:
@@ -86,16 +83,15 @@ def _hull(record: Record) -> list[str]:
     return [p for p in record.outputs if p.endswith(HULL)]
 
 
-def densest_spot(points: FloatArray) -> FloatArray:
-    """(2,) mean of the (N, 2) points in the square of `BLOCK_M` that holds most of them; the first of equals.
+def densest_spot(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
+    """(2,) mean of the (N, 2) points in the square of `BLOCK_M` that holds most of them, or the greatest sum of (N,) weights; the first of equals.
 
     >>> densest_spot(np.array([[0.0, 0.0], [300.0, 10.0], [302.0, 12.0]])).tolist()
     [301.0, 11.0]
     """
-    block = [tuple(b) for b in np.floor(points / BLOCK_M).astype(np.int64).tolist()]
-    count = Counter(block)
-    best = min(count, key=lambda b: (-count[b], b))
-    return np.asarray(points[[b == best for b in block]].mean(axis=0))
+    blocks, of_point = np.unique(np.floor(points / BLOCK_M).astype(np.int64), axis=0, return_inverse=True)
+    sums = np.bincount(of_point.reshape(-1), weights, len(blocks))
+    return np.asarray(points[of_point.reshape(-1) == int(np.argmax(sums))].mean(axis=0))
 
 
 def nearest(middles: Mapping[str, FloatArray], spot: FloatArray, most: int) -> list[str]:

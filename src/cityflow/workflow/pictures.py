@@ -2,25 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Building
 from cityflow.flow.store import Store
+from cityflow.io.cityjson import read_feature
+from cityflow.stages import atlas
 from cityflow.stages.survey import Survey
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
-from cityflow.workflow.model_pictures import model_pictures
+from cityflow.workflow.leaf_faces import leaf_files, read_leaves
+from cityflow.workflow.model_pictures import hull_files, model_pictures, nearest
 from cityflow.workflow.outline_pictures import outline_pictures
 from cityflow.workflow.raster_pictures import city_rasters, frame_pictures
+from cityflow.workflow.side_pictures import GROUND_M, side_pictures, viewed_spot
+
+MOST_AROUND = 500
+"""Models around the densest spot; more would be behind those in front."""
 
 
 def run_pictures(
     store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords
 ) -> tuple[Picture, ...]:
-    """Models, outlines, surface, ortho, classes, terrain and oblique orthos; none where no tile has a surface yet."""
+    """Models, views from four sides, outlines, surface, ortho, classes, terrain, oblique orthos; none where no tile has a surface yet."""
     rasters = city_rasters(store, survey, records)
     if rasters is None:
         return ()
     models = model_pictures(store, units, records, rasters)
     plans = outline_pictures(store, survey, units, records)
-    return (*models, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
+    sides = _sides(store, survey, units, records)
+    return (*models, *sides, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
+
+
+def _sides(store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords) -> Iterator[Picture]:
+    """The densest spot of what has textures, else of all models."""
+    hulls = hull_files(records)
+    middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings) and u.id in hulls}
+    sizes = {u.id: float(np.hypot(*np.ptp(u.rings[0], axis=0))) for u in units if u.id in middles}
+    leaf_of = _leaves(records)
+    # by size: many sheds are less of a town than a few houses
+    shown = sorted(u for u in middles if u in leaf_of) or sorted(middles)
+    if not shown:
+        return
+    spot = viewed_spot(np.array([middles[u] for u in shown]), np.array([sizes[u] for u in shown]))
+    near = set(_within(middles, spot))
+    paths = leaf_files(records)
+    leaves = list(read_leaves(store, sorted({paths[leaf_of[u]] for u in near if u in leaf_of})))
+    textured = {unit for leaf in leaves for unit in leaf.unit}
+    bare = nearest({u: middles[u] for u in near - textured}, spot, MOST_AROUND)
+    yield from side_pictures(store, survey, spot, leaves, _buildings(store, [hulls[u] for u in bare]))
+
+
+def _leaves(records: CurrentRecords) -> dict[str, str]:
+    """Unit → the leaf of the atlas that holds its texture."""
+    known = leaf_files(records)
+    return {
+        name.partition(" ")[2]: r.unit
+        for r in records.of(atlas.STAGE) if r.unit in known
+        for name in r.inputs if name.startswith("texture ")
+    }  # fmt: skip
+
+
+def _within(middles: Mapping[str, FloatArray], spot: FloatArray) -> list[str]:
+    return [u for u, m in middles.items() if np.abs(m - spot).max() < GROUND_M / 2]
+
+
+def _buildings(store: Store, paths: Sequence[str]) -> Iterator[Building]:
+    for _, data in store.read_many(paths):
+        yield read_feature(data)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,23 +13,33 @@ from rich.console import Console
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
+from cityflow.errors import CityflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
+from cityflow.io.globe import globe_of
 from cityflow.io.reference import vertical_datum
-from cityflow.stages import export, ingest, outline, reconstruct, units
+from cityflow.stages import export, ingest, outline, reconstruct, surface, units
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.refused_outlines import refused_shapes
-from cityflow.viewer.report import write_report
+from cityflow.stages.survey import Survey
+from cityflow.viewer.report import listed_units, write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.viewer.view_page import FOLDER as VIEW
 from cityflow.workflow.checkpoint_rows import checkpoint_rows
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.image_figures import image_figures
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.pictures import run_pictures
 from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.raster_pictures import tiles_made
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
+from cityflow.workflow.texture_figures import texture_figures
+from cityflow.workflow.unit_crops import THUMB_PX, Crops, thumbnail
+from cityflow.workflow.unit_pages import UnitPageParameters, chosen_units, write_pages
 from cityflow.workflow.unused_edits import unused_edits
 from cityflow.workflow.view import write_run_view
+
+DEFAULT_PAGES = UnitPageParameters()
 
 PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
@@ -42,20 +53,42 @@ PRODUCTS = {
         "True ortho",
         "Colours of the steepest views, GeoTIFF tiles under one VRT; the last band says where it has a colour",
     ),
+    "products/tiles3d": ("3D Tiles", "The city for map viewers on the globe, with its textures where it has some"),
+    "products/textures": (
+        "Texture pages",
+        "Photographs on the faces, shared by all formats; beside each page, which photograph a pixel is of",
+    ),
     "products/points": ("Points", "LAZ with LAS classes, colour, base image and precision, one file per ground tile"),
     "products/catalog.json": ("STAC", "The products as a catalog"),
     "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
 }
 
 
-def write_run_report(run: Prepared, records: CurrentRecords) -> str:
-    """Write report.json, report.html and the view in the browser; returns where the report's page stands."""
-    data = report_data(run, records)
+def write_run_report(run: Prepared, records: CurrentRecords, pages: UnitPageParameters = DEFAULT_PAGES) -> str:
+    """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands."""
+    data = write_report_files(run, records, pages)
+    write_run_view(run, records, data)
+    return run.store.url("report.html")
+
+
+def write_report_files(run: Prepared, records: CurrentRecords, pages: UnitPageParameters = DEFAULT_PAGES) -> ReportData:
+    """The report without the view in the browser, which it links to."""
+    survey = run.source().survey
+    for record in records.of(ingest.STAGE):
+        survey.learn(record)
+    data = replace(report_data(run, records), view=f"{VIEW}/index.html")
+    chosen = chosen_units(data.units, pages)
+    crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.STAGE)))
+    small = {
+        u.id: p for u in listed_units(data.units) if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
+    }
+    newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
+    write_pages(run.store, survey, chosen, newest, crops, data.title, data.overrides)
+    data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data)
     run.store.write_bytes("report.json", page_json)
     run.store.write_bytes("report.html", page_html)
-    write_run_view(run, records, data)
-    return run.store.url("report.html")
+    return data
 
 
 def print_report(url: str, console: Console) -> None:
@@ -92,7 +125,18 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
+        textures=texture_figures(run.store, survey, records),
+        placing=_placing(run, survey),
     )  # fmt: skip
+
+
+def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
+    """How the city stands on the globe; nothing for a local frame, or where nobody knows the way."""
+    try:
+        globe = globe_of(run.catalog.reference, survey.grid.bounds)
+    except CityflowError as error:
+        return {"horizontal_operation": "nowhere", "geoid": str(error)}
+    return {} if globe is None else dict(globe.placing.said())
 
 
 def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:

@@ -1,0 +1,49 @@
+"""What a run says of its textures: how much of roofs and façades has one, how fine they are, and what has none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PlainFaces:
+    """Faces without a texture for one reason: how many, and their area (m²)."""
+
+    reason: str
+    count: int
+    area_m2: float
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceShare:
+    """Faces of one kind (`roofs`, `façades`, `undersides`): their area (m²), and the share of it that has a texture."""
+
+    kind: str
+    area_m2: float
+    textured: float
+
+
+@dataclass(frozen=True, slots=True)
+class TextureFigures:
+    """Textures of a run, areas weighted by m².
+
+    Attributes
+    ----------
+    buildings : with at least one textured face;  asked : whose textures have been asked for so far
+    faces : textured ones
+    shares : by kind of surface
+    gsd_m : median ground sampling distance over the textured area, metres; None where nothing is textured
+    interpolated : share of the textured area that no image sees, filled from around
+    images : photographs that are in them;  pages : atlas pages of one set
+    plain : faces without, by reason, the largest area first
+    """
+
+    buildings: int
+    asked: int
+    faces: int
+    shares: tuple[SurfaceShare, ...]
+    gsd_m: float | None
+    interpolated: float | None
+    images: int
+    pages: int
+    plain: tuple[PlainFaces, ...]

@@ -1,0 +1,108 @@
+"""The page of one building: what stands there, what was found, what became of it, and the command that tries again."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+
+from cityflow.core.building import Status
+from cityflow.viewer.environment import rendered, template_text
+from cityflow.viewer.figures import rerun_command
+from cityflow.viewer.picture import Picture
+from cityflow.viewer.rows import UnitRow
+
+FOLDER = "report"
+"""Where the pages lie, beside report.html."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneRow:
+    """A roof plane: number in the picture, degrees of slope and of the direction it falls to (from north), support.
+
+    Attributes
+    ----------
+    points, rmse : that support it, and their distance from it (m);  sigma : expected error of its height (m)
+    seen : share of its roof faces' area that points cover
+    """
+
+    number: int
+    slope_deg: float
+    aspect_deg: float
+    points: int
+    rmse: float
+    sigma: float
+    seen: float
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateRow:
+    """One method's model with its scores; None where it has no such figure."""
+
+    method: str
+    kept: bool
+    valid: bool
+    fault: str
+    faces: int | None = None
+    penalty: float | None = None
+    within_20cm: float | None = None
+    covered: float | None = None
+    nmad: float | None = None
+    picture: Picture | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class UnitPage:
+    """All that the page of a building shows.
+
+    Attributes
+    ----------
+    title : of the survey;  stage : whose task the building is
+    crops : what stands there: heights, ortho, photographs
+    plan, planes : roof planes in plan, numbered, and their figures; of the kept model, else of the best one
+    attempt, seconds, peak_mb, version : of the newest attempt
+    parameters : what differs from the survey's for this building alone
+    """
+
+    unit: UnitRow
+    title: str
+    stage: str
+    crops: tuple[Picture, ...] = ()
+    plan: Picture | None = None
+    planes: tuple[PlaneRow, ...] = ()
+    candidates: tuple[CandidateRow, ...] = ()
+    traceback: str = ""
+    attempt: int = 1
+    version: int = 0
+    parameters: tuple[tuple[str, str], ...] = ()
+
+
+VERDICTS = {
+    Status.DONE: "This building is modelled as asked.",
+    Status.DEGRADED: "This building has a model, but a simpler one than asked for.",
+    Status.FAILED: "No method gave a model of this building. Where its heights are known a block stands for it in the products, marked as failed.",
+    Status.REFUSED: "The outline cannot be a building, so no model was tried.",
+}
+
+
+def write_unit_page(page: UnitPage) -> bytes:
+    """The page as HTML; the same values give the same bytes."""
+    unit = page.unit
+    attributes = sorted((k, v) for k, v in unit.attributes.items() if not isinstance(v, dict | list))
+    return rendered(
+        "unit.html.j2",
+        page=page,
+        unit=unit,
+        verdict=VERDICTS[unit.status],
+        command=rerun_command(page.stage, [unit.id], page.stage, unit.status),
+        other=_with_other_parameters(page),
+        explain=f"cityflow explain RUN {shlex.quote(unit.id)}",
+        attributes=attributes,
+        style=template_text("report.css"),
+    ).encode()
+
+
+def _with_other_parameters(page: UnitPage) -> str:
+    """The same command with a parameter changed, where that may help."""
+    if page.unit.status is Status.REFUSED:
+        return ""
+    return rerun_command(page.stage, [page.unit.id], page.stage, page.unit.status) + " --set KEY=VALUE"
