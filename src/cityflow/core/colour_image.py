@@ -28,6 +28,7 @@ class ColourImage:
     pixels : its contents
     gain, gamma : one number per band, or one for all; empty means 1
     falloff : what the lens takes away towards the corners
+    white : the value that is shown as white, the same for a whole survey; 0 where nobody has told
     """
 
     image: OrientedImage
@@ -35,6 +36,7 @@ class ColourImage:
     gain: tuple[float, ...] = ()
     gamma: tuple[float, ...] = ()
     falloff: float = 0.0
+    white: float = 0.0
 
 
 def sampled(pixels: Pixels, u: FloatArray, v: FloatArray, level: int) -> Float32Array:

@@ -100,6 +100,7 @@ class ImageAsset:
     gain, gamma, falloff : what makes the image match the others: a value v of a band becomes ``gain · exp(falloff · r²) · top · (v / top) ** gamma``,
         r from the middle of the image over half its diagonal, top the dtype's greatest value; an empty gamma is 1
     pixel_mm : size of a pixel on the sensor, millimetres; 0 where unknown
+    white : of 16-bit files the value that the survey's sensor shows as white, 4095 for one of 12 bits; 0 where unknown
     """
 
     name: str
@@ -116,6 +117,7 @@ class ImageAsset:
     pixel_mm: float = 0.0
     gamma: tuple[float, ...] = ()
     falloff: float = 0.0
+    white: float = 0.0
 
     def __eq__(self, other: object) -> bool:
         """Equal in every value, also in those of arrays."""
@@ -190,7 +192,8 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     image = asset.oriented
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
-        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
+        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.white,
+        image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 
 

@@ -53,6 +53,8 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
         properties["cityflow:gamma"] = list(asset.gamma)
     if asset.falloff:
         properties["cityflow:falloff"] = asset.falloff
+    if asset.white:
+        properties["cityflow:white"] = asset.white
     if properties["view:off_nadir"] > 90:
         # The view extension ends at the horizon.
         del properties["view:off_nadir"], properties["view:azimuth"]
@@ -127,6 +129,7 @@ def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageA
         pixel_mm=float(p.get("cityflow:pixel_mm", 0.0)),
         gamma=tuple(float(g) for g in p.get("cityflow:gamma", ())),
         falloff=float(p.get("cityflow:falloff", 0.0)),
+        white=float(p.get("cityflow:white", 0.0)),
     )
 
 

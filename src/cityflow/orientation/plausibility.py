@@ -12,40 +12,40 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.orientation.look_directions import LookParameters, look_directions
 from cityflow.orientation.rotation_doubts import likely_reading
+from cityflow.orientation.sights import HORIZON_DEG, looks_level
 from cityflow.orientation.views import View, footprints
 
 Doubt = tuple[str, str, str]
 """Name of the image, or `SURVEY`; what is odd; what to do."""
 SURVEY = "survey"
 
-HORIZON_DEG = 85.0
-"""An axis tilted more sees ground only far away."""
 FAR_TIMES = 25.0
 """A centre this many times farther from the middle of the survey than half of the others is no part of it."""
 NEIGHBOURS = 6
 FEET = 0.3048
 
 
-def implausible(images: Sequence[OrientedImage], ground: float | None = None) -> list[Doubt]:
+def implausible(images: Sequence[OrientedImage], ground: float | None = None, highest: float | None = None) -> list[Doubt]:  # fmt: skip
     """What is odd in a survey's orientations; first what concerns all of it, then image by image in the order of names.
 
     Parameters
     ----------
     images : in any order
     ground : height of the ground, world metres, if it is known; without it nothing is said of heights and footprints
+    highest : of all objects, world metres, if it is known; what looks level from below it are photographs from the street
     """
     ordered = sorted(images, key=lambda image: image.name)
     if not ordered:
         return []
-    doubts = [(SURVEY, *doubt) for doubt in (likely_reading(ordered), _one_place(ordered)) if doubt]
+    flown = [i for i in ordered if highest is None or not looks_level(i, highest)]
+    doubts = [(SURVEY, *doubt) for doubt in (likely_reading(flown) if flown else None, _one_place(ordered)) if doubt]
     turned_all = any("horizon" in reason for _, reason, _ in doubts)
-    for check in (_no_rotation, _far_away, *(() if turned_all else (_looks_up,))):
-        doubts += check(ordered)
+    doubts += _no_rotation(ordered) + _far_away(ordered) + ([] if turned_all else _looks_up(flown))
     if ground is not None:
         low = _below(ordered, ground)
         doubts += low
         if not turned_all and not low:
-            doubts += _never_meeting(ordered, ground)
+            doubts += _never_meeting(flown, ground)
     return doubts
 
 

@@ -101,15 +101,19 @@ def field_of_view(camera: Camera) -> tuple[FloatArray, FloatArray]:
     return _extent(camera)
 
 
-@lru_cache(maxsize=4096)
-def _border(camera: Camera) -> FloatArray:
-    """(n, 3) rays through the border in the camera frame, depth 1, clockwise in the image."""
+def border_rays(camera: Camera, steps: int = STEPS_PER_SIDE) -> FloatArray:
+    """(4 · steps, 3) rays through the border in the camera frame, depth 1, clockwise in the image."""
     w, h = float(camera.width), float(camera.height)
-    steps = 1 if camera.is_pinhole else STEPS_PER_SIDE
     t = np.arange(steps)[:, None] / steps
     corners = np.array([[0.0, 0.0], [w, 0.0], [w, h], [0.0, h]])
     uv = np.concatenate([a + t * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)])
     return np.column_stack([camera.undistort(uv), np.ones(len(uv))])
+
+
+@lru_cache(maxsize=4096)
+def _border(camera: Camera) -> FloatArray:
+    """Straight sides need no more than their ends."""
+    return border_rays(camera, 1 if camera.is_pinhole else STEPS_PER_SIDE)
 
 
 @lru_cache(maxsize=4096)

@@ -25,6 +25,7 @@ from cityflow.orientation.look_directions import LookParameters, look_directions
 from cityflow.orientation.overlap import Overlap, overlaps
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
+from cityflow.orientation.sights import looks_level
 from cityflow.orientation.views import View, footprints, gsd
 from cityflow.stages.catalog_findings import Finding, Level
 from cityflow.stages.catalog_heights import low_points, raster_points
@@ -69,7 +70,9 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     ]
     bad.update(name for names in groups.values() for name in names)
     assets = [a for a in catalog.images if a.name not in bad]
-    views = [View(a.oriented, a.heights) for a in assets]
+    every = [View(a.oriented, a.heights) for a in assets]
+    # photographs from the street are looked at for textures only
+    views = [v for v in every if not looks_level(v.image, v.heights[1])] or every
     frames = look_directions([v.image for v in views], LookParameters())
     ground = dict(zip((v.name for v in views), footprints(views), strict=True))
     area = _area(catalog, views)
@@ -79,8 +82,8 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     )
     inside = _cells_in(area, maps)
     findings += _place(catalog)
-    findings += _poses(catalog, views)
-    if len(views) < 2:
+    findings += _poses(catalog, every)
+    if len(views) < 2 and not catalog.lidar and "dsm" not in catalog.rasters:
         findings.append(
             Finding(Level.ERROR, catalog.href, f"{len(views)} usable images; heights need two", "add images")
         )
@@ -116,8 +119,9 @@ def _place(catalog: Catalog) -> list[Finding]:
 def _poses(catalog: Catalog, views: Sequence[View]) -> Iterator[Finding]:
     images = [v.image for v in views]
     ground = float(np.median([v.heights[0] for v in views])) if views else None
+    highest = max((v.heights[1] for v in views), default=None)
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for name, problem, remedy in implausible(images, ground):
+    for name, problem, remedy in implausible(images, ground, highest):
         groups[problem, remedy].append(catalog.title if name == SURVEY else name)
     for (problem, remedy), names in groups.items():
         yield Finding(Level.WARNING, listing(names), problem, remedy)

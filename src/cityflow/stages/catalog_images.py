@@ -24,6 +24,7 @@ from cityflow.io.reference import crs_of, suspicion
 from cityflow.io.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset, sha256_of
 from cityflow.io.vector import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
+from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.views import View, footprint
 from cityflow.stages.catalog_gains import Balanced, balanced
 from cityflow.stages.catalog_heights import (
@@ -36,6 +37,7 @@ from cityflow.stages.catalog_heights import (
 )
 from cityflow.stages.catalog_image_files import ImageFiles, matched, refuse_cut_off, sizes_of, unit_names
 from cityflow.stages.catalog_orientation import ImageSource, read_model
+from cityflow.stages.catalog_white import with_white
 
 SPARSE_FILE = "sparse.laz"
 MOST_SPARSE = 2_000_000
@@ -89,7 +91,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     kept, others = _of_one_kind(kept)
     left_out += others
     level = balanced(kept, model.sparse) if source.gains else Balanced(tuple(kept), (), ())
-    kept, left_out = list(level.images), [*left_out, *level.damaged]
+    kept, left_out = with_white(level.images), [*left_out, *level.damaged]
     notes = [
         *model.notes,
         *_place(model.images, catalog.reference),
@@ -127,11 +129,13 @@ def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str
     header = image_header(path)
     check_against(header, image.camera)
     refuse_cut_off(path)
-    low, high = heights.over(image)
+    level = looks_level(image, heights.whole[1])
+    low, high = heights.whole if level else heights.over(image)
     if image.centre[2] <= low:
         problem = f"it was taken at a height of {image.centre[2]:.1f} m, below all ground ({low:.1f} m)"
         raise CatalogError(problem, where=str(path), remedy="check the heights' datum, or give --heights")
-    seen = footprint(View(image, (low, high)))
+    view = View(image, (low, high))
+    seen = sights([view])[0] if level else footprint(view)
     if seen.is_empty:
         raise CatalogError("it looks at no ground", where=str(path), remedy="check angle unit and rotation order")
     checksum, size = sha256_of(path)
@@ -187,7 +191,7 @@ def _plausible(images: Sequence[OrientedImage], heights: HeightRange) -> tuple[l
     """Doubts about the whole, in words, and images that cannot be where or as the model has them."""
     notes: list[str] = []
     single: dict[str, LeftOut] = {}
-    for name, problem, remedy in implausible(images, heights.whole[0]):
+    for name, problem, remedy in implausible(images, *heights.whole):
         if name == SURVEY:
             notes.append(f"doubtful orientation: {problem} → {remedy}")
         else:

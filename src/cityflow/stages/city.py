@@ -187,7 +187,7 @@ class CitySource:
         if stage == "gather":
             return [(self._unit_stage, t) for t in survey.ring(name)]
         if stage == "adjoin":
-            return [(self._unit_stage, t) for u in self._chosen[name] for t in self._known[u].neighbour_tiles]
+            return [(self._unit_stage, t) for u in self._chosen[name] for t in self._tiles_beside(self._known[u])]
         if stage == ingest.STAGE:
             return self._needs_of_ingest(name)
         if stage == texture.STAGE:
@@ -244,9 +244,13 @@ class CitySource:
         surfaces = [(surface.STAGE, t) for t in texture.surfaces_around(survey, unit)]
         return [*hulls, *surfaces, *((ingest.STAGE, n) for n in texture.images_of(survey, unit))]
 
+    def _tiles_beside(self, unit: UnitEntry) -> list[str]:
+        """Tiles whose units must be known, beyond the ring: those that own its neighbours, and those of the models around it."""
+        return [*unit.neighbour_tiles, *(texture.tiles_around(self.survey, unit) if self.survey.textures else [])]
+
     def _around(self, unit: UnitEntry) -> list[str]:
-        """Units near this one, of its tile and of those around it, whose units are all known."""
-        near = [u for t in self.survey.ring(unit.tile) for u in self._units_of.get(t, [])]
+        """Units near this one, whatever tiles they are in: these tiles' units are all known."""
+        near = [u for t in texture.tiles_around(self.survey, unit) for u in self._units_of.get(t, [])]
         return [u for u in texture.hulls_around(self.survey, unit, near) if u in self._known]
 
     def _touched_by(self, tile: str) -> list[str]:

@@ -42,6 +42,7 @@ from cityflow.texture.patches.fill import interpolated
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
 DRAPE_QUALITY = 88
+WHITE = 255.0
 EAVES_M = 0.8
 """Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
 
@@ -119,7 +120,7 @@ def _ortho(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds) -> Colour
     if a["own_orthos"]:
         whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
         grid, layers = read_layers(workspace.store.zarr_store(ZARR), whole, bounds, ("ortho", "ortho_seen"))
-        scale = 257.0 if layers["ortho"].dtype == np.uint16 else 1.0
+        scale = a["white"] / WHITE
         bands = layers["ortho"] if len(layers["ortho"]) >= 3 else np.repeat(layers["ortho"][:1], 3, axis=0)
         colours = np.moveaxis(bands[:3], 0, -1).astype(np.float32) / np.float32(scale)
         return (colours, layers["ortho_seen"], grid) if layers["ortho_seen"].any() else None

@@ -56,7 +56,8 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
             "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
             "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "own_orthos": survey.reads_own_orthos, "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
+            "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
+            "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
         limits=survey.limits(STAGE),
         in_place=True,
@@ -69,6 +70,8 @@ def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]])
         return {}
     orthos = {k: r.checksum for k, r in survey.given_orthos().items()}
     own = {"ortho": survey.digest_of_result("ortho", tile)} if survey.reads_own_orthos else {}
+    if own and survey.images.dtype != "uint8":
+        own["white"] = f"{survey.images.white:g}"
     return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
 
 

@@ -16,6 +16,7 @@ from cityflow.core.local_frame import LocalFrame
 from cityflow.io.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
+from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.stages.parameters import CELLS_M, CityParameters
 
@@ -36,20 +37,27 @@ class FrameTile:
 
 
 class ImageSurvey:
-    """Images, look directions and flight plan of a catalog."""
+    """Images, look directions and flight plan of a catalog.
+
+    Attributes
+    ----------
+    views : of all images
+    flown : of those that surfaces are made of: photographs from the street, which see no ground, are for textures only
+    """
 
     def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
         self.parameters = parameters
         developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
         self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
+        self.flown = {n: v for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
         self._units: dict[str, FlightTile] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
 
     @cached_property
     def frames(self) -> tuple[LocalFrame, ...]:
         """Clusters of views that look the same way."""
-        return look_directions([v.image for v in self.views.values()], self.parameters.look_directions)
+        return look_directions([v.image for v in self.flown.values()], self.parameters.look_directions)
 
     @cached_property
     def frame_of(self) -> dict[str, LocalFrame]:
@@ -58,12 +66,12 @@ class ImageSurvey:
 
     @cached_property
     def plan(self) -> FlightPlan:
-        return FlightPlan(list(self.views.values()), self.frames, self.parameters.flight)
+        return FlightPlan(list(self.flown.values()), self.frames, self.parameters.flight)
 
     @cached_property
     def gsd(self) -> float:
         """Median ground sampling distance of the images that look down steepest, metres."""
-        steep = sorted(self.views.values(), key=lambda v: (v.image.tilt, v.image.name))
+        steep = sorted(self.flown.values(), key=lambda v: (v.image.tilt, v.image.name))
         return float(np.median([gsd(v) for v in steep[: max(1, len(steep) // 5)]]))
 
     @cached_property
@@ -82,9 +90,16 @@ class ImageSurvey:
         return "uint16" if "uint16" in kinds else "uint8"
 
     @cached_property
+    def white(self) -> float:
+        """The value that is shown as white, the same for every tile and unit; of developed raw frames the greatest."""
+        if self.dtype == "uint8" or self.parameters.raw.makes_16_bits:
+            return float(np.iinfo(self.dtype).max)
+        return max((a.white for a in self.assets.values()), default=0.0) or float(np.iinfo(self.dtype).max)
+
+    @cached_property
     def tiles(self) -> dict[str, Tile]:
         """Ground tiles that some image sees that looks down steeply enough, south-west first."""
-        views = list(self.views.values())
+        views = list(self.flown.values())
         found = self._tiles_seen_by([v for v in views if v.image.tilt <= MOST_TILT]) or self._tiles_seen_by(views)
         return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
 
@@ -134,7 +149,7 @@ class ImageSurvey:
         """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
         x_0, y_0, x_1, y_1 = bounds
         box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
-        near = [v for v in self._views_over(bounds) if _meets(v, box)]
+        near = [v for v in self._showing(bounds) if _meets(v, box)]
         middle = box.mean(axis=0)
         near.sort(key=lambda v: (float(np.linalg.norm(v.image.centre - middle)), v.name))
         return sorted(v.name for v in near[:most])
@@ -145,8 +160,17 @@ class ImageSurvey:
 
     @cached_property
     def _seen(self) -> tuple[list[View], STRtree]:
-        views = list(self.views.values())
+        views = list(self.flown.values())
         return views, STRtree(footprints(views))
+
+    def _showing(self, bounds: Bounds) -> list[View]:
+        views, tree = self._shown
+        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+
+    @cached_property
+    def _shown(self) -> tuple[list[View], STRtree]:
+        views = list(self.views.values())
+        return views, STRtree(sights(views))
 
     @cached_property
     def oblique_frames(self) -> tuple[LocalFrame, ...]:

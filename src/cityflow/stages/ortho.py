@@ -81,14 +81,13 @@ def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:
 
 def ortho_images(workspace: Workspace, task: Task) -> list[ColourImage]:
     """The images of a task, opened, with what balances them."""
-    pixels = task.arguments["pixels"]
-    return [
-        ColourImage(
-            of_json(tree["image"]), open_pixels(workspace.store, pixels[name]),
-            tuple(tree["gain"]), tuple(tree["gamma"]), tree["falloff"],
-        )
-        for name, tree in task.arguments["images"].items()
-    ]  # fmt: skip
+    return [image_of(workspace, task, name) for name in task.arguments["images"]]
+
+
+def image_of(workspace: Workspace, task: Task, name: str) -> ColourImage:
+    """One of the images of a task."""
+    tree, pixels = task.arguments["images"][name], open_pixels(workspace.store, task.arguments["pixels"][name])
+    return ColourImage(of_json(tree["image"]), pixels, tuple(tree["gain"]), tuple(tree["gamma"]), tree["falloff"])
 
 
 def write_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:

@@ -18,6 +18,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.raster import read_window, write_cog
 from cityflow.io.raster_header import read_raster_header
+from cityflow.io.raster_white import WHITE, white_of_raster
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import chunk_paths, write_tile
 
@@ -54,7 +55,7 @@ def given_colours(path: str | Path, grid: Grid, reference: Reference, resampling
     header = read_raster_header(path)
     wanted = (1, 2, 3) if header.bands >= COLOURS else (1, 1, 1)
     bands = np.stack([read_window(path, grid, reference, band=b, resampling=resampling) for b in wanted])
-    return np.asarray(bands / 257.0 if header.dtype == "uint16" else bands)
+    return np.asarray(bands if header.dtype == "uint8" else bands * (WHITE / white_of_raster(path)))
 
 
 def _digest(layers: Mapping[str, NDArray[Any]]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
+from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -21,7 +23,7 @@ from cityflow.io.fetch import local_file
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
-from cityflow.stages.ortho import ortho_images, shown_images
+from cityflow.stages.ortho import image_of, shown_images
 from cityflow.stages.rasters import given_colours
 from cityflow.stages.survey import ZARR, Survey, UnitEntry
 from cityflow.stages.texture_files import Rings, encode_unit
@@ -32,6 +34,8 @@ from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 STAGE = "texture"
 VERSION = 2
 TEXTURE = "texture.cfa"
+LONGEST_M = 60.0
+"""From where a building is counted to where it ends, mostly."""
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more."""
 
@@ -40,6 +44,11 @@ def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) ->
     """Units whose models may stand between this one and a camera, or share a wall with it."""
     near = grown(unit.bounds, survey.parameters.texture.around_m)
     return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
+
+
+def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
+    return survey.tiles_over_bounds(grown(unit.bounds, survey.parameters.texture.around_m + LONGEST_M))
 
 
 def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
@@ -58,7 +67,8 @@ def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
 
 def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
     """One unit, between the units `around` it."""
-    images = [n for n in images_of(survey, unit) if survey.tiled_image(n) is not None]
+    known = images_of(survey, unit)
+    images = [n for n in known if survey.tiled_image(n) is not None]
     shown = shown_images(survey, images)
     tiles = surfaces_around(survey, unit)
     orthos = survey.given_orthos()
@@ -71,13 +81,15 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
             **{f"surface {t}": survey.digest_of_result("surface", t) for t in tiles},
             "images": digest_of({n: survey.digest_of_result("ingest", n) for n in images}), "views": digest_of(shown),
             **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.place,
+            # a survey of 8 bits is white at 255, whatever else is in the catalog
+            **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
         },
         arguments={
             "hulls": {u: h["path"] for u, h in hulls.items() if h["path"] is not None}, "neighbours": list(unit.neighbours),
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
             "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
             "given_orthos": [[k, r.href, r.cell] for k, r in orthos.items()], "crs": survey.catalog.reference.code,
-            "unread": [n for n in images_of(survey, unit) if survey.tiled_image(n) is None],
+            "unread": [n for n in known if survey.tiled_image(n) is None], "white": survey.images.white,
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -92,7 +104,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     touching = [task.unit, *(n for n in a["neighbours"] if n in buildings)]
     solid = cut_party_walls({u: buildings[u].solids[Lod.LOD22] for u in touching})[task.unit]
     faces = face_planes(solid, own.beyond)
-    images = [*ortho_images(workspace, task), *_orthos(a, own.footprint.bounds, own.ground_height)]
+    shown, gone = _opened(workspace, task)
+    images = [*shown, *_orthos(a, own.footprint.bounds, own.ground_height)]
     around = Surroundings(
         [solid, *([] if own.beyond is None else [own.beyond])],
         [s for u, b in buildings.items() if u != task.unit for s in _shells(b)],
@@ -102,8 +115,22 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}
     workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
     return workspace.outcome(
-        *_status([*a["unread"], *made.lost]), {**made.figures, "notes": dict(made.notes), "lost": dict(made.lost)}
+        *_status([*a["unread"], *gone, *made.lost]),
+        {**made.figures, "notes": dict(made.notes), "lost": {**gone, **made.lost}},
     )
+
+
+def _opened(workspace: Workspace, task: Task) -> tuple[list[ColourImage], dict[str, str]]:
+    """The images of a task, and why others cannot be opened: they were there when the task was made."""
+    found, gone, white = [], {}, float(task.arguments["white"])
+    for name in task.arguments["images"]:
+        try:
+            found.append(replace(image_of(workspace, task, name), white=white))
+        except CatalogError as error:
+            gone[name] = error.problem
+        except OSError as error:
+            gone[name] = str(error.strerror or error)
+    return found, gone
 
 
 def _status(unread: Sequence[str]) -> tuple[Status, str]:

@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import ColourImage, balanced, sampled
-from cityflow.core.pixels import Pixels, level_shape
+from cityflow.core.pixels import PixelArray, Pixels, level_shape
 
 WHITE = 255.0
 COARSE_PX = 512
@@ -100,8 +100,8 @@ class Source:
 
 
 def sources_of(images: Sequence[ColourImage]) -> list[Source]:
-    """Images with white levels: those of the same depth get the highest that any of them suggests, as one survey has one sensor."""
-    levels = [white_level(image.pixels) for image in images]
+    """Images with white levels: the stated ones, else those of the same depth get the highest that any suggests, as one survey has one sensor."""
+    levels = [image.white or white_level(image.pixels) for image in images]
     depths = [np.dtype(image.pixels.dtype).itemsize for image in images]
     of_depth = {depth: max(w for w, d in zip(levels, depths, strict=True) if d == depth) for depth in depths}
     return [Source(image, of_depth[depth]) for image, depth in zip(images, depths, strict=True)]
@@ -145,6 +145,14 @@ def white_level(pixels: Pixels) -> float:
         return WHITE
     level = max(0, int(np.ceil(np.log2(max(pixels.height, pixels.width) / COARSE_PX))))
     rows, cols = level_shape(pixels.height, pixels.width, level)
-    coarse = pixels.window((0, rows), (0, cols), level)[..., :3]
-    brightest = max(float(np.percentile(coarse, 99.9)), WHITE)
+    return white_of(pixels.window((0, rows), (0, cols), level)[..., :3])
+
+
+def white_of(values: PixelArray) -> float:
+    """A power of two less one above 99.9 % of some values of 16 bits.
+
+    >>> white_of(np.array([300, 900, 2000], np.uint16))
+    2047.0
+    """
+    brightest = max(float(np.percentile(values, 99.9)), WHITE)
     return float(2 ** int(np.ceil(np.log2(brightest + 1.0))) - 1)
