@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -80,10 +80,10 @@ def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator)
     """One façade with windows of one style; ``blank`` has none, ``glass`` is panes from end to end."""
     layout = _layout(style, rng)
     fine = _painted(layout, style, rng)
-    crowns = _crowns(fine.shape[:2], errors.trees, rng)
+    crowns = _crowns((fine.shape[0], fine.shape[1]), errors.trees, rng)
     if errors.shadow:
-        fine *= _shadow(fine.shape[:2], rng)[..., None]
-    fine = np.where(crowns[..., None], _leaves(fine.shape[:2], rng), fine)
+        fine *= _shadow(crowns.shape, rng)[..., None]
+    fine = np.where(crowns[..., None], _leaves(crowns.shape, rng), fine)
     pixels = _pictured(fine, errors, rng)
     hidden = _hidden_rows(fine.shape[0], errors)
     free = ~crowns
@@ -128,8 +128,8 @@ def _layout(style: WallStyle, rng: np.random.Generator) -> _Layout:
     return _Layout(size, openings, len(np.unique(np.rint((windows[:, 2] - sill) / storey))))
 
 
-def _window(raster: NDArray[np.bool_], height_m: float, opening: FloatArray, grow_m: float = 0.0) -> NDArray[np.bool_]:
-    left, right, bottom, top = opening[:4] + np.array([-grow_m, grow_m, -grow_m, grow_m])
+def _window(raster: NDArray[Any], height_m: float, opening: FloatArray) -> NDArray[Any]:
+    left, right, bottom, top = opening[:4]
     at = [max(round(v / FINE_M), 0) for v in (height_m - top, height_m - bottom, left, right)]
     return raster[at[0] : at[1], at[2] : at[3]]
 
@@ -144,7 +144,7 @@ def _painted(layout: _Layout, style: WallStyle, rng: np.random.Generator) -> Flo
     pane = rng.uniform(25, 75) * np.array([0.95, 1.0, 1.08])
     sills = bool(rng.random() < 0.5)
     for o in layout.openings:
-        part = _window(image, layout.size_m[1], o)  # type: ignore[arg-type]
+        part = _window(image, layout.size_m[1], o)
         if o[4] == DOOR:
             part[:] = rng.choice([[84, 54, 36], [40, 66, 52], [52, 58, 84], [120, 40, 36]])
             continue
@@ -152,7 +152,7 @@ def _painted(layout: _Layout, style: WallStyle, rng: np.random.Generator) -> Flo
             _shutters(image, layout.size_m[1], o, np.asarray(shutter, float))
         _fitting(part, style, frame, pane * rng.uniform(0.75, 1.3), rng)
         if sills and style != "blinds":
-            ledge = _window(image, layout.size_m[1], np.array([o[0] - 0.06, o[1] + 0.06, o[2] - 0.09, o[2]]))  # type: ignore[arg-type]
+            ledge = _window(image, layout.size_m[1], np.array([o[0] - 0.06, o[1] + 0.06, o[2] - 0.09, o[2]]))
             ledge[:] = 0.4 * ledge + 0.6 * 215
     return image
 
@@ -167,14 +167,18 @@ def _wall(rows: int, cols: int, style: WallStyle, rng: np.random.Generator) -> F
         tone = rng.uniform(95, 150)
     factor = 1 + rng.uniform(0.01, 0.04) * _smooth_noise(rows, cols, 0.6, rng)
     if brick:
-        factor *= 1 + 0.07 * rng.standard_normal((rows // 4 + 1, cols // 12 + 1)).repeat(4, 0).repeat(12, 1)[:rows, :cols]
+        factor *= (
+            1 + 0.07 * rng.standard_normal((rows // 4 + 1, cols // 12 + 1)).repeat(4, 0).repeat(12, 1)[:rows, :cols]
+        )
     eaves = round(rng.uniform(0, 0.5) / FINE_M)
     factor[:eaves] *= rng.uniform(0.45, 0.8)
     factor *= np.linspace(1 + rng.uniform(-0.1, 0.1), 1, cols)[None, :]
     return np.asarray(factor[..., None] * (tone * tint), np.float32)
 
 
-def _fitting(part: Float32Array, style: WallStyle, frame: FloatArray, pane: FloatArray, rng: np.random.Generator) -> None:
+def _fitting(
+    part: Float32Array, style: WallStyle, frame: FloatArray, pane: FloatArray, rng: np.random.Generator
+) -> None:
     """What fills a window: glass with what it mirrors, curtains, frame, bars, or a blind."""
     rows, cols = part.shape[:2]
     if style == "blinds":
@@ -198,7 +202,7 @@ def _fitting(part: Float32Array, style: WallStyle, frame: FloatArray, pane: Floa
 def _shutters(image: Float32Array, height_m: float, o: FloatArray, colour: FloatArray) -> None:
     wide = (o[1] - o[0]) / 2
     for left in (o[0] - wide, o[1]):
-        _window(image, height_m, np.array([left, left + wide, o[2], o[3]]))[:] = colour  # type: ignore[arg-type]
+        _window(image, height_m, np.array([left, left + wide, o[2], o[3]]))[:] = colour
 
 
 def _glass(image: Float32Array, rng: np.random.Generator) -> Float32Array:
@@ -214,7 +218,9 @@ def _glass(image: Float32Array, rng: np.random.Generator) -> Float32Array:
 def _smooth_noise(rows: int, cols: int, size_m: float, rng: np.random.Generator) -> FloatArray:
     k = max(round(size_m / FINE_M), 2)
     coarse = rng.standard_normal((rows // k + 3, cols // k + 3))
-    return np.asarray(cv2.resize(coarse, ((cols // k + 3) * k, (rows // k + 3) * k), interpolation=cv2.INTER_CUBIC)[:rows, :cols])
+    return np.asarray(
+        cv2.resize(coarse, ((cols // k + 3) * k, (rows // k + 3) * k), interpolation=cv2.INTER_CUBIC)[:rows, :cols]
+    )
 
 
 def _crowns(shape: tuple[int, int], count: int, rng: np.random.Generator) -> BoolArray:
@@ -229,12 +235,12 @@ def _crowns(shape: tuple[int, int], count: int, rng: np.random.Generator) -> Boo
     return out
 
 
-def _leaves(shape: tuple[int, int], rng: np.random.Generator) -> FloatArray:
-    light = 60 * (1 + 0.45 * _smooth_noise(*shape, 0.12, rng))
+def _leaves(shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
+    light = 60 * (1 + 0.45 * _smooth_noise(shape[0], shape[1], 0.12, rng))
     return np.asarray(light[..., None] * np.array([0.8, 1.15, 0.6]))
 
 
-def _shadow(shape: tuple[int, int], rng: np.random.Generator) -> FloatArray:
+def _shadow(shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
     """A neighbour's shadow: everything below a sloping line, with a soft rim."""
     y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float64)
     line = shape[0] * rng.uniform(0.2, 0.8) + rng.uniform(-0.7, 0.7) * (x - shape[1] / 2)

@@ -8,7 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.windows.edges import BRIGHT, DARK, Edges, box_sums, completeness, contrast, edges_of, integral, refined, seen_share, strength
+from cityflow.windows.edges import (
+    BRIGHT,
+    DARK,
+    Edges,
+    box_sums,
+    completeness,
+    contrast,
+    edges_of,
+    integral,
+    refined,
+    seen_share,
+    strength,
+)
 from cityflow.windows.picture import Picture
 from cityflow.windows.segments import segments
 from cityflow.windows.window_parameters import WindowParameters
@@ -49,7 +61,12 @@ class Candidates:
 
     @classmethod
     def joined(cls, parts: Sequence[Candidates]) -> Candidates:
-        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("boxes", "sides", "steps", "contrast", "seen", "look")))
+        return cls(
+            *(
+                np.concatenate([getattr(p, n) for p in parts])
+                for n in ("boxes", "sides", "steps", "contrast", "seen", "look")
+            )
+        )
 
     @property
     def soundness(self) -> FloatArray:
@@ -93,7 +110,11 @@ def _sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> B
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
     least = max(picture.pixels(parameters.least_m), parameters.least_px)
-    return np.asarray((shortest >= least) & (longest <= picture.pixels(parameters.most_m)) & (longest <= parameters.most_aspect * shortest))
+    return np.asarray(
+        (shortest >= least)
+        & (longest <= picture.pixels(parameters.most_m))
+        & (longest <= parameters.most_aspect * shortest)
+    )
 
 
 def _sound(found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
@@ -101,7 +122,9 @@ def _sound(found: Candidates, picture: Picture, parameters: WindowParameters) ->
     standing = on_foot(found.boxes, picture)
     sides = np.where(standing[:, None] & (np.arange(4) == 3), 1.0, found.sides)
     complete = (sides.min(axis=1) >= LEAST_SIDE) & (sides.mean(axis=1) >= LEAST_SIDES) & (found.contrast > 0.5)
-    return np.asarray(complete & (found.seen >= parameters.least_seen) & within_wall(found.boxes, picture, parameters, standing))
+    return np.asarray(
+        complete & (found.seen >= parameters.least_seen) & within_wall(found.boxes, picture, parameters, standing)
+    )
 
 
 def within_wall(boxes: IntArray, picture: Picture, parameters: WindowParameters, standing: BoolArray) -> BoolArray:

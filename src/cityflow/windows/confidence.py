@@ -17,10 +17,14 @@ NAMES = (
     "by hue", "pixels across", "company of all", "unlike the others", "restless wall",
 )  # fmt: skip
 SQUARE_M = 0.7
-WEIGHTS = np.array([-0.59, 0.92, -0.48, 0.38, 0.59, 0.79, -0.16, -1.26, -0.56, -0.1, -0.59, -4.19, 0.01, 1.96, 1.77, -2.14, -0.38])
+WEIGHTS = np.array(
+    [-0.59, 0.92, -0.48, 0.38, 0.59, 0.79, -0.16, -1.26, -0.56, -0.1, -0.59, -4.19, 0.01, 1.96, 1.77, -2.14, -0.38]
+)
 
 
-def features(found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:
+def features(
+    found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
+) -> FloatArray:
     """(N, 17) in the order of `NAMES`; all about 0 to 3."""
     wide, high = (picture.cell * (found.boxes[:, k + 2] - found.boxes[:, k]) for k in (0, 1))
     rim, inside = roughness(looks, found.look, found.boxes, max(round(picture.pixels(RIM_M)), 1))
@@ -42,6 +46,8 @@ def restlessness(picture: Picture, looks: Sequence[Edges]) -> float:
     return float(np.clip(np.median(scatter) / looks[0].threshold, 0, 6)) if len(scatter) else 0.0
 
 
-def confidence(found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:
+def confidence(
+    found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
+) -> FloatArray:
     """(N,) 0 to 1."""
     return np.asarray(1 / (1 + np.exp(-features(found, company, late, picture, looks) @ WEIGHTS)))

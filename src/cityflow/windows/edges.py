@@ -59,7 +59,19 @@ def edges_of(picture: Picture, values: Float32Array, sign: int, parameters: Wind
         np.cumsum(np.pad(sign * across, ((1, 0), (0, 0))), axis=0, dtype=np.float64).astype(np.float32),
         np.cumsum(np.pad(sign * along, ((0, 0), (1, 0))), axis=1, dtype=np.float64).astype(np.float32),
     )
-    return Edges(light, across, along, sign, threshold, width, sums, integral(seen.astype(np.float32)), integral(light), integral(light**2), strength)
+    return Edges(
+        light,
+        across,
+        along,
+        sign,
+        threshold,
+        width,
+        sums,
+        integral(seen.astype(np.float32)),
+        integral(light),
+        integral(light**2),
+        strength,
+    )
 
 
 def without_bars(picture: Picture, values: Float32Array, sign: int, parameters: WindowParameters) -> Float32Array:
@@ -69,7 +81,11 @@ def without_bars(picture: Picture, values: Float32Array, sign: int, parameters: 
     if size < 1:
         return np.asarray(light)
     kernel = np.ones((size + 1, size + 1), np.uint8)
-    return np.asarray(cv2.morphologyEx(light, cv2.MORPH_OPEN if sign == DARK else cv2.MORPH_CLOSE, kernel, borderType=cv2.BORDER_REPLICATE))
+    return np.asarray(
+        cv2.morphologyEx(
+            light, cv2.MORPH_OPEN if sign == DARK else cv2.MORPH_CLOSE, kernel, borderType=cv2.BORDER_REPLICATE
+        )
+    )
 
 
 def completeness(edges: Edges, boxes: IntArray) -> FloatArray:
@@ -178,7 +194,7 @@ def box_sums(integral: Float32Array, boxes: IntArray) -> FloatArray:
 
 def _steps(light: Float32Array, width: int) -> Float32Array:
     """(rows, cols + 1) mean of `width` cells right of a boundary less that of those left of it; 0 at the picture's edges."""
-    rows, cols = light.shape
+    cols = light.shape[1]
     sums = np.cumsum(np.pad(light, ((0, 0), (width + 1, width)), mode="edge"), axis=1, dtype=np.float64)
     at = np.arange(cols + 1) + width
     steps = (sums[:, at + width] - 2 * sums[:, at] + sums[:, at - width]) / width

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -31,7 +30,9 @@ AREA_BONUS = 0.05
 """For each square metre: a window before one of its panes, where both are as sound."""
 
 
-def find_unit_windows(faces: Iterable[FacePlane], patches: Mapping[FaceKey, Patch], parameters: WindowParameters) -> UnitOpenings:
+def find_unit_windows(
+    faces: Iterable[FacePlane], patches: Mapping[FaceKey, Patch], parameters: WindowParameters
+) -> UnitOpenings:
     """Openings of all walls of a unit that have a texture; `patches` are its rectified ones."""
     walls = [f for f in faces if f.semantic is Semantic.WALL and f.key in patches]
     found = [find_windows(f, patches[f.key], parameters) for f in walls]
@@ -72,11 +73,16 @@ def _openings(face: FacePlane, picture: Picture, parameters: WindowParameters) -
     boxes = aligned(found.boxes, sure, _tolerance(picture, parameters))
     doors = door_like(boxes, picture) | on_foot(found.boxes, picture)
     parts = zip(boxes, doors, sure, company, completed, strict=True)
-    made = [_opening(face, picture.bounds(b), "door" if d else "window", float(c), int(n), bool(late)) for b, d, c, n, late in parts]
+    made = [
+        _opening(face, picture.bounds(b), "door" if d else "window", float(c), int(n), bool(late))
+        for b, d, c, n, late in parts
+    ]
     return tuple(sorted(made, key=lambda o: (round(o.bounds[1], 1), o.bounds[0])))
 
 
-def _found(picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> tuple[Candidates, IntArray, FloatArray]:
+def _found(
+    picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
+) -> tuple[Candidates, IntArray, FloatArray]:
     """Boxes, their company, and which of them were only looked for because rows and columns ask for them."""
     tolerance = _tolerance(picture, parameters)
     found, company = _first(picture, looks, parameters)
@@ -99,7 +105,9 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     found = Candidates.joined(parts)
     area = picture.cell**2 * (found.boxes[:, 2:] - found.boxes[:, :2]).prod(axis=1)
     bonus = np.repeat(BONUS, [len(p) for p in parts]) + AREA_BONUS * np.minimum(area, 3)
-    fits = (found.seen >= parameters.least_seen) & within_wall(found.boxes, picture, parameters, on_foot(found.boxes, picture))
+    fits = (found.seen >= parameters.least_seen) & within_wall(
+        found.boxes, picture, parameters, on_foot(found.boxes, picture)
+    )
     return chosen(found.of(fits), bonus[fits], shut[fits[len(fits) - len(shut) :]], _tolerance(picture, parameters))
 
 
@@ -107,10 +115,12 @@ def _completed(picture: Picture, found: Candidates, parameters: WindowParameters
     """Boxes at the places that rows and columns leave, where the picture shows at least half of the contrast of a window."""
     tolerance = _tolerance(picture, parameters)
     parts = [found.of(np.zeros(0, np.int64))]
-    faint = parameters.model_copy(update={"edge_sigmas": parameters.edge_sigmas / 2, "least_contrast": parameters.least_contrast / 2})
+    faint = parameters.model_copy(
+        update={"edge_sigmas": parameters.edge_sigmas / 2, "least_contrast": parameters.least_contrast / 2}
+    )
     looks = looks_of(picture, faint) if len(found) >= 2 else []
     for look in np.unique(found.look):
-        asked = places(found.boxes[found.look == look], tolerance, picture.light.shape[::-1])  # type: ignore[arg-type]
+        asked = places(found.boxes[found.look == look], tolerance, picture.light.shape[::-1])
         if len(asked) and looks:
             made = judged(picture, looks, int(look), asked)
             good = (made.sides.mean(axis=1) >= 0.6) & (made.contrast > 1) & (made.seen >= parameters.least_seen)
@@ -125,7 +135,9 @@ def _tolerance(picture: Picture, parameters: WindowParameters) -> float:
     return max(picture.pixels(parameters.align_m), 1.5)
 
 
-def _opening(face: FacePlane, bounds: tuple[float, float, float, float], kind: OpeningKind, sure: float, company: int, late: bool) -> Opening:
+def _opening(
+    face: FacePlane, bounds: tuple[float, float, float, float], kind: OpeningKind, sure: float, company: int, late: bool
+) -> Opening:
     s_0, t_0, s_1, t_1 = bounds
     ring = np.round(face.world(np.array([[s_0, t_0], [s_1, t_0], [s_1, t_1], [s_0, t_1]])), 4)
     return Opening(face.key, ring, bounds, kind, round(sure, 3), company, late)
@@ -134,5 +146,7 @@ def _opening(face: FacePlane, bounds: tuple[float, float, float, float], kind: O
 def _unit_storeys(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> int | None:
     """Rows over all walls, at their heights in the world."""
     foot = min((float(r[:, 2].min()) for w in walls for r in w.rings), default=0.0)
-    bounds = [(0.0, float(o.ring[0, 2]), 1.0, float(o.ring[2, 2])) for f in found for o in f.openings if o.kind == "window"]
+    bounds = [
+        (0.0, float(o.ring[0, 2]), 1.0, float(o.ring[2, 2])) for f in found for o in f.openings if o.kind == "window"
+    ]
     return storeys_of(bounds, foot) or None

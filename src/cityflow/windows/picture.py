@@ -44,7 +44,12 @@ class Picture:
     def bounds(self, box: FloatArray) -> tuple[float, float, float, float]:
         """s, t of the lower left and the upper right corner of a box of columns and rows (left, top, right, bottom)."""
         left, top, right, bottom = (float(v) for v in box)
-        return self.s_min + left * self.cell, self.t_max - bottom * self.cell, self.s_min + right * self.cell, self.t_max - top * self.cell
+        return (
+            self.s_min + left * self.cell,
+            self.t_max - bottom * self.cell,
+            self.s_min + right * self.cell,
+            self.t_max - top * self.cell,
+        )
 
 
 def picture_of(face: FacePlane, patch: Patch, parameters: WindowParameters) -> Picture:
@@ -77,7 +82,9 @@ def _resized(raster: Float32Array, rows: int, cols: int) -> Float32Array:
     return np.asarray(cv2.resize(raster, (cols, rows), interpolation=cv2.INTER_AREA), np.float32)
 
 
-def _inside(face: FacePlane, s_min: float, t_max: float, shape: tuple[int, int], cell: tuple[float, float]) -> BoolArray:
+def _inside(
+    face: FacePlane, s_min: float, t_max: float, shape: tuple[int, int], cell: tuple[float, float]
+) -> BoolArray:
     """Cells of the wall: whole ones and those that are more than half in it."""
     raster: NDArray[np.uint8] = np.zeros(shape, np.uint8)
     rings = [np.asarray(r.coords)[:-1, :2] for r in (face.polygon.exterior, *face.polygon.interiors)]

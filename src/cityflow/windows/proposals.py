@@ -34,13 +34,17 @@ def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameter
             ends = boxes[:, [1 - axis, 3 - axis]]
             level = (np.abs(ends[:, None] - ends[None]) <= tolerance).all(axis=2)
             first = boxes[:, axis] + boxes[:, axis + 2]
-            one, other = np.nonzero(level & (first[:, None] < first[None]) & (boxes[:, None, axis + 2] - boxes[None, :, axis] <= LAP_PX))
+            one, other = np.nonzero(
+                level & (first[:, None] < first[None]) & (boxes[:, None, axis + 2] - boxes[None, :, axis] <= LAP_PX)
+            )
             gap = boxes[other, axis] - boxes[one, axis + 2]
             size = np.minimum(*(boxes[k, axis + 2] - boxes[k, axis] for k in (one, other)))
             whole = boxes[other, axis + 2] - boxes[one, axis]
             near = (gap <= picture.pixels(MULLION_M)) | ((gap <= MULLION_PX) & (whole <= picture.pixels(MULLIONED_M)))
             near &= gap <= 0.6 * size
-            both = np.concatenate([np.minimum(boxes[one, :2], boxes[other, :2]), np.maximum(boxes[one, 2:], boxes[other, 2:])], axis=1)[near]
+            both = np.concatenate(
+                [np.minimum(boxes[one, :2], boxes[other, :2]), np.maximum(boxes[one, 2:], boxes[other, 2:])], axis=1
+            )[near]
             made = judged(picture, looks, look, np.unique(both, axis=0))
             parts.append(made.of(_sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.5)))
     return Candidates.joined(parts)
@@ -59,30 +63,41 @@ def framed(found: Candidates, picture: Picture, looks: Sequence[Edges], paramete
         most = (0, 0, cols, rows)
         for side, way in enumerate((-1, -1, 1, 1)):
             tried = np.repeat(boxes[:, None], len(reach), axis=1)
-            tried[:, :, side] = np.clip(tried[:, :, side] + way * reach, 0, max(most[side], cols + rows if side < 2 else 0))
+            tried[:, :, side] = np.clip(
+                tried[:, :, side] + way * reach, 0, max(most[side], cols + rows if side < 2 else 0)
+            )
             tried[:, :, side] = np.minimum(tried[:, :, side], (cols, rows)[side % 2])
             values = strength(looks[look ^ 1], tried.reshape(-1, 4))[:, side].reshape(len(boxes), -1)
             best = values.argmax(axis=1)
-            grown[:, side], steps[:, side] = tried[np.arange(len(boxes)), best, side], values[np.arange(len(boxes)), best]
+            grown[:, side], steps[:, side] = (
+                tried[np.arange(len(boxes)), best, side],
+                values[np.arange(len(boxes)), best],
+            )
         made = judged(picture, looks, look ^ 1, grown[(steps >= 0.8).all(axis=1)])
         made = replace(made, contrast=made.steps.mean(axis=1))
         parts.append(made.of(_sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.4)))
     return Candidates.joined(parts)
 
 
-def between_shutters(found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> tuple[Candidates, IntArray]:
+def between_shutters(
+    found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
+) -> tuple[Candidates, IntArray]:
     """What stands between the wings of open shutters, half as wide as itself each; and the boxes of both wings and all.
 
     Returns
     -------
     candidates, (N, 4) boxes from the outer edge of the one wing to that of the other
     """
-    shut = np.unique(np.concatenate([_around(found, picture, parameters), _between(found, picture, parameters)]), axis=0)
+    shut = np.unique(
+        np.concatenate([_around(found, picture, parameters), _between(found, picture, parameters)]), axis=0
+    )
     if len(shut) == 0:
         return found.of(np.zeros(0, np.int64)), shut
     pane = _inner(shut, looks)
     made = [judged(picture, looks, k, pane) for k in range(len(looks))]
-    level = np.stack([np.where(m.sides[:, [1, 3]].min(axis=1) >= 0.6, m.steps[:, [1, 3]].min(axis=1), 0.0) for m in made])
+    level = np.stack(
+        [np.where(m.sides[:, [1, 3]].min(axis=1) >= 0.6, m.steps[:, [1, 3]].min(axis=1), 0.0) for m in made]
+    )
     best = level.argmax(axis=0)
     inner = np.min([step_any(looks, pane[:, side], pane) for side in (0, 2)], axis=0)
     good = (level.max(axis=0) >= 0.8) & (inner >= 0.8) & _sized(pane, picture, parameters)
@@ -91,14 +106,21 @@ def between_shutters(found: Candidates, picture: Picture, looks: Sequence[Edges]
     outer = np.concatenate([shut[good & (best == k)] for k in range(len(made))])
     sides, steps = chosen.sides.copy(), chosen.steps.copy()
     sides[:, [0, 2]] = np.maximum(sides[:, [0, 2]], 0.75)
-    steps[:, [0, 2]] = np.maximum(steps[:, [0, 2]], np.concatenate([inner[good & (best == k)] for k in range(len(made))])[:, None])
+    steps[:, [0, 2]] = np.maximum(
+        steps[:, [0, 2]], np.concatenate([inner[good & (best == k)] for k in range(len(made))])[:, None]
+    )
     return replace(chosen, sides=sides, steps=steps, contrast=np.maximum(chosen.contrast, 1.0)), outer
 
 
 def _around(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
     """Whole wide boxes: windows with their shutters, at a brightness where both are one."""
     wide, high = ((found.boxes[:, k + 2] - found.boxes[:, k]).astype(np.float64) for k in (0, 1))
-    return found.boxes[(wide >= 0.85 * high) & (wide <= 3 * high) & (found.sides.min(axis=1) >= WHOLE) & (wide * picture.cell >= 2 * parameters.least_m)]
+    return found.boxes[
+        (wide >= 0.85 * high)
+        & (wide <= 3 * high)
+        & (found.sides.min(axis=1) >= WHOLE)
+        & (wide * picture.cell >= 2 * parameters.least_m)
+    ]
 
 
 def _between(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
@@ -110,7 +132,9 @@ def _between(found: Candidates, picture: Picture, parameters: WindowParameters) 
         one, other = np.nonzero(in_row(b, b, tolerance) & (b[:, None, 0] < b[None, :, 0]))
         gap, wide = b[other, 0] - b[one, 2], 0.5 * (b[one, 2] - b[one, 0] + b[other, 2] - b[other, 0])
         pair: BoolArray = (gap >= 1.5 * wide) & (gap <= 2.6 * wide)
-        parts.append(np.concatenate([np.minimum(b[one, :2], b[other, :2]), np.maximum(b[one, 2:], b[other, 2:])], axis=1)[pair])
+        parts.append(
+            np.concatenate([np.minimum(b[one, :2], b[other, :2]), np.maximum(b[one, 2:], b[other, 2:])], axis=1)[pair]
+        )
     return np.concatenate(parts)
 
 
@@ -138,4 +162,8 @@ def _sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> B
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     least = max(picture.pixels(parameters.least_m), parameters.least_px)
     longest, shortest = np.maximum(wide, high), np.minimum(wide, high)
-    return np.asarray((shortest >= least) & (longest <= picture.pixels(parameters.most_m)) & (longest <= parameters.most_aspect * shortest))
+    return np.asarray(
+        (shortest >= least)
+        & (longest <= picture.pixels(parameters.most_m))
+        & (longest <= parameters.most_aspect * shortest)
+    )

@@ -17,7 +17,9 @@ def overlap(a: IntArray, b: IntArray) -> tuple[FloatArray, FloatArray]:
     low, high = np.maximum(a[:, None, :2], b[None, :, :2]), np.minimum(a[:, None, 2:], b[None, :, 2:])
     both = np.clip(high - low, 0, None).prod(axis=2).astype(np.float64)
     area_a, area_b = ((x[:, 2:] - x[:, :2]).prod(axis=1) for x in (a, b))
-    return both / np.maximum(area_a[:, None] + area_b[None] - both, 1), both / np.maximum(np.minimum(area_a[:, None], area_b[None]), 1)
+    return both / np.maximum(area_a[:, None] + area_b[None] - both, 1), both / np.maximum(
+        np.minimum(area_a[:, None], area_b[None]), 1
+    )
 
 
 def in_row(a: IntArray, b: IntArray, tolerance: float) -> BoolArray:
@@ -78,7 +80,11 @@ def places(boxes: IntArray, tolerance: float, reach: tuple[int, int]) -> IntArra
     if len(boxes) < 2:
         return np.empty((0, 4), np.int64)
     rows, columns = in_row(boxes, boxes, tolerance), in_column(boxes, boxes, tolerance)
-    asked = [*_crossings(boxes, rows, columns), *_between(boxes, rows, 0, reach[0]), *_between(boxes, columns, 1, reach[1])]
+    asked = [
+        *_crossings(boxes, rows, columns),
+        *_between(boxes, rows, 0),
+        *_between(boxes, columns, 1),
+    ]
     if not asked:
         return np.empty((0, 4), np.int64)
     found = np.unique(np.array(asked, np.int64), axis=0)
@@ -102,7 +108,7 @@ def _crossings(boxes: IntArray, rows: BoolArray, columns: BoolArray) -> list[lis
     return asked
 
 
-def _between(boxes: IntArray, together: BoolArray, axis: int, reach: int) -> list[list[int]]:
+def _between(boxes: IntArray, together: BoolArray, axis: int) -> list[list[int]]:
     """Places at the rhythm of a row (axis 0) or column (axis 1), also one beyond its ends."""
     group = groups(together)
     asked = []

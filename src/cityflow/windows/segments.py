@@ -19,7 +19,10 @@ def segments(picture: Picture, edges: Edges, sign: int, parameters: WindowParame
 
     A window is a segment by itself at some brightness between its own and that of its wall, also where the wall is partly in the shade.
     """
-    found = [_boxes(_cut(edges.light, picture, level, sign), picture, parameters) for level in _levels(edges.light, picture, parameters)]
+    found = [
+        _boxes(_cut(edges.light, picture, level, sign), picture, parameters)
+        for level in _levels(edges.light, picture, parameters)
+    ]
     boxes = np.concatenate([np.empty((0, 4), np.int64), *found])
     return np.asarray(np.unique(boxes, axis=0))
 
@@ -31,7 +34,9 @@ def _levels(light: Float32Array, picture: Picture, parameters: WindowParameters)
     return [float(v) for v in np.linspace(low, high, parameters.levels + 2)[1:-1]]
 
 
-def _cut(light: Float32Array, picture: Picture, level: float, sign: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+def _cut(
+    light: Float32Array, picture: Picture, level: float, sign: int
+) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     marks = (light < level) if sign == DARK else (light > level)
     return (marks & picture.wall).astype(np.uint8)
 

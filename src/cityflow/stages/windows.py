@@ -1,0 +1,131 @@
+"""Stage ``windows``: windows and doors in the textures of one unit (Frommholz 2017 §6)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.openings import FaceOpenings, UnitOpenings
+from cityflow.core.texture import FaceKey, FacePlane, Shell
+from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.stages.texture_files import Rings, decode_unit
+from cityflow.stages.window_files import decode_openings, encode_openings
+from cityflow.texture.planes import face_planes
+from cityflow.windows.find import find_unit_windows
+from cityflow.windows.window_parameters import WindowParameters
+
+STAGE = "windows"
+VERSION = 1
+WINDOWS = "windows.json"
+UPRIGHT = 0.1
+"""Sine of the tilt up to which a face is a wall."""
+
+
+def task(survey: Survey, unit: UnitEntry) -> Task | None:
+    """The windows of one unit; None where it has no textures."""
+    textures = survey.outputs_of("texture", unit.id)
+    if not textures:
+        return None
+    path, digest = next(iter(textures.items()))
+    return Task(
+        STAGE, unit.id, "cityflow.stages.windows:run", VERSION,
+        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.windows),
+        inputs={"texture": digest},
+        arguments={"texture": path},
+        limits=survey.limits(STAGE),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Windows of all walls that have a texture, as JSON."""
+    parameters = WindowParameters.model_validate(task.parameters)
+    texture, rings = decode_unit(workspace.read(task.arguments["texture"]))
+    found = find_unit_windows(planes_of(rings), {p.key: p for p in texture.rectified}, parameters)
+    workspace.write(WINDOWS, encode_openings(found, rings))
+    return workspace.outcome(result=figures(found))
+
+
+def planes_of(rings: Mapping[FaceKey, Rings]) -> tuple[FacePlane, ...]:
+    """Faces in planes of their own, from their vertices; upright ones are walls."""
+    found = []
+    for key in sorted(rings):
+        corners = [np.array(r, np.float64).reshape(-1, 3) for r in rings[key]]
+        starts = np.cumsum([0, *(len(r) for r in corners)])
+        numbers = tuple(tuple(range(a, b)) for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True))
+        semantic = Semantic.WALL if _is_upright(corners[0]) else Semantic.ROOF
+        shell = Polyhedron(np.concatenate(corners), (Face(numbers, semantic),))
+        found += [replace(plane, key=key) for plane in face_planes(shell, None)]
+    return tuple(found)
+
+
+def _is_upright(ring: FloatArray) -> bool:
+    normal = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
+    return abs(float(normal[2])) <= UPRIGHT * float(np.linalg.norm(normal))
+
+
+def figures(found: UnitOpenings) -> dict[str, Json]:
+    """For the record: how many, how sure, and why walls show none."""
+    windows = [o for o in found.openings if o.kind == "window"]
+    reasons = Counter(f.reason for f in found.faces if f.reason)
+    return {
+        "windows": len(windows), "doors": len(found.openings) - len(windows), "walls": len(found.faces),
+        "confidence": round(float(np.mean([o.confidence for o in windows])), 3) if windows else None,
+        "completed": sum(o.completed for o in windows), "storeys": found.storeys,
+        "window_to_wall_ratio": _rounded(found.window_to_wall_ratio), "reasons": dict(sorted(reasons.items())),
+    }  # fmt: skip
+
+
+def openings_on(data: bytes, building: Building) -> UnitOpenings:
+    """What a task wrote, for the faces of a building that have the same vertices; walls that were cut in another way are left out."""
+    found, rings = decode_openings(data)
+    keys = {world: key for key, world in _faces(building)}
+    known = {f.key: keys[rings[f.key]] for f in found.faces if rings[f.key] in keys}
+    return UnitOpenings(
+        tuple(_moved(f, known[f.key]) for f in found.faces if f.key in known), found.storeys, found.window_to_wall_ratio
+    )
+
+
+def with_window_figures(building: Building, found: UnitOpenings | None) -> Building:
+    """Attributes: storeys by rows of windows, and their share of the walls."""
+    if found is None:
+        return building
+    more: dict[str, Scalar] = {"windows": sum(o.kind == "window" for o in found.openings)}
+    if found.storeys is not None:
+        more["storeys"] = found.storeys
+    if found.window_to_wall_ratio is not None:
+        more["window_to_wall_ratio"] = round(found.window_to_wall_ratio, 3)
+    return building.with_attributes(more)
+
+
+def _faces(building: Building) -> list[tuple[FaceKey, Rings]]:
+    shells: list[tuple[Shell, Polyhedron | None]] = [
+        ("solid", building.solids.get(Lod.LOD22)),
+        ("beyond", building.beyond),
+    ]
+    return [
+        ((name, k), _world(shell, face))
+        for name, shell in shells
+        if shell is not None
+        for k, face in enumerate(shell.faces)
+    ]
+
+
+def _world(shell: Polyhedron, face: Face) -> Rings:
+    return tuple(tuple((x, y, z) for x, y, z in shell.ring(ring).tolist()) for ring in face.rings)
+
+
+def _moved(found: FaceOpenings, key: FaceKey) -> FaceOpenings:
+    """The same openings under another key."""
+    return replace(found, key=key, openings=tuple(replace(o, face=key) for o in found.openings))
+
+
+def _rounded(value: Any) -> float | None:
+    return None if value is None else round(float(value), 4)
