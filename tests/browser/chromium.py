@@ -54,7 +54,9 @@ class Chromium:
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network", "Performance"):
             self.call(f"{domain}.enable")
-        self.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+        self.call(
+            "Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False
+        )
 
     def _started(
         self, found: str, flags: tuple[str, ...], size: tuple[int, int]
@@ -155,7 +157,7 @@ class Chromium:
 
     def key(self, key: str, code: str = "") -> None:
         """A key pressed and let go."""
-        text = {"text": key} if len(key) == 1 else {}
+        text: dict[str, Any] = {"text": key} if len(key) == 1 else {}
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **text)
 
@@ -166,9 +168,13 @@ class Chromium:
             path.write_bytes(data)
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
-    def memory_mb(self) -> float:
-        """Resident memory of the page's own processes that no other process shares (USS), in MB: renderer and graphics."""
-        return sum(_private_mb(pid) for pid in _children(self._process.pid, ("--type=renderer", "--type=gpu-process")))
+    def memory_mb(self, kinds: tuple[str, ...] = ("--type=renderer", "--type=gpu-process")) -> float:
+        """Memory of the page's own processes that no other process shares, in MB; what software draws with counts as graphics."""
+        return sum(_private_mb(pid) for pid in _children(self._process.pid, kinds))
+
+    def cpu_s(self) -> float:
+        """Processor time of the whole browser so far, seconds."""
+        return sum(_cpu_s(pid) for pid in _children(self._process.pid, ("",)))
 
 
 def _children(root: int, kinds: tuple[str, ...]) -> list[int]:
@@ -181,7 +187,11 @@ def _children(root: int, kinds: tuple[str, ...]) -> list[int]:
                 arguments[int(folder.name)] = (folder / "cmdline").read_text()
         except (OSError, IndexError):
             continue
-    return [pid for pid in parents if pid in arguments and _is_below(pid, root, parents) and any(kind in arguments[pid] for kind in kinds)]
+    return [
+        pid
+        for pid in parents
+        if pid in arguments and _is_below(pid, root, parents) and any(kind in arguments[pid] for kind in kinds)
+    ]
 
 
 def _is_below(pid: int, root: int, parents: dict[int, int]) -> bool:
@@ -195,3 +205,11 @@ def _is_below(pid: int, root: int, parents: dict[int, int]) -> bool:
 def _private_mb(pid: int) -> float:
     rows = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
     return sum(int(row.split()[1]) for row in rows if row.startswith(("Private_Clean", "Private_Dirty"))) / 1024
+
+
+def _cpu_s(pid: int) -> float:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -22,23 +22,24 @@ RED, BLUE, GREEN = 0, 2, 1
 def on_page(page: Chromium, places: FloatArray) -> FloatArray:
     """(N, 2) pixels where world positions are drawn, through the page's own camera and frame."""
     frame = json.loads(page.run("JSON.stringify(cityflowView.about.world)"))
-    found = page.run(
+    found: list[list[float]] = page.run(
         f"""(() => {{
         const V = cityflowView.stage.camera.position.constructor;
         return {json.dumps(local_of(np.array(frame), places).tolist())}.map((p) => cityflowView.stage.onPage(new V(...p)));
         }})()"""
     )
-    return np.array(found, float)
+    return np.asarray(found, np.float64)
 
 
 def local_of(world: FloatArray, places: FloatArray) -> FloatArray:
     """Positions in the page's frame, by turning its polynomials round (Newton)."""
-    local = places - world[:, 0]
+    local: FloatArray = places - world[:, 0]
     for _ in range(6):
         e, n, u = local.T
-        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n])
+        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n, e * u, n * u])
         local = local + (places - terms @ world.T)
-    return local
+    found: FloatArray = np.asarray(local, np.float64)
+    return found
 
 
 def over(name: str, z: float, n: int = 12, margin: float = 0.8) -> FloatArray:
@@ -99,7 +100,12 @@ def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(page: Chro
 
 @pytest.mark.parametrize(
     ("name", "dx", "expected"),
-    [(town.FLAT, 0, town.FLAT), (town.GABLE, 0, town.GABLE), (town.DOUBLE, -5, "double.90115"), (town.DOUBLE, 5, "double.90125")],
+    [
+        (town.FLAT, 0, town.FLAT),
+        (town.GABLE, 0, town.GABLE),
+        (town.DOUBLE, -5, "double.90115"),
+        (town.DOUBLE, 5, "double.90125"),
+    ],
 )
 def test_a_click_shows_the_right_building(page: Chromium, name: str, dx: float, expected: str) -> None:
     page.click(*middle(page, name, dx))
@@ -204,7 +210,9 @@ def test_distances_heights_and_areas_are_those_of_the_model(page: Chromium) -> N
     area = tool(page, "area", np.array(corners))
     page.key("Enter")
     assert figure(area, "Area") > 30
-    assert figure(page.run("document.getElementById('tool-result').innerText"), "Area") == pytest.approx(120.0, rel=0.06)
+    assert figure(page.run("document.getElementById('tool-result').innerText"), "Area") == pytest.approx(
+        120.0, rel=0.06
+    )
 
 
 def test_a_section_shows_points_and_model_at_their_heights(page: Chromium) -> None:
@@ -212,11 +220,13 @@ def test_a_section_shows_points_and_model_at_their_heights(page: Chromium) -> No
     y = shape.centroid.y
     ends = np.array([[town.X + 20, y, town.GROUND], [town.X + 60, y, town.GROUND]])
     ends[0, 1] = ends[1, 1] = y - 8.5
-    text = tool(page, "section", ends + [0, 0, 0])
+    text = tool(page, "section", ends)
     page.wait("cityflowView.tools.profile")
     assert figure(text, "Points") > 100
     assert figure(text, "Length") == pytest.approx(40.0, abs=1.0)
-    profile = page.run("({lines: cityflowView.tools.profile.lines, points: cityflowView.tools.profile.points, lift: cityflowView.tools.profile.lift})")
+    profile = page.run(
+        "({lines: cityflowView.tools.profile.lines, points: cityflowView.tools.profile.points, lift: cityflowView.tools.profile.lift})"
+    )
     ground = [z + profile["lift"] for s0, z, _, _, part in profile["lines"] if part == "terrain"]
     assert np.median(ground) == pytest.approx(town.GROUND, abs=0.1)
     heights = np.array([p[1] + profile["lift"] for p in profile["points"]])
@@ -237,7 +247,9 @@ def test_residuals_at_a_click_are_those_of_the_run(page: Chromium) -> None:
 def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromium) -> None:
     plain = canvas(page)
     for choice in ("divided", "bent"):
-        page.run(f"(() => {{ const s = document.getElementById('textures'); s.value = '{choice}'; s.dispatchEvent(new Event('change')); }})()")
+        page.run(
+            f"(() => {{ const s = document.getElementById('textures'); s.value = '{choice}'; s.dispatchEvent(new Event('change')); }})()"
+        )
         page.wait(SETTLED)
         page.wait("cityflowView.city.set === 'raw' && cityflowView.city.models.size === 4")
         page.wait(SETTLED)
@@ -245,7 +257,9 @@ def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromiu
 
 
 def test_keys_choose_move_search_and_close(page: Chromium) -> None:
-    page.run("cityflowView.stage.approach(new cityflowView.stage.camera.position.constructor(...cityflowView.index.byId.get('flat red').place), 60)")
+    page.run(
+        "cityflowView.stage.approach(new cityflowView.stage.camera.position.constructor(...cityflowView.index.byId.get('flat red').place), 60)"
+    )
     page.run("document.getElementById('canvas').focus()")
     page.wait(SETTLED)
     page.key("Enter")

@@ -36,6 +36,6 @@ export async function readUnits() {
 /** World coordinates of a place in the page's frame: polynomials of second degree that follow the map's projection. */
 export function toWorld(city, [e, n, u]) {
   if (!city.world) return [e, n, u];
-  const terms = [1, e, n, u, e * e, e * n, n * n];
+  const terms = [1, e, n, u, e * e, e * n, n * n, e * u, n * u];
   return city.world.map((row) => row.reduce((sum, c, i) => sum + c * terms[i], 0));
 }

@@ -13,10 +13,10 @@ from urllib.parse import unquote, urlsplit
 SERVED = ("view/", "products/", "report.html", "report.json", "report/")
 SAID = "view/served.json"
 TYPES = {
-    "html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8",
-    "json": "application/json", "glb": "model/gltf-binary", "jpg": "image/jpeg", "png": "image/png", "txt": "text/plain; charset=utf-8",
-    "bin": "application/octet-stream", "laz": "application/vnd.laszip", "tif": "image/tiff", "gpkg": "application/geopackage+sqlite3",
-    "gml": "application/gml+xml", "obj": "model/obj", "mtl": "model/mtl", "jsonl": "application/city+json-seq", "vrt": "application/xml", "svg": "image/svg+xml",
+    "html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8", "txt": "text/plain; charset=utf-8",
+    "json": "application/json", "bin": "application/octet-stream", "glb": "model/gltf-binary", "jpg": "image/jpeg", "png": "image/png",
+    "svg": "image/svg+xml", "tif": "image/tiff", "laz": "application/vnd.laszip", "gpkg": "application/geopackage+sqlite3", "vrt": "application/xml",
+    "gml": "application/gml+xml", "obj": "model/obj", "mtl": "model/mtl", "jsonl": "application/city+json-seq",
 }  # fmt: skip
 _RANGE = re.compile(r"bytes=(\d*)-(\d*)$")
 
@@ -113,9 +113,15 @@ class _Handler(BaseHTTPRequestHandler):
         path = path_of(self.path)
         data = None if path is None else self._contents(path)
         if data is None or path is None:
-            self._send(HTTPStatus.NOT_FOUND, b"There is no such file in this run.\n", {"Content-Type": TYPES["txt"]}, with_body)
+            self._send(
+                HTTPStatus.NOT_FOUND, b"There is no such file in this run.\n", {"Content-Type": TYPES["txt"]}, with_body
+            )
             return
-        headers = {"Content-Type": TYPES.get(path.rsplit(".", 1)[-1], TYPES["bin"]), "Accept-Ranges": "bytes", "Cache-Control": "no-cache"}
+        headers = {
+            "Content-Type": TYPES.get(path.rsplit(".", 1)[-1], TYPES["bin"]),
+            "Accept-Ranges": "bytes",
+            "Cache-Control": "no-cache",
+        }
         try:
             span = span_of(self.headers.get("Range", ""), len(data))
         except ValueError:

@@ -11,6 +11,7 @@ from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 
 Json = Any
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Relief:
     """Heights on a regular grid in the page's frame.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import shlex
 import webbrowser
+from typing import Any
 
 from rich.console import Console
 
-from cityflow.errors import RunError
+from cityflow.errors import CityflowError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.stages import reconstruct
 from cityflow.viewer.server import Read, server_for
 from cityflow.viewer.view_page import PAGE, STATIC, static
 from cityflow.workflow.current import current_records
@@ -35,7 +37,9 @@ def view_run(url: str, port: int, with_browser: bool, console: Console) -> None:
         server = server_for(read, shlex.quote(url), HOST, port)
     except OSError as error:
         raise RunError(
-            f"port {port} is taken ({error})", where=HOST, remedy="name another one with --port, or 0 for any that is free"
+            f"port {port} is taken ({error})",
+            where=HOST,
+            remedy="name another one with --port, or 0 for any that is free",
         ) from error
     address = f"http://{HOST}:{server.server_address[1]}/view/index.html"
     console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
@@ -50,18 +54,34 @@ def view_run(url: str, port: int, with_browser: bool, console: Console) -> None:
 
 
 def bring_up_to_date(url: str, console: Console) -> None:
-    """Write the page of a run where it has none, or where anything was made since."""
-    run = open_run(url)
+    """Write the page of a run where it has none, or where anything was made since.
+
+    A page stays as it is where nothing newer can be said: the run was made by a version with other parameters, or what it
+    was made from has changed and no building is up to date.
+    """
+    before = _before(Store.open(url))
+    try:
+        run = open_run(url)
+    except CityflowError as error:
+        if not before:
+            raise
+        console.print(f"Note: shown as it was when it was last written; {error}", markup=False, soft_wrap=True)
+        return
     with Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    if _state(run.store) == state_of(records) and run.store.exists(PAGE):
+    if before and before["state"] == state_of(records):
+        return
+    if before and sum(before["counts"].values()) and not records.of(reconstruct.STAGE):
+        console.print("Note: shown as it was when it was last written; its inputs have changed since, run it again.")
         return
     console.print("Writing the page …")
     try:
         write_run_view(run, records, report_data(run, records))
     except PermissionError as error:
         raise RunError(
-            f"the page cannot be written ({error})", where=run.store.root, remedy="ask its owner for a run of `cityflow view`"
+            f"the page cannot be written ({error})",
+            where=run.store.root,
+            remedy="ask its owner for a run of `cityflow view`",
         ) from error
 
 
@@ -80,8 +100,10 @@ def reader(store: Store) -> Read:
     return read
 
 
-def _state(store: Store) -> str:
+def _before(store: Store) -> dict[str, Any]:
+    """What the page of before says of the city; nothing where there is no whole page."""
     try:
-        return str(json.loads(store.read_bytes(CITY))["state"])
-    except (FileNotFoundError, ValueError, KeyError):
-        return ""
+        said = json.loads(store.read_bytes(CITY))
+        return dict(said) if store.exists(PAGE) and {"state", "counts"} <= set(said) else {}
+    except (FileNotFoundError, ValueError):
+        return {}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,9 @@ from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.view_frame import PageFrame
 
 Json = Any
+Files = Generator[tuple[str, bytes], None, Any]
+"""Paths and contents; what is said of them comes at the end."""
+
 CITY = f"{DATA}/city.json"
 MADE = f"{DATA}/made.json"
 MARGIN_M = 15.0
@@ -37,10 +41,11 @@ def write_run_view(run: Prepared, records: CurrentRecords, data: ReportData) -> 
     """Write the page; points, surfaces and images only where they have changed. Returns where the page stands."""
     survey = run.source().survey
     view = _View(run, records, data, survey)
-    files = dict(view.files())
-    _remove_others(run.store, files, view.kept)
-    for path, content in files.items():
+    written = set()
+    for path, content in view.files():
         run.store.write_bytes(path, content)
+        written.add(path)
+    _remove_others(run.store, written | view.kept)
     return run.store.url(f"{FOLDER}/index.html")
 
 
@@ -49,9 +54,9 @@ def state_of(records: CurrentRecords) -> str:
     return digest_of([[r.stage, r.unit, r.attempt] for stage in records.stages() for r in records.of(stage)])
 
 
-def _remove_others(store: Store, files: Iterable[str], kept: set[str]) -> None:
+def _remove_others(store: Store, current: set[str]) -> None:
     """Files of tiles that are no more."""
-    for path in set(store.find(FOLDER)) - set(files) - kept:
+    for path in sorted(set(store.find(FOLDER)) - current):
         store.remove(path)
 
 
@@ -78,7 +83,7 @@ class _View:
         leaf_of: dict[str, str] = {}
         for name, leaf in leaves.items():
             path = f"{DATA}/images/{quoted(name)}.json"
-            said = yield from self._kept_or_made(path, leaf.digest, lambda leaf=leaf: self._images(leaf))
+            said = yield from self._kept_or_made(path, leaf.digest, partial(self._images, leaf))
             leaf_of |= dict.fromkeys(said["units"], name)
         tiles = yield from self._tiles()
         yield from self._units(leaf_of)
@@ -97,7 +102,7 @@ class _View:
             return {}
         return found if isinstance(found, dict) else {}
 
-    def _kept_or_made(self, path: str, digest: str, make: Any) -> Iterator[tuple[str, bytes]]:
+    def _kept_or_made(self, path: str, digest: str, make: Callable[[], tuple[bytes | None, Json]]) -> Files:
         """A file of before where it is of the same inputs, else a new one; returns what is said of it."""
         digest = digest_of([digest, self.frame.frame.matrix])
         old = self.before.get(path)
@@ -115,20 +120,20 @@ class _View:
         found = view_images.images_of_leaf(self.run.store, leaf)
         return _text(found), {"units": sorted(found)}
 
-    def _tiles(self) -> Iterator[tuple[str, bytes]]:
+    def _tiles(self) -> Files:
         """Points and surface of every ground tile; returns what the page must know of the tiles."""
         store, found = self.run.store, dict[str, dict[str, Json]]()
         sources = view_layers.point_sources(self.survey, self.records)
         for source in sources:
             path = f"{DATA}/points/{quoted(source.tile)}.bin"
             said = yield from self._kept_or_made(
-                path, source.digest, lambda s=source: view_layers.points_of(store, s, len(sources), self.frame)
+                path, source.digest, partial(view_layers.points_of, store, source, len(sources), self.frame)
             )
             if said["count"]:
                 found.setdefault(source.tile, {}).update(points=said, box=said["box"])
         for source in view_layers.relief_sources(self.records):
             path = f"{DATA}/dsm/{quoted(source.tile)}.bin"
-            said = yield from self._kept_or_made(path, source.digest, lambda s=source: self._relief(s.tile))
+            said = yield from self._kept_or_made(path, source.digest, partial(self._relief, source.tile))
             if said:
                 found.setdefault(source.tile, {}).update(dsm=said)
         return [{"name": name, **known} for name, known in sorted(found.items())]
@@ -204,9 +209,7 @@ def _range(heights: Iterable[tuple[float, float]], ground: float) -> tuple[float
     return round(min(p[0] for p in pairs), 2), round(max(p[1] for p in pairs), 2)
 
 
-def _bounds(
-    units: Sequence[UnitRow], frame: PageFrame, heights: tuple[float, float], city: Bounds
-) -> list[float]:
+def _bounds(units: Sequence[UnitRow], frame: PageFrame, heights: tuple[float, float], city: Bounds) -> list[float]:
     """Lower and upper corner of all buildings in the page's frame; of the whole survey where there are none."""
     rings = [u.rings[0] for u in units if u.rings]
     corners = np.concatenate(rings) if rings else np.array([city[:2], city[2:]])

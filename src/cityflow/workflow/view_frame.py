@@ -22,7 +22,7 @@ class PageFrame:
     Attributes
     ----------
     frame : its axes and origin; height 0 of the survey is 0 in the middle
-    to_world : (3, 7) coefficients of 1, e, n, u, e², e·n, n² that give x, y, z of the survey back
+    to_world : (3, 9) coefficients of 1, e, n, u, e², e·n, n², e·u, n·u that give x, y, z of the survey back
     worst_m : how far these are off, within the bounds
     """
 
@@ -38,7 +38,7 @@ class PageFrame:
         x, y = np.linspace(x_min, x_max, SAMPLES), np.linspace(y_min, y_max, SAMPLES)
         world = np.stack(np.meshgrid(x, y, np.array(HEIGHTS_M)), axis=-1).reshape(-1, 3)
         e, n, u = frame.local(world).T
-        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n])
+        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n, e * u, n * u])
         size = np.maximum(np.abs(terms).max(axis=0), 1e-12)
         found = np.linalg.lstsq(terms / size, world, rcond=None)[0] / size[:, None]
         return cls(frame, found.T, float(np.abs(terms @ found - world).max()))

@@ -185,5 +185,3 @@ def failures(rows: Sequence[UnitRow], ground: float, frame: PageFrame) -> list[d
                     "rings": [np.round(r[:, :2], 2).tolist() for r in rings],
                 })  # fmt: skip
     return found
-
-

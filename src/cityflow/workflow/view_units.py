@@ -62,7 +62,9 @@ def scale_of(units: Sequence[UnitRow], name: str) -> float:
     return round(max(float(np.percentile(known, SCALE_SHARE)), LEAST_SCALE_M), 3) if known else LEAST_SCALE_M
 
 
-def unit_files(units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str]) -> Iterator[tuple[str, Json]]:
+def unit_files(
+    units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str]
+) -> Iterator[tuple[str, Json]]:
     """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit."""
     made = {r.unit: r for r in records.of(reconstruct.STAGE)}
     textured = {r.unit: r for r in records.of(texture.STAGE)}

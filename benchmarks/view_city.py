@@ -1,0 +1,144 @@
+"""A city for benchmarks of the view: the textured town of a run, repeated by the project's own writers."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Building, Polyhedron
+from cityflow.core.texture import TexturePage, TextureSet
+from cityflow.flow.store import Store
+from cityflow.io.cityjson import read_feature
+from cityflow.io.globe import globe_of
+from cityflow.io.globe_frame import frame_at
+from cityflow.io.reference import resolve
+from cityflow.io.tiles3d import PORTABLE, RAW, About, Scene, tile_files
+from cityflow.io.tiles3d_tree import city_tilesets
+from cityflow.stages.city_textures import texture_sets
+from cityflow.viewer.view_page import page_files
+from cityflow.workflow.view_frame import PageFrame
+
+GAP_M = 20.0
+CRS = "EPSG:7415"
+
+
+class _Files:
+    """What `texture_sets` asks of a workspace: to read."""
+
+    def __init__(self, run: Path) -> None:
+        self.store = Store.open(run)
+
+    def read(self, path: str) -> bytes:
+        return self.store.read_bytes(path)
+
+
+def town_of(run: Path) -> tuple[dict[str, Building], dict[str, TextureSet]]:
+    """Buildings of a finished run, and their textures."""
+    found: dict[str, Building] = {}
+    for path in sorted((run / "products/cityjson").glob("*.city.jsonl")):
+        for line in path.read_bytes().splitlines()[1:]:
+            if b'"TINRelief"' not in line:
+                building = read_feature(line)
+                found[building.id] = building
+    records = (sorted(folder.glob("[0-9]*.json"))[-1] for folder in sorted((run / "records/atlas").iterdir()))
+    leaves = [p for r in records for p in json.loads(r.read_text())["outputs"] if p.endswith("leaf.json")]
+    files: Any = _Files(run)
+    return found, texture_sets(files, [p for p in leaves if (run / p).exists()], found)
+
+
+def write_city(run: Path, out: Path, buildings: int) -> int:
+    """A folder that the view can be served from; returns how many buildings it has."""
+    town, sets = town_of(run)
+    corners = np.array([b.footprint.bounds for b in town.values()])
+    low, high = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
+    step, copies = high - low + GAP_M, math.ceil(buildings / len(town))
+    across = math.ceil(math.sqrt(copies))
+    bounds = (*low.tolist(), *(low + step * across).tolist())
+    globe, reference, about = globe_of(resolve(CRS), bounds), resolve(CRS), About("Repeated town")
+    page = PageFrame.over(reference, bounds)
+    tilesets: dict[str, dict[str, bytes]] = {PORTABLE: {}, RAW: {}}
+    rows, pixels = [], dict.fromkeys(sets, 0)
+    for copy in range(copies):
+        shift = step * [copy % across, copy // across]
+        moved = {f"{u}~{copy}": _moved(b, f"{u}~{copy}", shift) for u, b in town.items()}
+        textures = {name: _renamed(s, copy, run, out, pixels, name) for name, s in sets.items()}
+        middle = tuple((low + shift + step / 2).tolist())
+        scene = Scene(f"{copy}_0", tuple(moved.values()), _ground(low + shift, step, min(b.ground_height for b in town.values())),
+                      textures["rectified"], textures["raw"])  # fmt: skip
+        for path, data in tile_files(scene, frame_at(globe, (middle[0], middle[1], 0.0)), about).items():
+            _write(out / path, data)
+            if path.endswith((f"/{PORTABLE}", f"/{RAW}")):
+                tilesets[path.rsplit("/", 1)[1]][path] = data
+        rows += list(_rows(moved, copy, page))
+    for name, files in tilesets.items():
+        for path, data in city_tilesets(files, about, name).items():
+            _write(out / path, data)
+    _write_page(out, rows, page, pixels)
+    return len(rows)
+
+
+def _moved(building: Building, name: str, shift: np.ndarray) -> Building:
+    def at(solid: Polyhedron) -> Polyhedron:
+        return replace(solid, vertices=np.round(solid.vertices + np.array([*shift, 0.0]), 4))
+
+    solids = {lod: at(solid) for lod, solid in building.solids.items()}
+    beyond = None if building.beyond is None else at(building.beyond)
+    footprint = shapely.affinity.translate(building.footprint, *shift)
+    return replace(building, id=name, footprint=footprint, solids=solids, beyond=beyond)
+
+
+def _renamed(textures: TextureSet, copy: int, run: Path, out: Path, pixels: dict[str, int], name: str) -> TextureSet:
+    """The same set with pages of its own, since no two towns wear the same photographs."""
+    pages = []
+    for page in textures.pages:
+        path = f"products/textures/{copy}.{Path(page.path).name}"
+        (out / path).parent.mkdir(parents=True, exist_ok=True)
+        if not (out / path).exists():
+            os.link(run / page.path, out / path)
+        pages.append(TexturePage(path, page.width, page.height, page.media_type))
+        pixels[name] += page.width * page.height
+    return replace(textures, pages=tuple(pages), buildings={f"{u}~{copy}": b for u, b in textures.buildings.items()})
+
+
+def _ground(low: np.ndarray, step: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
+    n = 12
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    xyz = np.column_stack([low[0] + x.ravel() * step[0], low[1] + y.ravel() * step[1], np.full(n * n, height - 0.2)])
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    return xyz, np.concatenate([np.column_stack([a, a + 1, a + n]), np.column_stack([a + 1, a + n + 1, a + n])])
+
+
+def _rows(moved: Mapping[str, Building], copy: int, page: PageFrame) -> Iterator[list[Any]]:
+    for unit, building in moved.items():
+        x, y = building.footprint.centroid.coords[0]
+        place = page.plan(np.array([x, y]), building.ground_height + 4.0)[0]
+        yield [unit, f"{copy}_0", "done", 0.03, 0.06, np.round(place, 2).tolist(), 15.0]
+
+
+def _write_page(out: Path, rows: list[Any], page: PageFrame, pixels: Mapping[str, int]) -> None:
+    places = np.array([row[5] for row in rows])
+    low, high = places.min(axis=0) - 15.0, places.max(axis=0) + 15.0
+    about = {
+        "title": "Repeated town", "verdict": f"{len(rows):,} buildings", "state": "", "frame": page.frame.matrix, "world": page.to_world.tolist(),
+        "sets": {"rectified": f"products/tiles3d/{PORTABLE}", "raw": f"products/tiles3d/{RAW}"}, "texture_pixels": dict(pixels),
+        "bounds": [*low.tolist(), *high.tolist()], "heights": [0.0, 20.0], "counts": {"done": len(rows)}, "scales": {"nmad": 0.1, "rmse": 0.1},
+        "tiles": [], "notes": [], "layers": {}, "missing": {}, "said": {},
+    }  # fmt: skip
+    index = {"fields": ["id", "tile", "status", "nmad", "rmse", "place", "size"], "rows": rows}
+    _write(out / "view/data/city.json", json.dumps(about).encode())
+    _write(out / "view/data/index.json", json.dumps(index).encode())
+    for path, data in page_files("Repeated town", "", ()):
+        _write(out / path, data)
+
+
+def _write(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
