@@ -3,6 +3,7 @@ or lost; and the same bytes whatever the area, the tiles and the store."""
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ import shapely
 from numpy.typing import NDArray
 
 from cityflow.core.building import Status
+from cityflow.core.camera import Camera
 from cityflow.core.parameters import merged
 from cityflow.core.texture import FIRST_IMAGE, Patch, UnitTexture
 from cityflow.errors import CityflowError
@@ -338,3 +340,54 @@ def test_tiles_change_no_texture(flown: Painted, flown_run: Run, tmp_path: Path)
         assert made.records["texture", unit].result == flown_run.records["texture", unit].result
         assert {k.split(" ")[1] for k in made.records["texture", unit].inputs if k.startswith("hull ")} == set(PLANS)
     assert textures(made) == textures(flown_run)
+
+
+def test_a_unit_has_its_own_wishes(flown: Painted, flown_run: Run, tmp_path: Path) -> None:
+    made = run(source_of(flown, overrides={("texture", "c"): {"most_images": 1}}), tmp_path / "run", flown_run)
+    assert len(made.texture("c")[0].images) == 1
+    assert {u for s, u in made.ran if s == "texture"} == {"c"}
+    assert len([u for s, u in made.ran if s == "atlas"]) == 1
+
+
+def test_pages_smaller_than_faces(flown: Painted, tmp_path: Path, flown_run: Run) -> None:
+    small = {"page_px": 256, "first_px": 256}
+    made = run(source_of(flown, atlas={"placement": small}), tmp_path / "run", flown_run)
+    assert {r.status for (s, _), r in made.records.items() if s == "atlas"} == {Status.DONE}
+    near = {"finest_m": 0.01, "largest_px": 8192}
+    fine = looking("close", (37, 26, 4), (37, 30, 4), Camera(1200, 900, 900.0, 900.0, 600.0, 450.0))
+    painted = with_images(flown, tmp_path / "close", [*pictures(), *pictures([fine])])
+    made = run(source_of(painted, texture={"patches": near}, atlas={"placement": small}), tmp_path / "run2", flown_run)
+    assert {r.status for (s, _), r in made.records.items() if s == "atlas"} == {Status.DONE}
+    assert_true_colours(made)
+
+
+def test_a_texture_that_fails_leaves_a_building_that_says_so(flown: Painted, flown_run: Run, tmp_path: Path) -> None:
+    def fail(task: Task) -> None:
+        if task.stage == "texture":
+            raise CityflowError("the worker was out of memory")
+
+    made = run(source_of(flown, overrides={("texture", "c"): {"halo_m": 50.0}}), tmp_path / "run", flown_run, fail)
+    (feature,) = [f for f in features(made) if f["id"] == "c"]
+    assert feature["CityObjects"]["c"]["attributes"]["texture_missing"] == "the worker was out of memory"
+    assert feature["CityObjects"]["c"]["attributes"]["textured_share"] == 0
+    healed = run(source_of(flown), tmp_path / "healed", Run(made.store, made.records, set()))
+    assert {s for s, _ in healed.ran} == {"texture", "atlas", "export"}
+    assert textures(healed) == textures(flown_run)
+    assert features(healed) == features(flown_run)
+
+
+def features(made: Run) -> list[dict[str, Any]]:
+    lines = made.store.read_bytes("products/city.city.jsonl").splitlines()[1:]
+    return [json.loads(line) for line in lines]
+
+
+def test_a_picture_made_anew_concerns_those_whom_it_shows(flown: Painted, flown_run: Run, tmp_path: Path) -> None:
+    narrow = Camera(60, 60, 330.0, 330.0, 30.0, 30.0)
+    one = looking("one", (37, 60, 60), (37, 60.5, 0), narrow)
+    survey = with_images(flown, tmp_path / "survey", [*pictures(), *pictures([one])], gains=False)
+    first = run(source_of(survey), tmp_path / "run", flown_run)
+    changed = with_images(
+        flown, tmp_path / "survey", [*pictures(), (one, pictures([one])[0][1] // 2 + 20)], gains=False
+    )
+    second = run(source_of(changed), tmp_path / "second", first)
+    assert {u for s, u in second.ran if s in ("texture", "ingest")} == {"one", "c"}

@@ -77,10 +77,10 @@ def _left(keys: Mapping[Rings, FaceKey], found: Mapping[FaceKey, FaceTexture]) -
     return {key: PlainFace(CUT_COLOUR, CUT_OTHERWISE) for key in keys.values() if key not in found}
 
 
-def with_texture_figures(building: Building, texture: BuildingTexture | None) -> Building:
-    """Attributes: how much of roofs and walls has a texture, how fine it is, how much of it is interpolated."""
+def with_texture_figures(building: Building, texture: BuildingTexture | None, failure: str = "") -> Building:
+    """Attributes: how much of roofs and walls has a texture, how fine it is, how much of it is interpolated; or why making it failed."""
     if texture is None:
-        return building
+        return building.with_attributes({"textured_share": 0.0, "texture_missing": failure}) if failure else building
     areas = dict(_areas(building))
     wanted = {k for k in areas if k in texture.faces or (k in texture.plain and texture.plain[k].reason)}
     total, textured = sum(areas[k] for k in wanted), sum(areas[k] for k in texture.faces)

@@ -46,17 +46,19 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in ring}
     pages = {leaf: survey.outputs_of("atlas", leaf) for leaf in leaves}
     hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
+    bare = {u: why for u in sorted(own) if (why := survey.failure_of("texture", u))}
     return Task(
         STAGE, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
-        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said)},
+        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
+                **({"without textures": digest_of(bare)} if bare else {})},
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
             "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
             "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
             "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
+            "bare": bare, "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
             "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
         limits=survey.limits(STAGE),
@@ -90,7 +92,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     names = [u for u in task.arguments["own"] if u in finished]
     sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
     portable = sets["rectified"].buildings
-    own = tuple(with_texture_figures(finished[u], portable.get(u)) for u in names)
+    bare = task.arguments["bare"]
+    own = tuple(with_texture_figures(finished[u], portable.get(u), bare.get(u, "")) for u in names)
     draped = (
         drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
         if task.arguments["textures"]

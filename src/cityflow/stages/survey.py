@@ -342,6 +342,11 @@ class Survey:
         record = self.records.get((stage, unit))
         return record.reason if record is not None and record.status is not Status.DONE else ""
 
+    def failure_of(self, stage: str, unit: str) -> str:
+        """Why a task failed; empty where it has not."""
+        record = self.records.get((stage, unit))
+        return record.reason if record is not None and record.status is Status.FAILED else ""
+
     def outline_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines of a tile; none where the tile has none."""
         return self._files_of("outline", tile)

@@ -40,20 +40,31 @@ ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more."""
 
 
+def parameters_of(survey: Survey, unit: UnitEntry) -> TextureParameters:
+    """Those of the workflow, with what was asked for this unit alone; a patch is never larger than a page of the atlas."""
+    asked = survey.parameters.texture
+    if (STAGE, unit.id) in survey.overrides:
+        asked = TextureParameters.model_validate(survey.parameters_for(STAGE, unit.id, asked))
+    page_px = min(asked.placement.page_px, survey.parameters.atlas.placement.page_px)
+    if asked.patches.largest_px <= page_px:
+        return asked
+    return asked.model_copy(update={"patches": asked.patches.model_copy(update={"largest_px": page_px})})
+
+
 def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) -> list[str]:
     """Units whose models may stand between this one and a camera, or share a wall with it."""
-    near = grown(unit.bounds, survey.parameters.texture.around_m)
+    near = grown(unit.bounds, parameters_of(survey, unit).around_m)
     return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
 
 
 def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
     """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
-    return survey.tiles_over_bounds(grown(unit.bounds, survey.parameters.texture.around_m + LONGEST_M))
+    return survey.tiles_over_bounds(grown(unit.bounds, parameters_of(survey, unit).around_m + LONGEST_M))
 
 
 def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
     """Tiles whose surface may stand between."""
-    return survey.tiles_over_bounds(grown(unit.bounds, survey.parameters.texture.halo_m))
+    return survey.tiles_over_bounds(grown(unit.bounds, parameters_of(survey, unit).halo_m))
 
 
 def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
@@ -61,7 +72,7 @@ def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
     if not survey.images.assets:
         return []
     return survey.images.showing(
-        unit.bounds, survey.images.heights_over(unit.bounds), survey.parameters.texture.most_images
+        unit.bounds, survey.images.heights_over(unit.bounds), parameters_of(survey, unit).most_images
     )
 
 
@@ -75,7 +86,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
     hulls = {u: survey.hull(u) for u in sorted({unit.id, *around})}
     return Task(
         STAGE, unit.id, "cityflow.stages.texture:run", VERSION,
-        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.texture),
+        parameters=parameters_of(survey, unit).model_dump(mode="json"),
         inputs={
             **{f"hull {u}": survey.digest_of_hull(u) for u in hulls},
             **{f"surface {t}": survey.digest_of_result("surface", t) for t in tiles},

@@ -22,8 +22,10 @@ CITY_WIDE: Mapping[str, tuple[str, ...]] = {
     "surface": ("cell_m",),
     "outline": ("source", "noding_tolerance_m"),
     "split": ("when",),
+    "texture": ("when",),
+    "atlas": ("leaf_m", "placement"),
 }
-"""Keys that single units cannot have for themselves: tiles share one grid, outlines are noded together."""
+"""Keys that single units cannot have for themselves: tiles share one grid, outlines are noded together, patches are made for the pages there are."""
 
 
 def read_overrides(store: Store) -> dict[Node, dict[str, Any]]:

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
-from cityflow.flow.task import Record
-from cityflow.stages import export, ortho, surface, surface_images, surface_rasters
+from cityflow.flow.task import Record, digest_of
+from cityflow.stages import atlas, export, ortho, surface, surface_images, surface_rasters
 from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey
 
 PRODUCTS = "products"
@@ -49,3 +49,13 @@ def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
             yield picture
         if city is not None and export.is_made_alike(survey, city, heights):
             yield city
+            yield from _its_leaves(ledger, city)
+
+
+def _its_leaves(ledger: Ledger, city: Record) -> Iterator[Record]:
+    """The pages that an export shows."""
+    for name, digest in city.inputs.items():
+        stage, _, leaf = name.partition(" ")
+        pages = ledger.latest(atlas.STAGE, leaf) if stage == atlas.STAGE else None
+        if pages is not None and digest_of(dict(pages.outputs)) == digest:
+            yield pages

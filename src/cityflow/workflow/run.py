@@ -19,7 +19,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
-from cityflow.stages import reconstruct
+from cityflow.stages import reconstruct, texture
 from cityflow.stages.city import CitySource
 from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
 from cityflow.workflow.current import current_records
@@ -30,6 +30,8 @@ from cityflow.workflow.run_folder import check_run, describe_run
 from cityflow.workflow.status import print_summary
 
 NAMED = 3
+OF_A_BUILDING = (reconstruct.STAGE, texture.STAGE)
+"""Where these fail, a block or a plain building stands in the city."""
 
 
 def run_workflow(
@@ -104,7 +106,7 @@ class _Begun:
 
 def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:
     """A building may fail; a file, a tile or an export that failed leaves the city incomplete."""
-    failed = [r for r in records if r.status is Status.FAILED and r.stage != reconstruct.STAGE]
+    failed = [r for r in records if r.status is Status.FAILED and r.stage not in OF_A_BUILDING]
     if failed:
         names = ", ".join(f"{r.stage}-{r.unit}" for r in failed[:NAMED]) + (", …" if len(failed) > NAMED else "")
         raise RunError(
