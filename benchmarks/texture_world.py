@@ -26,10 +26,11 @@ from cityflow.synthetic.town import Town, make_town
 from cityflow.texture.planes import face_planes
 from cityflow.texture.ranking.frame import in_frame
 from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
+from cityflow.texture.visibility.scene import Scene
 from texture_visibility import BUILT, House, Truth, around, cut, run_houses, run_surface, true_houses, true_surface
 
-NEAR_M = 0.1
-"""A reconstructed face shows what it lies on where that is no farther from its plane."""
+NEAR_M = 0.25
+"""A pixel shows what it lies on where that is no farther from the plane of the face; windows and doors are set back by up to 0.2 m."""
 EAVES_M = 1.5
 OFFSET = 8.0
 """Values of 0 to 255; of exposure errors, beside factors of light."""
@@ -132,12 +133,17 @@ class Judge:
         plan = shapely.buffer(done.house.outline, EAVES_M)
         shapely.prepare(plan)
         self.plan = plan
+        near = surroundings(world, done.number, TextureParameters())
+        self.models = Scene.of(np.full(near.grid.shape, np.nan), near.grid, near.own, near.others)
 
     def centre(self, image: int) -> FloatArray:
         return self.done.images[image].image.centre
 
     def sees(self, face: FacePlane):  # type: ignore[no-untyped-def]
-        """Whether an image truly sees points of a face: nothing between, or, with hulls of a run, something built and near the plane behind the point."""
+        """Whether an image truly sees points of a face.
+
+        With true hulls: nothing is between. With those of a run: no model is between, and what is there is built and near the face's plane.
+        """
 
         def answer(image: int, xyz: FloatArray) -> BoolArray:
             seen = in_frame(self.done.images[image].image, xyz)
@@ -146,6 +152,7 @@ class Judge:
             if self.world.true_hulls:
                 seen[seen] = self.world.truth.free(xyz[seen], face.normal, self.centre(image))
             else:
+                seen[seen] = self.models.visible(xyz[seen], face.normal, self.centre(image))
                 seen[seen] = self.own(face, NEAR_M)(image, xyz[seen])
             return seen
 
