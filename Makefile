@@ -10,7 +10,7 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check lint types layers spelling bench clean
+.PHONY: demo test check lint types layers spelling bench view-bundle clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow run workflows/lidar_city.yaml --catalog catalogs/delft --out $(RUN) --workers $(WORKERS)
@@ -39,6 +39,10 @@ spelling: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python benchmarks/delft.py
 
+# The page of `cityflow view` from its sources in view/; wants node and npm. A test compares what is committed with what this makes
+view-bundle:
+	cd view && npm ci --no-audit --no-fund && npm run build
+
 $(VENV)/.runtime: pyproject.toml constraints.txt deploy/setup.sh deploy/compile.py
 	sh deploy/setup.sh $(VENV)
 	@echo "Compiling once (a minute)"
@@ -50,4 +54,4 @@ $(VENV)/.dev: $(VENV)/.runtime
 	touch $@
 
 clean:
-	rm -rf $(VENV) runs build dist .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) runs build dist view/node_modules .mypy_cache .ruff_cache .pytest_cache

@@ -49,9 +49,11 @@ def town_of(run: Path) -> tuple[dict[str, Building], dict[str, TextureSet]]:
                 building = read_feature(line)
                 found[building.id] = building
     records = (sorted(folder.glob("[0-9]*.json"))[-1] for folder in sorted((run / "records/atlas").iterdir()))
-    leaves = [p for r in records for p in json.loads(r.read_text())["outputs"] if p.endswith("leaf.json")]
+    outputs = [json.loads(r.read_text())["outputs"] for r in records]
+    # of a run whose leaves were cut otherwise before, only those that are still there
+    leaves = [p for o in outputs if all((run / q).exists() for q in o) for p in o if p.endswith("leaf.json")]
     files: Any = _Files(run)
-    return found, texture_sets(files, [p for p in leaves if (run / p).exists()], found)
+    return found, texture_sets(files, leaves, found)
 
 
 def write_city(run: Path, out: Path, buildings: int) -> int:

@@ -28,7 +28,8 @@ def on_page(page: Chromium, places: FloatArray) -> FloatArray:
         return {json.dumps(local_of(np.array(frame), places).tolist())}.map((p) => cityflowView.stage.onPage(new V(...p)));
         }})()"""
     )
-    return np.asarray(found, np.float64)
+    pixels: FloatArray = np.array(found, np.float64)
+    return pixels
 
 
 def local_of(world: FloatArray, places: FloatArray) -> FloatArray:
@@ -37,9 +38,8 @@ def local_of(world: FloatArray, places: FloatArray) -> FloatArray:
     for _ in range(6):
         e, n, u = local.T
         terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n, e * u, n * u])
-        local = local + (places - terms @ world.T)
-    found: FloatArray = np.asarray(local, np.float64)
-    return found
+        local = np.asarray(local + (places - terms @ world.T), np.float64)
+    return local
 
 
 def over(name: str, z: float, n: int = 12, margin: float = 0.8) -> FloatArray:
@@ -51,7 +51,8 @@ def over(name: str, z: float, n: int = 12, margin: float = 0.8) -> FloatArray:
 
 def colours_at(picture: ByteArray, pixels: FloatArray) -> FloatArray:
     rows, cols = pixels[:, 1].astype(int), pixels[:, 0].astype(int)
-    return picture[rows, cols].astype(float)
+    found: FloatArray = picture[rows, cols].astype(np.float64)
+    return found
 
 
 def middle(page: Chromium, name: str, dx: float = 0.0) -> tuple[float, float]:

@@ -94,7 +94,7 @@ def reader(store: Store) -> Read:
             return static(shared[path])
         try:
             return store.read_bytes(path)
-        except (FileNotFoundError, IsADirectoryError, ValueError):
+        except (OSError, ValueError):
             return None
 
     return read
