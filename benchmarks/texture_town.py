@@ -24,7 +24,7 @@ from cityflow.core.texture import FIRST_IMAGE, FacePlane
 from cityflow.evaluation.texel_shifts import texel_shifts
 from cityflow.evaluation.textures import patchwork, source_share, texels_of, textured_share
 from cityflow.texture.unit import TextureParameters
-from texture_views import compared, drawn, held_out, picture, scene_of, true_view
+from texture_views import compared, drawn, held_out, page_picture, picture, scene_of, true_view
 from texture_visibility import chosen
 from texture_world import NEAR_M, Done, Judge, World, colours_off, misexposed, part_name, textured, worlds
 
@@ -178,6 +178,8 @@ def main() -> None:
         print(label, len(done), "units", round(seconds, 1), "s", json.dumps(figures), flush=True)
         print(json.dumps(shares(world, done), ensure_ascii=False), flush=True)
         print(json.dumps({"perspective": perspective(world, done)}, ensure_ascii=False), flush=True)
+        if asked.picture:
+            page_picture(asked.picture / f"{label}_page.png", done)
         if not asked.skip_views:
             looks(world, done, asked.picture, label)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.camera import Camera, OrientedImage
-from cityflow.core.texture import FacePlane
+from cityflow.core.texture import FIRST_IMAGE, FacePlane
 from cityflow.evaluation.likeness import Likeness, likeness
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.textured_view import TexturedTriangles, TexturedView, draw_textured
@@ -174,3 +174,21 @@ def picture(path: Path, seen: Seen, view: TexturedView, found: tuple[Likeness, B
     reference = np.where(of[..., None], seen.colours, 0.35 * seen.colours + 150)
     off = np.where(of[..., None], np.clip(128 + (shown - seen.colours), 0, 255), 255)
     cv2.imwrite(str(path), np.hstack([reference, model, off])[..., ::-1].astype(np.uint8))
+
+
+def page_picture(path: Path, done: Sequence[Done]) -> None:
+    """All raw patches on a page, and beside it which image each texel came from, a colour for each; white is free, black interpolated."""
+    patches = [patch for unit in done for patch in unit.patches("raw").values()]
+    names = sorted({i.image.name for unit in done for i in unit.images})
+    page = pages_of(patches, place([patch.mask for patch in patches]))[0]
+    number = np.array([names.index(i.image.name) for unit in done for i in unit.images])
+    first = np.cumsum([0, *(len(unit.images) for unit in done)])
+    of_patch = np.concatenate([np.full(len(unit.patches("raw")), n) for unit, n in zip(done, first[:-1], strict=True)])
+    seen = page.index >= FIRST_IMAGE
+    shown = np.zeros((*page.index.shape, 3), np.uint8)
+    image = number[page.index[seen].astype(np.int64) - FIRST_IMAGE + of_patch[page.owner[seen].astype(np.int64) - 1]]
+    hues = (image * 67 % 180).astype(np.uint8)
+    shown[seen] = cv2.cvtColor(np.stack([hues, np.full_like(hues, 150), np.full_like(hues, 220)], axis=-1)[None], cv2.COLOR_HSV2RGB)[0]  # fmt: skip
+    free = page.owner == 0
+    both = np.hstack([np.where(free[..., None], 255, page.pixels), np.where(free[..., None], 255, shown)])
+    cv2.imwrite(str(path), both[..., ::-1].astype(np.uint8))

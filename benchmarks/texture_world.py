@@ -32,6 +32,8 @@ from texture_visibility import BUILT, House, Truth, around, cut, run_houses, run
 NEAR_M = 0.25
 """A pixel shows what it lies on where that is no farther from the plane of the face; windows and doors are set back by up to 0.2 m."""
 EAVES_M = 1.5
+AROUND_M = 60.0
+"""So much of the town around the surveyed area may stand before its houses."""
 OFFSET = 8.0
 """Values of 0 to 255; of exposure errors, beside factors of light."""
 
@@ -93,10 +95,11 @@ def worlds(asked: argparse.Namespace) -> list[World]:
     """With true hulls and surface, and with those of the run."""
     p = parameters_of(asked.survey)
     town = make_town(p.seed, p.whole_town)
-    truth, images = Truth(town.mesh()), images_of(asked.survey, asked.run)
+    truth = Truth(town.mesh(grown(p.area, min(p.around_m, AROUND_M))))
+    images = images_of(asked.survey, asked.run)
     found = []
     if "truth" in asked.geometry:
-        surface = true_surface(town, grown(p.area, p.around_m), p.truth_cell_m)
+        surface = true_surface(town, grown(p.area, min(p.around_m, AROUND_M)), p.truth_cell_m)
         found.append(World(p, town, truth, images, true_houses(town), surface, True))
     if "run" in asked.geometry:
         found.append(World(p, town, truth, images, run_houses(asked.run, town), run_surface(asked.run), False))
