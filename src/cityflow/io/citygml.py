@@ -1,4 +1,4 @@
-"""CityGML 2.0, LoD2 (with LoD0 footprints and LoD1 blocks): buildings with semantic surfaces, and the terrain as a TIN.
+"""CityGML 2.0, LoD2 (with LoD0 footprints and LoD1 blocks, and LoD3 walls where windows are known): buildings with semantic surfaces, and the terrain as a TIN.
 
 Written piece by piece, so that a tile of any size needs the memory of one building. What the standard has no element
 for becomes a generic attribute.
@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import BinaryIO
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.openings import UnitOpenings
 from cityflow.core.reference import Reference
 from cityflow.core.texture import FaceTexture
 from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
-from cityflow.io.attributes import described, ncname, scalars, xml_text
+from cityflow.io.attributes import described, ncname, scalars
 from cityflow.io.citygml_appearance import (
     BEYOND_MARK,
     NAMESPACE,
@@ -26,18 +26,17 @@ from cityflow.io.citygml_appearance import (
     BuildingAppearance,
     draped,
     polygon_stem,
-    ring_name,
     triangle_ring,
 )  # fmt: skip
+from cityflow.io.citygml_openings import WallsWithOpenings
+from cityflow.io.citygml_pieces import generic_xml, members_xml, polygon_xml, positions, text_xml
 from cityflow.io.cityjson import plane_attributes
 from cityflow.io.cityjson_sequence import Bounds3, extent_of
+from cityflow.io.openings import NO_OPENINGS, Openings
 from cityflow.io.roof_type import ROOF_TYPE_CODES, roof_type_code
 
 Tin = tuple[str, FloatArray, IntArray]
 """Name, (V, 3) world vertices, (T, 3) triangles counter-clockwise from above."""
-
-LARGEST_INT = 2**31 - 1
-"""Databases keep generic integers in 32 bits; longer ones, mostly ids, are written as text."""
 
 _NAMESPACES = {
     "": "http://www.opengis.net/citygml/2.0",
@@ -59,12 +58,13 @@ def write_citygml(
     terrain: Iterable[Tin] = (),
     title: str = "",
     appearance: Appearance = BARE,
+    openings: Openings = NO_OPENINGS,
 ) -> None:
-    """Write a city model; `bounds` (if known) become its envelope, rectified textures its look at LoD2."""
+    """Write a city model; `bounds` (if known) become its envelope, rectified textures its look at LoD2, `openings` its walls at LoD3."""
     appearance.require_rectified("CityGML")
     pieces = chain(
         _head(reference, bounds, title, with_looks=appearance.textures is not None or appearance.drape is not None),
-        (f"<cityObjectMember>\n{_building(b, appearance)}</cityObjectMember>\n" for b in buildings),
+        (f"<cityObjectMember>\n{_building(b, appearance, openings.get(b.id))}</cityObjectMember>\n" for b in buildings),
         chain.from_iterable(_relief(tin, appearance) for tin in terrain),
         ["</CityModel>\n"],
     )
@@ -87,7 +87,7 @@ def _head(reference: Reference, bounds: Bounds3 | None, title: str, with_looks: 
     yield "".join(f'\n  xmlns{":" if p else ""}{p}="{uri}"' for p, uri in namespaces.items())
     yield f'\n  xsi:schemaLocation="{_schema_locations(namespaces)}">\n'
     if title:
-        yield f"<gml:name>{_text(title)}</gml:name>\n"
+        yield f"<gml:name>{text_xml(title)}</gml:name>\n"
     if bounds is not None:
         yield _envelope(bounds, srs_name(reference))
 
@@ -97,24 +97,24 @@ def _schema_locations(namespaces: Mapping[str, str]) -> str:
     return " ".join(f"{namespaces[p]} {base}/{name}/2.0/{name}.xsd" for p, name in _SCHEMAS.items() if p in namespaces)
 
 
-def _building(building: Building, appearance: Appearance) -> str:
+def _building(building: Building, appearance: Appearance, openings: UnitOpenings | None) -> str:
     name = ncname("b", building.id)
     bounds = extent_of([building])
-    look = BuildingAppearance(appearance, building)
-    parts = [f'<bldg:Building gml:id="{name}">\n<gml:name>{_text(building.id)}</gml:name>\n']
+    look, walls = BuildingAppearance(appearance, building), WallsWithOpenings(building, openings)
+    parts = [f'<bldg:Building gml:id="{name}">\n<gml:name>{text_xml(building.id)}</gml:name>\n']
     if bounds is not None:
         parts.append(_envelope(bounds))
-    parts += [_generic(described(building)), look.xml()]
-    parts += _standard(building)
+    parts += [generic_xml(described(building)), look.xml()]
+    parts += [*_standard(building), walls.storeys_xml()]
     if not building.footprint.is_empty:
         parts.append(_footprint(building))
     if Lod.LOD12 in building.solids:
         members = _polygons(building.id, "1", building.solids[Lod.LOD12])
         parts.append(_solid("bldg:lod1Solid", ncname("solid1", building.id), members))
     if Lod.LOD22 in building.solids:
-        parts += _lod2(building, building.solids[Lod.LOD22], look.of(SOLID_MARK))
+        parts += _lod2(building, building.solids[Lod.LOD22], look.of(SOLID_MARK), walls)
     if building.beyond is not None:
-        parts += _boundary_surfaces(building, building.beyond, BEYOND_MARK, look.of(BEYOND_MARK))
+        parts += _boundary_surfaces(building, building.beyond, BEYOND_MARK, look.of(BEYOND_MARK), walls)
     parts.append("</bldg:Building>\n")
     return "".join(parts)
 
@@ -133,20 +133,22 @@ def _standard(building: Building) -> Iterator[str]:
 def _footprint(building: Building) -> str:
     rings = [building.footprint.exterior, *building.footprint.interiors]
     points = [np.asarray(ring.coords)[:-1, :2] for ring in rings]
-    texts = [_positions(np.column_stack([xy, np.full(len(xy), building.ground_height)])) for xy in points]
-    polygon = _polygon(ncname("p", building.id) + "-0-0", texts)
-    return f"<bldg:lod0FootPrint><gml:MultiSurface>{_members([polygon])}</gml:MultiSurface></bldg:lod0FootPrint>\n"
+    texts = [positions(np.column_stack([xy, np.full(len(xy), building.ground_height)])) for xy in points]
+    polygon = polygon_xml(ncname("p", building.id) + "-0-0", texts)
+    return f"<bldg:lod0FootPrint><gml:MultiSurface>{members_xml([polygon])}</gml:MultiSurface></bldg:lod0FootPrint>\n"
 
 
-def _lod2(building: Building, solid: Polyhedron, looks: Looks) -> Iterator[str]:
+def _lod2(building: Building, solid: Polyhedron, looks: Looks, walls: WallsWithOpenings) -> Iterator[str]:
     """The solid, by reference to the polygons of the boundary surfaces that follow it."""
     stem = polygon_stem(building.id, SOLID_MARK)
     links = "".join(f'<gml:surfaceMember xlink:href="#{stem}{i}"/>' for i in range(len(solid.faces)))
     yield _solid_of("bldg:lod2Solid", ncname("solid2", building.id), links)
-    yield from _boundary_surfaces(building, solid, SOLID_MARK, looks)
+    yield from _boundary_surfaces(building, solid, SOLID_MARK, looks, walls)
 
 
-def _boundary_surfaces(building: Building, shell: Polyhedron, mark: str, looks: Looks) -> Iterator[str]:
+def _boundary_surfaces(
+    building: Building, shell: Polyhedron, mark: str, looks: Looks, walls: WallsWithOpenings
+) -> Iterator[str]:
     """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the other one."""
     polygons = list(_polygons(building.id, mark, shell, looks))
     said = {i: found for i, look in looks.items() if (found := said_of_look(look))}
@@ -154,12 +156,13 @@ def _boundary_surfaces(building: Building, shell: Polyhedron, mark: str, looks: 
     for number, faces in enumerate(_surfaces(shell.faces, said)):
         first = shell.faces[faces[0]]
         kind = f"bldg:{first.semantic.value}"
-        members = _members([polygons[i] for i in faces])
-        attributes = _generic(_said_of(first, building) | said.get(faces[0], {}))
+        members = members_xml([polygons[i] for i in faces])
+        more = walls.xml(mark, faces, shell)
+        attributes = generic_xml(_said_of(first, building) | said.get(faces[0], {}))
         yield (
             f'<bldg:boundedBy><{kind} gml:id="{stem}{number}">\n'
             f"{attributes}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
-            f"</gml:MultiSurface></bldg:lod2MultiSurface></{kind}></bldg:boundedBy>\n"
+            f"</gml:MultiSurface></bldg:lod2MultiSurface>{more}</{kind}></bldg:boundedBy>\n"
         )
 
 
@@ -187,26 +190,11 @@ def _polygons(identifier: str, mark: str, solid: Polyhedron, looks: Looks | None
     for i, face in enumerate(solid.faces):
         textured = looks is not None and isinstance(looks.get(i), FaceTexture)
         rings = [" ".join(texts[v] for v in (*ring, ring[0])) for ring in face.rings]
-        yield _polygon(f"{stem}{i}", rings, textured)
-
-
-def _polygon(name: str, rings: Sequence[str], textured: bool = False) -> str:
-    """A polygon; rings have names only where texture coordinates refer to them."""
-    names = [f' gml:id="{ring_name(name, n)}"' if textured else "" for n in range(len(rings))]
-    exterior, *interiors = (
-        f"<gml:LinearRing{ring_id}><gml:posList>{ring}</gml:posList></gml:LinearRing>"
-        for ring_id, ring in zip(names, rings, strict=True)
-    )
-    holes = "".join(f"<gml:interior>{ring}</gml:interior>" for ring in interiors)
-    return f'<gml:Polygon gml:id="{name}"><gml:exterior>{exterior}</gml:exterior>{holes}</gml:Polygon>'
-
-
-def _members(polygons: Iterable[str]) -> str:
-    return "".join(f"<gml:surfaceMember>{polygon}</gml:surfaceMember>" for polygon in polygons)
+        yield polygon_xml(f"{stem}{i}", rings, textured)
 
 
 def _solid(element: str, name: str, polygons: Iterable[str]) -> str:
-    return _solid_of(element, name, _members(polygons))
+    return _solid_of(element, name, members_xml(polygons))
 
 
 def _solid_of(element: str, name: str, members: str) -> str:
@@ -221,7 +209,7 @@ def _relief(tin: Tin, appearance: Appearance) -> Iterator[str]:
     triangles = np.asarray(numbers, np.int64)
     texts = [f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.asarray(vertices, np.float64) + 0.0).tolist()]
     yield f'<cityObjectMember>\n<dem:ReliefFeature gml:id="{ncname("relief", name)}">\n'
-    yield f"<gml:name>{_text(name)}</gml:name>\n"
+    yield f"<gml:name>{text_xml(name)}</gml:name>\n"
     if appearance.drape is not None:
         yield from draped(appearance, appearance.drape, name, vertices, triangles)
     yield "<dem:lod>2</dem:lod>\n<dem:reliefComponent>"
@@ -238,23 +226,6 @@ def _relief(tin: Tin, appearance: Appearance) -> Iterator[str]:
     yield "</dem:ReliefFeature>\n</cityObjectMember>\n"
 
 
-def _generic(attributes: Mapping[str, Scalar]) -> str:
-    return "".join(_generic_attribute(name, value) for name, value in attributes.items() if value is not None)
-
-
-def _generic_attribute(name: str, value: Scalar) -> str:
-    if isinstance(value, bool):
-        kind, text = "string", "true" if value else "false"
-    elif isinstance(value, int):
-        kind, text = "int" if abs(value) <= LARGEST_INT else "string", str(value)
-    elif isinstance(value, float):
-        kind, text = "double", repr(value)
-    else:
-        kind, text = "string", _text(str(value))
-    element = f"gen:{kind}Attribute"
-    return f"<{element} name={quoteattr(name)}><gen:value>{text}</gen:value></{element}>\n"
-
-
 def _envelope(bounds: Bounds3, srs: str = "") -> str:
     named = f' srsName="{srs}"' if srs else ""
     low, high = (" ".join(f"{v + 0.0:.4f}" for v in corner) for corner in (bounds[:3], bounds[3:]))
@@ -262,11 +233,3 @@ def _envelope(bounds: Bounds3, srs: str = "") -> str:
         f'<gml:boundedBy><gml:Envelope{named} srsDimension="3"><gml:lowerCorner>{low}</gml:lowerCorner>'
         f"<gml:upperCorner>{high}</gml:upperCorner></gml:Envelope></gml:boundedBy>\n"
     )
-
-
-def _positions(points: FloatArray) -> str:
-    return " ".join(f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.concatenate([points, points[:1]]) + 0.0).tolist())
-
-
-def _text(text: str) -> str:
-    return escape(xml_text(text))

@@ -20,6 +20,8 @@ from cityflow.core.building import Building, EdgeOverhang, Face, Lod, Polyhedron
 from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
 from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
 from cityflow.io.cityjson_appearance import FeatureAppearance
+from cityflow.io.cityjson_openings import geometry_with_openings
+from cityflow.io.openings import NO_OPENINGS, Openings
 
 Json = Any
 UNITS_PER_METRE = 10_000
@@ -98,22 +100,32 @@ class _Vertices:
         return [*points.min(axis=0).tolist(), *points.max(axis=0).tolist()]
 
 
-def feature_line(building: Building, transform: Transform = ORIGIN, appearance: Appearance = BARE) -> bytes:
+def feature_line(
+    building: Building,
+    transform: Transform = ORIGIN,
+    appearance: Appearance = BARE,
+    openings: Openings = NO_OPENINGS,
+) -> bytes:
     """One CityJSONFeature with LoD 0, 1.2, 1.3 and 2.2, as a line of UTF-8 JSON that ends with a newline.
 
-    With rectified textures LoD 2.2 is textured, and each of its faces that the textures know is a surface of its own.
+    With rectified textures LoD 2.2 is textured, and each of its faces that the textures know is a surface of its own. Where the building has
+    windows its surfaces are there once more at LoD 3, without textures.
     """
     vertices, look = _Vertices(transform), FeatureAppearance(appearance, building)
     solids = {lod: _solid(building, lod, vertices, look) for lod in reversed(_SOLID_LODS) if lod in building.solids}
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
     beyond = [] if building.beyond is None else [_beyond(building, building.beyond, vertices, look)]
+    opened = geometry_with_openings(building, openings.get(building.id), vertices.add)
     attributes: dict[str, Json] = {**described(building), PLANES_KEY: [_plane_json(p) for p in building.planes]}
     if building.overhangs:
         attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
     city_object: dict[str, Json] = {
         "type": "Building",
         "attributes": attributes,
-        "geometry": footprint + [solids[lod] for lod in _SOLID_LODS if lod in solids] + beyond,
+        "geometry": footprint
+        + [solids[lod] for lod in _SOLID_LODS if lod in solids]
+        + beyond
+        + ([opened] if opened else []),
     }
     if solids or footprint:
         city_object["geographicalExtent"] = vertices.extent
@@ -132,7 +144,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
     planes = tuple(_plane(p) for p in attributes.pop(PLANES_KEY))
     overhangs = tuple(map(_overhang, attributes.pop(OVERHANGS_KEY, ())))
     geometry = {g["lod"]: g for g in city_object["geometry"] if g["lod"] == "0" or g["type"] == "Solid"}
-    beyond = [g for g in city_object["geometry"] if g["lod"] != "0" and g["type"] == "MultiSurface"]
+    beyond = [g for g in city_object["geometry"] if g["lod"] == Lod.LOD22.value and g["type"] == "MultiSurface"]
     return Building(
         id=feature["id"],
         footprint=_polygon(geometry["0"], vertices) if "0" in geometry else Polygon(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,11 @@ __all__ = [
 ]  # fmt: skip
 
 
-@dataclass(slots=True)
+OPEN_LEVELS = 256
+"""Levels of images that a process has open: a house may be looked at by hundreds of images, and a process may open about a thousand files."""
+
+
+@dataclass(slots=True, weakref_slot=True)
 class TiledImage:
     """A tiled image with its levels, opened when first read; implements `core.pixels.Pixels`.
 
@@ -59,6 +64,8 @@ class TiledImage:
     def close(self) -> None:
         for dataset in self._open.values():
             dataset.close()
+        for level in self._open:
+            _LATELY.pop((id(self), level), None)
         self._open.clear()
 
     def _read(self, rows: tuple[int, int], cols: tuple[int, int], level: int) -> PixelArray:
@@ -66,6 +73,7 @@ class TiledImage:
         try:
             if level not in self._open:
                 self._open[level] = open_dataset(level_name(self.path, level))
+            _remember(self, level)
             return np.ascontiguousarray(np.moveaxis(self._open[level].read(window=window), 0, -1))
         except RasterioError as error:
             raise CatalogError(
@@ -78,6 +86,20 @@ class TiledImage:
     def __setstate__(self, state: tuple[Any, ...]) -> None:
         self.path, self.height, self.width, self.bands, self.dtype, self.levels = state
         self._open = {}
+
+
+_LATELY: OrderedDict[tuple[int, int], TiledImage] = OrderedDict()
+"""Images with open levels, those read last at the end."""
+
+
+def _remember(image: TiledImage, level: int) -> None:
+    """Close what was read longest ago where too much is open; it is opened anew when it is read again."""
+    key = id(image), level
+    _LATELY[key] = image
+    _LATELY.move_to_end(key)
+    while len(_LATELY) > OPEN_LEVELS:
+        (_, oldest), other = _LATELY.popitem(last=False)
+        other._open.pop(oldest).close()
 
 
 def open_image(path: str | Path) -> TiledImage:

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Semantic
+from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, within_wall
 from cityflow.windows.choice import chosen, support
 from cityflow.windows.confidence import confidence
 from cityflow.windows.edges import Edges
+from cityflow.windows.fitting import bounds_of, fitted
 from cityflow.windows.picture import Picture, picture_of
 from cityflow.windows.proposals import between_shutters, framed, fused
 from cityflow.windows.rows import aligned, overlap, places
@@ -64,7 +65,7 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
 
 def _openings(face: FacePlane, picture: Picture, parameters: WindowParameters) -> tuple[Opening, ...]:
     looks = looks_of(picture, parameters)
-    found, company, completed = _found(picture, looks, parameters)
+    found, company, completed = searched(picture, looks, parameters)
     sure = confidence(found, company, completed, picture, looks)
     keep = sure >= parameters.least_confidence
     if not keep.any():
@@ -72,15 +73,17 @@ def _openings(face: FacePlane, picture: Picture, parameters: WindowParameters) -
     found, company, completed, sure = found.of(keep), company[keep], completed[keep], sure[keep]
     boxes = aligned(found.boxes, sure, _tolerance(picture, parameters))
     doors = door_like(boxes, picture) | on_foot(found.boxes, picture)
-    parts = zip(boxes, doors, sure, company, completed, strict=True)
+    bounds, good = fitted(bounds_of([picture.bounds(b) for b in boxes]), sure, doors, face.polygon)
     made = [
-        _opening(face, picture.bounds(b), "door" if d else "window", float(c), int(n), bool(late))
-        for b, d, c, n, late in parts
+        _opening(
+            face, bounds[k], "door" if doors[k] else "window", float(sure[k]), (int(company[k]), bool(completed[k]))
+        )
+        for k in np.flatnonzero(good)
     ]
     return tuple(sorted(made, key=lambda o: (round(o.bounds[1], 1), o.bounds[0])))
 
 
-def _found(
+def searched(
     picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
 ) -> tuple[Candidates, IntArray, FloatArray]:
     """Boxes, their company, and which of them were only looked for because rows and columns ask for them."""
@@ -135,12 +138,10 @@ def _tolerance(picture: Picture, parameters: WindowParameters) -> float:
     return max(picture.pixels(parameters.align_m), 1.5)
 
 
-def _opening(
-    face: FacePlane, bounds: tuple[float, float, float, float], kind: OpeningKind, sure: float, company: int, late: bool
-) -> Opening:
-    s_0, t_0, s_1, t_1 = bounds
-    ring = np.round(face.world(np.array([[s_0, t_0], [s_1, t_0], [s_1, t_1], [s_0, t_1]])), 4)
-    return Opening(face.key, ring, bounds, kind, round(sure, 3), company, late)
+def _opening(face: FacePlane, bounds: FloatArray, kind: OpeningKind, sure: float, row: tuple[int, bool]) -> Opening:
+    s_0, t_0, s_1, t_1 = (float(v) for v in bounds)
+    ring = np.round(face.world(np.array([[s_0, t_0], [s_1, t_0], [s_1, t_1], [s_0, t_1]])), VERTEX_DECIMALS)
+    return Opening(face.key, ring, (s_0, t_0, s_1, t_1), kind, round(sure, 3), *row)
 
 
 def _unit_storeys(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> int | None:

@@ -20,6 +20,8 @@ MULLIONED_M = 1.9
 LAP_PX = 2
 """Cells by which boxes on both sides of a bar may overlap: each ends at the farther edge of it."""
 FRAME_M = 0.2
+WING_STEP, WING_PX = 0.2, 3
+"""Step between a shutter and the window by that between the shutter and the wall, and width of a shutter in cells: what is less is a blurred edge."""
 WHOLE = 0.7
 """Completeness of the worst side from which a box is whole."""
 
@@ -100,7 +102,9 @@ def between_shutters(
     )
     best = level.argmax(axis=0)
     inner = np.min([step_any(looks, pane[:, side], pane) for side in (0, 2)], axis=0)
-    good = (level.max(axis=0) >= 0.8) & (inner >= 0.8) & _sized(pane, picture, parameters)
+    outer_step = np.min([step_any(looks, shut[:, side], pane) for side in (0, 2)], axis=0)
+    wing = np.minimum(pane[:, 0] - shut[:, 0], shut[:, 2] - pane[:, 2])
+    good = (level.max(axis=0) >= 0.8) & (inner >= np.maximum(0.8, WING_STEP * outer_step)) & (wing >= WING_PX) & _sized(pane, picture, parameters)
     good &= _usual(shut, good)
     chosen = Candidates.joined([m.of(good & (best == k)) for k, m in enumerate(made)])
     outer = np.concatenate([shut[good & (best == k)] for k in range(len(made))])

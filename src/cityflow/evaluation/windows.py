@@ -1,0 +1,94 @@
+"""Windows found against windows that are there: precision and recall at an intersection over union."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.texture import FacePlane
+
+IOU = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class WindowCounts:
+    """Of one wall or many.
+
+    Attributes
+    ----------
+    found, right : windows found, and of these those that lie upon a true one, each true one once
+    true, seen : true windows whose picture is whole enough to ask for them, and of these those that were found
+    iou : sum of the intersections over unions of the right ones
+    """
+
+    found: int = 0
+    right: int = 0
+    true: int = 0
+    seen: int = 0
+    iou: float = 0.0
+
+    def __add__(self, other: WindowCounts) -> WindowCounts:
+        return WindowCounts(*(getattr(self, n) + getattr(other, n) for n in ("found", "right", "true", "seen", "iou")))
+
+    @property
+    def precision(self) -> float:
+        return self.right / self.found if self.found else 1.0
+
+    @property
+    def recall(self) -> float:
+        return self.seen / self.true if self.true else 1.0
+
+
+def total(counts: Iterable[WindowCounts]) -> WindowCounts:
+    """All walls together."""
+    return sum(counts, start=WindowCounts())
+
+
+def compare_windows(found: FloatArray, true: FloatArray, visible: BoolArray) -> WindowCounts:
+    """Windows of one wall.
+
+    Parameters
+    ----------
+    found, true : (N, 4) and (M, 4), s and t of the lower left and the upper right corner
+    visible : (M,) whether the picture shows enough of a true window to ask for it; one that is found all the same is right
+    """
+    shared = intersection_over_union(found, true)
+    right, matched, iou = 0, np.zeros(len(true), bool), 0.0
+    for k in np.argsort(-shared, axis=None, kind="stable"):
+        i, j = divmod(int(k), max(len(true), 1))
+        if shared[i, j] < IOU:
+            break
+        if not matched[j] and not np.isnan(shared[i]).any():
+            right, matched[j], iou = right + 1, True, iou + float(shared[i, j])
+            shared[i] = np.nan
+    return WindowCounts(len(found), right, int(visible.sum()), int((matched & visible).sum()), iou)
+
+
+def intersection_over_union(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N, M) of boxes."""
+    low, high = np.maximum(a[:, None, :2], b[None, :, :2]), np.minimum(a[:, None, 2:], b[None, :, 2:])
+    both = np.clip(high - low, 0, None).prod(axis=2)
+    area_a, area_b = ((x[:, 2:] - x[:, :2]).prod(axis=1) for x in (a, b))
+    return np.asarray(both / np.maximum(area_a[:, None] + area_b[None] - both, 1e-12))
+
+
+def on_face(
+    face: FacePlane, corners: FloatArray, most_off_m: float, most_turned: float = 0.05
+) -> tuple[FloatArray, BoolArray]:
+    """True openings in the frame of a face: (N, 4) bounds, and which of them are on it, (N,) bool.
+
+    Parameters
+    ----------
+    corners : (N, 4, 3) world metres
+    most_off_m : farthest from the face's plane
+    most_turned : sine of the angle between an opening's sill and the plane, at most
+    """
+    flat = face.on_plane(corners.reshape(-1, 3)).reshape(len(corners), 4, 2)
+    off = np.abs((corners - face.origin) @ face.normal).max(axis=1, initial=0.0)
+    sill = corners[:, 1] - corners[:, 0]
+    normals = np.cross(sill, corners[:, 3] - corners[:, 0])
+    facing = normals @ face.normal > (1 - most_turned) * np.linalg.norm(normals, axis=1)
+    return np.concatenate([flat.min(axis=1), flat.max(axis=1)], axis=1), np.asarray((off <= most_off_m) & facing)

@@ -1,0 +1,57 @@
+"""Windows and doors in CityGML 2.0: walls with holes and what fills them, as LoD3 of the boundary surfaces that LoD2 has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from cityflow.core.building import Building, Lod, Polyhedron
+from cityflow.core.openings import Opening, UnitOpenings
+from cityflow.io.attributes import ncname
+from cityflow.io.citygml_appearance import BEYOND_MARK, SOLID_MARK, polygon_stem
+from cityflow.io.citygml_pieces import generic_xml, polygon_xml, positions
+from cityflow.io.openings import SEMANTICS, holes, openings_of, said_of_opening
+
+
+class WallsWithOpenings:
+    """The boundary of one building at LoD3: walls with openings are polygons of their own, all else refers to those of LoD2.
+
+    A building without openings has no LoD3.
+    """
+
+    def __init__(self, building: Building, found: UnitOpenings | None) -> None:
+        self._id = building.id
+        self._storeys = None if found is None else found.storeys
+        self._openings: Mapping[str, Mapping[int, tuple[Opening, ...]]] = {
+            SOLID_MARK: openings_of(found, "solid", building.solids.get(Lod.LOD22)),
+            BEYOND_MARK: openings_of(found, "beyond", building.beyond),
+        }
+        self._any = any(self._openings.values())
+
+    def storeys_xml(self) -> str:
+        """Storeys, as far as rows of windows tell of them."""
+        return "" if not self._storeys else f"<bldg:storeysAboveGround>{self._storeys}</bldg:storeysAboveGround>\n"
+
+    def xml(self, mark: str, faces: Sequence[int], shell: Polyhedron) -> str:
+        """LoD3 of the boundary surface that consists of some faces of a shell."""
+        if not self._any:
+            return ""
+        members = "".join(self._member(mark, i, shell) for i in faces)
+        lod3 = f"<bldg:lod3MultiSurface><gml:MultiSurface>{members}</gml:MultiSurface></bldg:lod3MultiSurface>"
+        return lod3 + "".join(text for i in faces for text in self._fillings(mark, i))
+
+    def _member(self, mark: str, number: int, shell: Polyhedron) -> str:
+        openings = self._openings[mark].get(number)
+        if openings is None:
+            return f'<gml:surfaceMember xlink:href="#{polygon_stem(self._id, mark)}{number}"/>'
+        rings = [*(shell.ring(ring) for ring in shell.faces[number].rings), *holes(openings)]
+        polygon = polygon_xml(f"{ncname('w', self._id)}-{mark}-{number}", [positions(ring) for ring in rings])
+        return f"<gml:surfaceMember>{polygon}</gml:surfaceMember>"
+
+    def _fillings(self, mark: str, number: int) -> Iterator[str]:
+        for n, opening in enumerate(self._openings[mark].get(number, ())):
+            name, kind = f"{ncname('o', self._id)}-{mark}-{number}-{n}", f"bldg:{SEMANTICS[opening.kind]}"
+            polygon = polygon_xml(f"{name}-p", [positions(opening.ring)])
+            yield (
+                f'<bldg:opening><{kind} gml:id="{name}">{generic_xml(said_of_opening(opening))}<bldg:lod3MultiSurface><gml:MultiSurface>'
+                f"<gml:surfaceMember>{polygon}</gml:surfaceMember></gml:MultiSurface></bldg:lod3MultiSurface></{kind}></bldg:opening>"
+            )
