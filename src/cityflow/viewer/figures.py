@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shlex
@@ -22,6 +23,7 @@ from cityflow.viewer.worth_a_look import worth_a_look
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
 
+PLAIN = frozenset((str, int, bool, type(None)))
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
 
@@ -178,12 +180,34 @@ def _unit(unit: UnitRow) -> dict[str, Any]:
 
 def finite(value: Any) -> Any:
     """The same JSON value with None for numbers that JSON cannot say."""
+    kind = type(value)
+    if kind in PLAIN:
+        return value
+    if kind is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return [finite(v) for v in value]
     if isinstance(value, np.generic):
         return finite(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def figures_text(figures: dict[str, Any]) -> str:
+    """JSON with a line for every key and every building: read by people with patience, and written fast."""
+    return (
+        "{\n"
+        + ",\n".join(f"{_json(k)}: {_lines(v) if k == 'units' else _json(v)}" for k, v in figures.items())
+        + "\n}\n"
+    )
+
+
+def _lines(rows: Sequence[Any]) -> str:
+    return "[\n" + ",\n".join(map(_json, rows)) + "\n]" if rows else "[]"
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.grid import Bounds, Grid
-from cityflow.geometry.polyhedron import triangulate
+from cityflow.geometry.polyhedron import FaceArrays, face_arrays, mesh_of
 
 Int32Array = NDArray[np.int32]
 
@@ -61,17 +61,29 @@ class Surfaces:
 
 def surfaces_of(solids: Iterable[Polyhedron]) -> Surfaces:
     """Triangles of solids, coloured by semantic."""
-    corners, colours, faces, count = [], [], [], 0
-    for solid in solids:
-        mesh = triangulate(solid)
-        semantic = np.array([SEMANTIC_COLOURS[f.semantic][1] for f in solid.faces], np.float64)
-        corners.append(mesh.vertices[mesh.triangles])
-        colours.append(semantic[mesh.faces])
-        faces.append(mesh.faces + count)
-        count += len(solid.faces)
-    if not corners:
+    shells = [s for s in solids if s.faces]
+    if not shells:
         return no_terrain()
-    return Surfaces(np.concatenate(corners), np.concatenate(colours), np.concatenate(faces))
+    arrays = _one_array([face_arrays(s) for s in shells])
+    triangles, faces = mesh_of(arrays)
+    semantic = np.array([SEMANTIC_COLOURS[f.semantic][1] for s in shells for f in s.faces], np.float64)
+    return Surfaces(arrays.vertices[triangles] + arrays.origin, semantic[faces], faces)
+
+
+def _one_array(parts: Sequence[FaceArrays]) -> FaceArrays:
+    """The faces of several solids as those of one: to triangulate thousands at once takes a fraction of the time."""
+    origin = parts[0].origin
+    vertices, corners, rings = (
+        np.cumsum([0, *(len(a) for a in arrays)])[:-1]
+        for arrays in ([p.vertices for p in parts], [p.corners for p in parts], [p.ring_start[1:] for p in parts])
+    )
+    return FaceArrays(
+        np.concatenate([p.vertices + (p.origin - origin) for p in parts]),
+        origin,
+        np.concatenate([p.corners + n for p, n in zip(parts, vertices, strict=True)]),
+        np.concatenate([[0], *(p.ring_start[1:] + n for p, n in zip(parts, corners, strict=True))]),
+        np.concatenate([[0], *(p.face_start[1:] + n for p, n in zip(parts, rings, strict=True))]),
+    )
 
 
 def no_terrain() -> Surfaces:

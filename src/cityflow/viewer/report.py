@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from cityflow.core.building import Status
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import finite, measured, report_figures
+from cityflow.viewer.figures import figures_text, finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.rows import ReportData, UnitRow
@@ -23,8 +23,7 @@ LISTED = 10
 def write_report(data: ReportData) -> tuple[bytes, bytes]:
     """Bytes of report.json and of report.html; the same data give the same bytes."""
     figures = report_figures(data)
-    text = json.dumps(figures, ensure_ascii=False, indent=1, allow_nan=False)
-    return (text + "\n").encode(), _page(data, figures).encode()
+    return figures_text(figures).encode(), _page(data, figures).encode()
 
 
 def _page(data: ReportData, figures: dict[str, Any]) -> str:
@@ -125,15 +124,15 @@ def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
     extra = [[_short(u.attributes.get(key)) for key in keys] for u in units] if keys else []
     overrides = {u.id: data.overrides[u.id] for u in units if u.id in data.overrides}
     pages = {u.id: data.pages[u.id] for u in units if u.id in data.pages}
-    payload = {
-        "fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": overrides, "pages": pages,
+    return {
+        "fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": finite(overrides), "pages": pages,
     }  # fmt: skip
-    cleaned: dict[str, Any] = finite(payload)
-    return cleaned
 
 
 def _short(value: Any) -> Any:
-    return float(f"{value:.4g}") if isinstance(value, float) and abs(value) < 1e4 else value
+    """Four digits, or what JSON can say of it."""
+    value = finite(value)
+    return float(f"{value:.4g}") if type(value) is float and abs(value) < 1e4 else value
 
 
 def _script_json(value: Any) -> str:

@@ -48,10 +48,15 @@ class Crops:
     survey: Survey
     tiles: tuple[Bounds, ...]
     most_px: int = CROP_PX
-    _open: dict[str, Any] = field(default_factory=dict, init=False)
+    _last: tuple[str, list[Ground]] | None = field(default=None, init=False)
 
     def grounds(self, unit: UnitRow) -> list[Ground]:
         """Heights, and colours where there are some; nothing where the surface under the unit has not been made."""
+        if self._last is None or self._last[0] != unit.id:
+            self._last = unit.id, self._read(unit)
+        return self._last[1]
+
+    def _read(self, unit: UnitRow) -> list[Ground]:
         if not unit.rings or not any(len(r) for r in unit.rings):
             return []
         x, y = unit.rings[0].min(axis=0), unit.rings[0].max(axis=0)
