@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -157,9 +157,10 @@ class Painted:
         path.write_bytes(write_cog(values, grid, resolve(CRS_CODE), nodata=None))
         return path
 
-    def write_outlines(self) -> Path:
+    def write_outlines(self, ids: Mapping[str, str] | None = None) -> Path:
         path = self.folder / "outlines.gpkg"
-        geopandas.GeoDataFrame({"id": list(PLANS)}, geometry=[shapely.box(*p) for p in PLANS.values()], crs=28992).to_file(path)  # fmt: skip
+        names, plans = [(ids or {}).get(n, n) for n in PLANS], [shapely.box(*p) for p in PLANS.values()]
+        geopandas.GeoDataFrame({"id": names}, geometry=plans, crs=28992).to_file(path)
         return path
 
     def describe(self, *, images: bool = True, ortho: bool = False, **options: Any) -> CreatedCatalog:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -32,6 +33,7 @@ from cityflow.io.reference import resolve
 from cityflow.io.tiles3d import FOLDER as TILES3D
 from cityflow.io.tiles3d import PORTABLE, RAW
 from cityflow.io.tiles3d_tree import city_tilesets
+from cityflow.stages import atlas
 from cityflow.stages.export import CITY, STAGE, read_rows
 from cityflow.stages.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.stages.outline_lines import decode_all
@@ -40,7 +42,7 @@ from cityflow.stages.refused_outlines import shapes_of
 from cityflow.stages.survey import Survey
 from cityflow.stages.units import read_splits
 
-VERSION = 4
+VERSION = 5
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
@@ -58,7 +60,10 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     splits = {p: d for t in tiles for p, d in survey.split_files(t).items()}
     exports = {t: survey.records[STAGE, t].outputs for t in tiles}
-    surfaces = {t: {**survey.products_of("surface", t), **survey.products_of("ortho", t)} for t in tiles}
+    pages = _pages(survey)
+    surfaces = {
+        t: {**survey.products_of("surface", t), **survey.products_of("ortho", t), **pages.get(t, {})} for t in tiles
+    }
     return Task(
         STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
         parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
@@ -76,6 +81,15 @@ def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Ta
         limits=survey.limits(STAGE),
         in_place=True,
     )  # fmt: skip
+
+
+def _pages(survey: Survey) -> dict[str, dict[str, str]]:
+    """Tile → the pages of its leaves, path → digest."""
+    found: dict[str, dict[str, str]] = {}
+    for stage, leaf in sorted(survey.records):
+        if stage == atlas.STAGE:
+            found.setdefault(leaf.rpartition(".")[0], {}).update(survey.products_of(stage, leaf))
+    return found
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -127,17 +141,19 @@ def _catalog(workspace: Workspace, task: Task) -> Iterator[tuple[str, bytes]]:
 
 
 def _files(found: Mapping[str, str]) -> dict[str, ProductFile]:
-    """Asset key → file: the folder's name, or the file's own where it stands alone."""
-    files = {}
+    """Asset key → file: the folder's name, or the file's own where it stands alone or where the folder has several of its kind."""
+    files: dict[str, ProductFile] = {}
+    several = Counter(_key(path.removeprefix("products/")) for path in found)
     for path, sha256 in sorted(found.items()):
         inside = path.removeprefix("products/")
-        key = (
-            inside.replace("/", "-")
-            if inside.count("/") == 0
-            else f"{inside.split('/')[0]}-{inside.rsplit('.', 1)[-1]}"
-        )
+        key = _key(inside) if several[_key(inside)] == 1 else inside.replace("/", "-")
         files[key] = ProductFile(inside, TITLES.get(inside.split("/")[0].split(".")[0], inside), sha256=sha256)
     return files
+
+
+def _key(inside: str) -> str:
+    """Folder and ending of a file among the products; its name where it is in none."""
+    return inside if "/" not in inside else f"{inside.split('/')[0]}-{inside.rsplit('.', 1)[-1]}"
 
 
 def _rasters(task: Task) -> Iterator[tuple[str, bytes]]:

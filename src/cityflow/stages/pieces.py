@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import atexit
-import shutil
-import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +13,7 @@ from cityflow.flow.store import Store
 from cityflow.io import las
 from cityflow.io.images import TiledImage, open_image
 from cityflow.io.surface_zarr import read_layers
+from cityflow.stages.image_copies import image_copies
 
 PIECES_KEPT = 24
 """Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
@@ -38,15 +35,8 @@ def read_surface(store: Store, zarr: str, city: Grid, bounds: Bounds) -> tuple[G
 
 @lru_cache(maxsize=IMAGES_KEPT)
 def open_pixels(store: Store, path: str) -> TiledImage:
-    """An ingested image, read by window; a copy stays as long as the process where the store is remote."""
-    if store.is_local:
-        return open_image(store.url(path))
-    folder = Path(tempfile.mkdtemp(prefix="cityflow-image-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    local = folder / "image.tif"
-    with store.local_copy(path) as copy:
-        shutil.copyfile(copy, local)
-    return open_image(local)
+    """An ingested image, read by window; of a remote store its copy."""
+    return open_image(store.url(path)) if store.is_local else image_copies().open(store, path)
 
 
 @lru_cache(maxsize=TEXTS_KEPT)
