@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from rich.console import Console
 
 from browser import painted_run as town
 from cityflow.errors import RunError
+from cityflow.flow.store import Store
 from cityflow.io.reference import resolve
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
@@ -121,7 +123,7 @@ def test_nothing_in_it_names_this_machine(made: tuple[Prepared, CurrentRecords])
 
 def test_a_run_that_has_only_begun_has_a_page(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
     run, _ = made
-    early = Prepared(run.workflow, run.catalog, run.area, type(run.store).open(tmp_path))
+    early = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path))
     describe_run(early)
     town.write_view(early, CurrentRecords({}))
     about = json.loads((tmp_path / "view/data/city.json").read_text())
@@ -144,6 +146,27 @@ def test_a_page_is_written_where_there_is_none_and_left_alone_where_it_is_right(
     assert (root / "view/index.html").is_file()
     with pytest.raises(RunError, match="no run here"):
         bring_up_to_date(str(root / "products"), console)
+
+
+def test_points_that_somebody_has_damaged_are_left_out(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    shutil.rmtree(tmp_path / "run/view")
+    for path in (tmp_path / "run/work/ingest/flight").rglob("*.laz"):
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    for path in (tmp_path / "run/products/textures").glob("*.index.png"):
+        path.unlink()
+    town.write_view(Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run")), records)
+    about = json.loads((tmp_path / "run/view/data/city.json").read_text())
+    assert about["layers"] == {"points": False, "dsm": True, "cuts": True, "failures": True}
+
+
+def test_pages_come_from_an_object_store_as_well() -> None:
+    store = Store.open("memory://view-reader")
+    store.write_bytes("view/index.html", b"page")
+    read = reader(store)
+    assert read("view/index.html") == b"page"
+    assert read("products/missing.glb") is None
 
 
 def test_the_reader_gives_files_and_nothing_for_folders(made: tuple[Prepared, CurrentRecords]) -> None:

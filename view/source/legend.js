@@ -1,5 +1,5 @@
 // What the colours mean.
-import { CLASSES, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
+import { CLASSES, POINT_CLASSES, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
 import { element } from './elements.js';
 
 const TITLES = { nmad: 'NMAD of the points to their roof', rmse: 'RMSE of the points to their roof' };
@@ -21,6 +21,14 @@ function entries(mode, about) {
   ];
 }
 
-function key(colour, text) {
+/** Colours of points by class; nothing where points have the colours of photographs. */
+export function drawPointLegend(box, isShown, { about }) {
+  const isByClass = about.tiles.some((tile) => tile.points && !tile.points.is_coloured);
+  const words = new Map(Object.values(POINT_CLASSES).map(([title, colour]) => [title, colour]));
+  box.replaceChildren(...[...words].map(([title, colour]) => key(colour, title)));
+  box.hidden = !isShown || !isByClass;
+}
+
+export function key(colour, text) {
   return element('p', { class: 'key' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), text);
 }

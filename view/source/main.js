@@ -3,7 +3,7 @@ import { City } from './city.js';
 import { json, readUnits } from './data.js';
 import { byId, element, say } from './elements.js';
 import { Layers } from './layers.js';
-import { drawLegend } from './legend.js';
+import { drawLegend, drawPointLegend } from './legend.js';
 import { Link } from './link.js';
 import { Panel } from './panel.js';
 import { fillSearch } from './search.js';
@@ -107,16 +107,22 @@ function wireLayers(page) {
     box.closest('label').title = has ? box.closest('label').title : about.missing[name];
     box.addEventListener('change', () => overlay(page, name, box.checked));
   }
+  if (!hasPhotographs(about)) {
+    byId('colour-photographs').textContent = 'Plain';
+    byId('colour-photographs').closest('label').title = 'This run has no textures';
+  }
   const sets = byId('textures');
   for (const option of sets.options) option.disabled = option.value === 'rectified' ? !about.sets.rectified : !about.sets.raw;
   sets.addEventListener('change', () => textures(page, sets.value));
 }
 
+const hasPhotographs = (about) => Object.values(about.texture_pixels).some(Boolean);
+
 function colourBy(page, mode) {
   page.city.colourBy(mode);
   document.querySelector(`input[name="colour"][value="${mode}"]`).checked = true;
   page.link.set('colour', mode === 'photographs' ? null : mode);
-  byId('textures').closest('label').hidden = mode !== 'photographs';
+  byId('textures').closest('label').hidden = mode !== 'photographs' || !hasPhotographs(page.about);
   drawLegend(byId('legend'), mode, page);
 }
 
@@ -124,6 +130,7 @@ async function overlay(page, name, isShown) {
   byId(`layer-${name}`).checked = isShown;
   page.link.set(name, isShown ? 'on' : null);
   say(isShown ? 'Loading …' : '');
+  if (name === 'points') drawPointLegend(byId('points-legend'), isShown, page);
   await page.layers.show(name, isShown);
   say(isShown ? page.about.said[name] ?? '' : '');
 }

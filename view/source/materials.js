@@ -79,7 +79,7 @@ void main() {
   vec3 colour = abs(shade);
 #endif
 #ifdef HAS_SELECTION
-  if (shade.r + shade.g + shade.b < 0.0) colour = mix(colour, vec3(0.03, 0.3, 0.9), 0.3);
+  if (shade.r + shade.g + shade.b < 0.0) colour = mix(colour, vec3(0.03, 0.3, 0.9), 0.24);
 #endif
   gl_FragColor = vec4(colour, 1.0);
   #include <colorspace_fragment>

@@ -84,13 +84,18 @@ function candidates(known) {
   if (!known.scores?.length) return section('Candidates', element('p', { class: 'muted' }, 'No candidates are recorded.'));
   const head = element('tr', {}, ['Method', ...SCORES.map(([, title]) => title)].map((title) => element('th', { scope: 'col' }, title)));
   const rows = known.scores.flatMap((score, k) => {
-    const name = element('th', { scope: 'row' }, score.method, k === known.kept ? element('b', {}, ' (kept)') : '');
+    const name = element('th', { scope: 'row' }, breakable(score.method), k === known.kept ? element('b', {}, ' (kept)') : '');
     const fault = score.valid ? '' : element('tr', {}, element('td', { colspan: SCORES.length + 1, class: 'fault' }, score.fault || 'no solid'));
     const shown = element('tr', { class: k === known.kept ? 'kept' : null, title: partsOf(score) }, name, SCORES.map(([key, , form]) => element('td', {}, form(score[key]))));
     return [shown, fault];
   });
   const note = element('p', { class: 'muted' }, 'A penalty is better the lower it is; validity comes first. Point at a row to see what its penalty is made of.');
   return section('Candidates of the methods', element('div', {}, element('div', { class: 'scroll' }, element('table', {}, element('thead', {}, head), element('tbody', {}, rows))), note), true);
+}
+
+/** A name that may be broken after its underscores, and nowhere else. */
+function breakable(name) {
+  return name.split(/(?<=[_/])/).flatMap((part) => [part, element('wbr')]);
 }
 
 function partsOf(score) {

@@ -4,7 +4,7 @@ import { POINT_CLASSES, UNKNOWN } from './colours.js';
 const MARGIN = { left: 52, right: 14, top: 12, bottom: 30 };
 const BELOW_M = 3;
 const ABOVE_M = 12;
-const LINES = { buildings: ['#c2185b', 2], terrain: ['#6d4c1e', 1.5] };
+export const LINES = { buildings: ['#c2185b', 2], terrain: ['#6d4c1e', 1.5] };
 
 /** @returns {{exaggeration: number}} of heights against lengths */
 export function drawProfile(canvas, { points, lines, length, lift }) {

@@ -6,9 +6,10 @@ import { diverging, DIVERGING_GRADIENT } from './colours.js';
 import { toWorld } from './data.js';
 import { byId, element, metres, percent, say } from './elements.js';
 import { tilePoints, toLinear } from './layers.js';
+import { key } from './legend.js';
 import { residuals, roofTriangles, summary } from './residuals.js';
 import { profileOf, sectionTriangles } from './section.js';
-import { drawProfile } from './profile.js';
+import { drawProfile, LINES } from './profile.js';
 
 const TOOLS = {
   distance: { points: 2, hint: 'Click two places. Esc ends.' },
@@ -126,6 +127,7 @@ export class Tools {
       ['Length', metres(this.profile.length)], ['Points', `${profile.count.toLocaleString('en')} within ${metres(this.width / 2, 2)} of the line`],
       ['Heights', drawn.exaggeration > 0.99 ? 'to the same scale' : `drawn at ${percent(drawn.exaggeration)} of the lengths' scale`],
     ]);
+    byId('tool-result').append(key(LINES.buildings[0], 'model'), key(LINES.terrain[0], 'terrain'));
     if (!this.about.tiles.some((t) => t.points)) say('The run has no points for this page: the section shows the model only.');
   }
 

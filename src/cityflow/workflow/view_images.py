@@ -53,8 +53,11 @@ def page_pixels(records: CurrentRecords) -> dict[str, int]:
 
 
 def images_of_leaf(store: Store, leaf: Leaf) -> dict[str, list[list[Json]]]:
-    """Unit → [image, share of the unit's textured pixels], the greatest first."""
-    manifest = json.loads(store.read_bytes(leaf.path))
+    """Unit → [image, share of the unit's textured pixels], the greatest first; nothing where the leaf's file is gone."""
+    try:
+        manifest = json.loads(store.read_bytes(leaf.path))
+    except FileNotFoundError:
+        return {}
     made = manifest["sets"][PAGES_OF]
     counted: dict[str, Counter[int]] = {f["unit"]: Counter() for f in made["faces"]}
     for number in range(len(made["pages"])):

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import laspy
 import numpy as np
 import shapely
 
@@ -16,8 +15,10 @@ from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, Tile, tile_at
 from cityflow.core.splitting import CutLine, Splitting
+from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
+from cityflow.io.las_header import opened
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages import ingest, split, surface
 from cityflow.stages.split_lines import decode_splitting
@@ -80,9 +81,15 @@ def _most_points(tiles: int) -> int:
     return min(MOST_POINTS_OF_TILE, MOST_POINTS // max(tiles, 1))
 
 
-def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) -> tuple[bytes, Json]:
-    """A tile's points as the page reads them, thinned out where they are many, and what is said of them."""
-    clouds = [_cloud(data) for _, data in store.read_many(source.paths)]
+def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) -> tuple[bytes | None, Json]:
+    """A tile's points as the page reads them, thinned out where they are many, and what is said of them.
+
+    A tile whose files somebody has damaged or removed since has none: the page does without them.
+    """
+    try:
+        clouds = [_cloud(data, path) for path, data in store.read_many(source.paths)]
+    except (OSError, CatalogError):
+        return None, {"count": 0, "of": 0}
     xyz = np.concatenate([c[0] for c in clouds])
     classes = np.concatenate([c[2] for c in clouds])
     colours = [c[1] for c in clouds if c[1] is not None]
@@ -94,9 +101,9 @@ def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) ->
     return data, {**said, "of": len(xyz), "box": [round(float(v), 2) for v in box]}
 
 
-def _cloud(data: bytes) -> tuple[FloatArray, ByteArray | None, ByteArray]:
+def _cloud(data: bytes, name: str) -> tuple[FloatArray, ByteArray | None, ByteArray]:
     """Places, colours where there are some, and classes of a file's points."""
-    with laspy.open(io.BytesIO(data)) as reader:
+    with opened(io.BytesIO(data), name) as reader:
         points = reader.read()
     xyz = np.column_stack([points.x, points.y, points.z]).astype(np.float64)
     names = set(points.point_format.dimension_names)
