@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.building import Status
-from cityflow.core.texture import FIRST_IMAGE, Patch, TexturePage, UnitTexture
+from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, TexturePage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.image_write import jpeg_bytes, png_bytes
 from cityflow.stages.atlas_parameters import AtlasParameters
 from cityflow.stages.survey import Survey, UnitEntry
-from cityflow.stages.texture_files import SETS, decode_unit
+from cityflow.stages.texture_files import SETS, Rings, decode_unit
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 
 STAGE = "atlas"
-VERSION = 1
+VERSION = 2
 LEAF = "leaf.json"
 FOLDER = "products/textures"
 MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
@@ -53,37 +53,63 @@ def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
-    """Place all patches anew, together, and write pages, what each texel came from, and where each face is."""
+    """Place all patches anew, together, and write pages, what each texel came from, and where each face is.
+
+    One set after the other, and a page at a time, so that memory holds the patches of one set and one page.
+    """
     parameters = AtlasParameters.model_validate(task.parameters)
-    units = {u: decode_unit(workspace.read(path)) for u, path in task.arguments["textures"].items()}
-    names = merged_names(t.images for t, _ in units.values())
-    manifest: dict[str, Any] = {"images": list(names), "plain": {}, "sets": {}}
-    figures: dict[str, Json] = {"units": len(units)}
+    manifest: dict[str, Any] = {"plain": {}, "sets": {}}
+    figures: dict[str, Json] = {"units": len(task.arguments["textures"])}
     for number, name in enumerate(SETS):
-        patches = [(u, p) for u, (t, _) in units.items() for p in _patches(t, number, names)]
-        placement = place([p.mask for _, p in patches], parameters.placement) if patches else Placement((), ())
-        pages = [_publish(workspace, task.unit, name, k, page, parameters) for k, page in enumerate(pages_of([p for _, p in patches], placement))]  # fmt: skip
-        manifest["sets"][name] = {"pages": [asdict(p) for p in pages], "faces": _faces(patches, placement, units)}
-        figures[name] = {"pages": len(pages), "patches": len(patches), "pixels": int(sum(p.mask.sum() for _, p in patches)),
-                         "page_pixels": int(sum(h * w for h, w in placement.pages))}  # fmt: skip
-    for unit, (texture, rings) in units.items():
-        manifest["plain"][unit] = [[rings[k], list(f.colour), f.reason] for k, f in sorted(texture.plain.items())]
+        leaf = _Leaf.read(workspace, task.arguments["textures"], number)
+        masks = [p.mask for _, p, _ in leaf.patches]
+        placement = place(masks, parameters.placement) if masks else Placement((), ())
+        made = pages_of([p for _, p, _ in leaf.patches], placement)
+        pages = [_publish(workspace, task.unit, name, k, page, parameters) for k, page in enumerate(made)]
+        manifest["sets"][name] = {"pages": [asdict(p) for p in pages], "faces": _faces(leaf, placement)}
+        figures[name] = {
+            "pages": len(pages), "patches": len(masks), "pixels": int(sum(m.sum() for m in masks)),
+            "page_pixels": int(sum(h * w for h, w in placement.pages)),
+        }  # fmt: skip
+        manifest |= {"images": list(leaf.images), "plain": leaf.plain}
     if any(manifest["sets"][name]["pages"] for name in SETS):
-        meaning = {
-            "0": "no texture",
-            "1": "interpolated",
-            **{str(i): n for i, n in enumerate(names, start=FIRST_IMAGE)},
-        }
+        numbered = {str(i): n for i, n in enumerate(manifest["images"], start=FIRST_IMAGE)}
+        meaning = {str(OUTSIDE): "no texture", str(INTERPOLATED): "interpolated", **numbered}
         workspace.publish(f"{FOLDER}/{task.unit}.images.json", _text(meaning))
     workspace.write(LEAF, _text(manifest))
     return workspace.outcome(Status.DONE, "", figures)
 
 
-def _patches(texture: UnitTexture, number: int, names: Sequence[str]) -> Iterable[Patch]:
-    """A unit's patches of a set, their indices counting the leaf's images."""
-    place_of = {n: i for i, n in enumerate(names)}
-    for p in (texture.raw, texture.rectified)[number]:
-        yield Patch(p.key, p.pixels, renumbered(p.index, texture.images, place_of), p.mask, p.corners, p.figures)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Leaf:
+    """One set of a leaf's units.
+
+    Attributes
+    ----------
+    images : names that the index rasters count
+    patches : unit, patch, world rings of its face
+    plain : unit → rings, colour and reason of its plain faces
+    """
+
+    images: tuple[str, ...]
+    patches: list[tuple[str, Patch, Rings]]
+    plain: dict[str, list[Any]]
+
+    @classmethod
+    def read(cls, workspace: Workspace, paths: Mapping[str, str], number: int) -> _Leaf:
+        found: list[tuple[str, Patch, Rings, tuple[str, ...]]] = []
+        plain, names = {}, []
+        for unit, path in paths.items():
+            texture, rings = decode_unit(workspace.read(path))
+            names.append(texture.images)
+            found += [(unit, p, rings[p.key], texture.images) for p in (texture.raw, texture.rectified)[number]]
+            plain[unit] = [[rings[k], list(f.colour), f.reason] for k, f in sorted(texture.plain.items())]
+        images = merged_names(names)
+        place_of = {n: i for i, n in enumerate(images)}
+        patches = [
+            (unit, replace(p, index=renumbered(p.index, of_unit, place_of)), rings) for unit, p, rings, of_unit in found
+        ]
+        return cls(images, patches, plain)
 
 
 def _publish(workspace: Workspace, leaf: str, name: str, number: int, page: Page, parameters: AtlasParameters) -> TexturePage:  # fmt: skip
@@ -98,19 +124,20 @@ def _publish(workspace: Workspace, leaf: str, name: str, number: int, page: Page
 
 def without_black(page: Page) -> NDArray[np.uint8]:
     """The pixels of a page with its mean colour where no patch is: nothing dark bleeds in at coarse levels of a mipmap, and JPEG has no hard edges."""
-    used = page.owner > 0
-    if not used.any():
-        return page.pixels
-    mean = np.rint(page.pixels[used].mean(axis=0)).astype(np.uint8)
-    return np.where(used[..., None], page.pixels, mean)
+    free = page.owner == 0
+    count = free.size - int(np.count_nonzero(free))
+    if count:
+        # what is free is black still, and adds nothing
+        page.pixels[free] = np.rint(page.pixels.sum(axis=(0, 1), dtype=np.int64) / count).astype(np.uint8)
+    return page.pixels
 
 
-def _faces(patches: Sequence[tuple[str, Patch]], placement: Placement, units: Mapping[str, Any]) -> list[dict[str, Any]]:  # fmt: skip
+def _faces(leaf: _Leaf, placement: Placement) -> list[dict[str, Any]]:
     rows = []
-    for (unit, patch), spot in zip(patches, placement.spots, strict=True):
-        size = placement.pages[spot.page]
-        corners = [uvd(corners_on_page(c, patch.mask.shape, spot), size).tolist() for c in patch.corners]
-        rows.append({"unit": unit, "page": spot.page, "rings": units[unit][1][patch.key], "uvd": corners, "figures": asdict(patch.figures)})  # fmt: skip
+    for (unit, patch, rings), spot in zip(leaf.patches, placement.spots, strict=True):
+        size, (tall, wide) = placement.pages[spot.page], patch.mask.shape
+        corners = [uvd(corners_on_page(c, (tall, wide), spot), size).tolist() for c in patch.corners]
+        rows.append({"unit": unit, "page": spot.page, "rings": rings, "uvd": corners, "figures": asdict(patch.figures)})
     return rows
 
 

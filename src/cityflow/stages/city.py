@@ -309,13 +309,15 @@ class CitySource:
             yield reconstruct.task(survey, self._known[name])
         elif stage == texture.STAGE:
             unit = self._known[name]
-            made = texture.task(survey, unit, self._around(unit)) if survey.hull(name)["path"] else None
+            around = [self._known[u] for u in self._around(unit)]
+            made = texture.task(survey, unit, around) if survey.hull(name)["path"] else None
             yield from self._unless_none(node, made)
         elif stage == atlas.STAGE:
             yield from self._unless_none(node, atlas.task(survey, name, self._leaves[name]))
         elif node == CITY:
             refused = survey.refused_outlines() if self.area.is_everywhere else {}
-            yield export_city.task(survey, [tile for _, tile in self._exports], refused)
+            leaves = {tile: self._leaves_of.get(tile, []) for _, tile in self._exports}
+            yield export_city.task(survey, leaves, refused)
         else:
             shown = [self._known[u] for u in self._units_of_export(name)]
             yield export.task(survey, name, self._chosen[name], shown, self._leaves_of.get(name, []))

@@ -6,19 +6,11 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-import cv2
 import numpy as np
-import shapely
-from affine import Affine
-from numpy.typing import NDArray
-from rasterio.features import rasterize
-from shapely import Polygon
 
-from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.building import Building, Lod, Polyhedron, Scalar
 from cityflow.core.texture import (
     BuildingTexture,
-    Drape,
     FaceFigures,
     FaceKey,
     FaceTexture,
@@ -29,15 +21,8 @@ from cityflow.core.texture import (
 )
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.polyhedron import face_areas
-from cityflow.io.fetch import local_file
-from cityflow.io.image_write import jpeg_bytes
-from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.atlas import FOLDER
-from cityflow.stages.rasters import given_colours
-from cityflow.stages.survey import ZARR
 from cityflow.stages.texture_files import Rings
-from cityflow.texture.patches.fill import interpolated
+from cityflow.texture.planes import face_planes
 
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
@@ -94,67 +79,6 @@ def with_texture_figures(building: Building, texture: BuildingTexture | None, fa
     return building.with_attributes(more)
 
 
-def drape(
-    workspace: Workspace, task_arguments: Mapping[str, Any], tile: str, covered: Sequence[Polygon], longest_px: int
-) -> Drape | None:
-    """The tile's ortho as a picture for its terrain; None where there is none.
-
-    Parameters
-    ----------
-    covered : plans of what stands on the terrain; an ortho shows roofs there, and beside it eaves that reach beyond the walls
-    """
-    bounds: Bounds = tuple(task_arguments["bounds"])
-    found = _ortho(workspace, task_arguments, bounds)
-    if found is None:
-        return None
-    colours, grid = _reduced(_without_roofs(found, covered), longest_px)
-    path = workspace.publish(f"{FOLDER}/{tile}.terrain.jpg", jpeg_bytes(colours, DRAPE_QUALITY))
-    return Drape(TexturePage(path, colours.shape[1], colours.shape[0], "image/jpeg"), grid.bounds)
-
-
-Colours = tuple[NDArray[Any], NDArray[np.bool_], Grid]
-"""(rows, cols, 3) float32 of 0 to 255, which cells have one, and where they are."""
-
-
-def _ortho(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds) -> Colours | None:
-    if a["own_orthos"]:
-        whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
-        grid, layers = read_layers(workspace.store.zarr_store(ZARR), whole, bounds, ("ortho", "ortho_seen"))
-        scale = a["white"] / WHITE
-        bands = layers["ortho"] if len(layers["ortho"]) >= 3 else np.repeat(layers["ortho"][:1], 3, axis=0)
-        colours = np.moveaxis(bands[:3], 0, -1).astype(np.float32) / np.float32(scale)
-        return (colours, layers["ortho_seen"], grid) if layers["ortho_seen"].any() else None
-    for _, href, cell in a["given_orthos"]:
-        grid = Grid.covering(bounds, cell)
-        with local_file(href) as path:
-            given = np.moveaxis(given_colours(path, grid, resolve(a["crs"])), 0, -1)
-        known = np.isfinite(given).all(axis=-1)
-        if known.any():
-            return np.nan_to_num(given).astype(np.float32), np.asarray(known), grid
-    return None
-
-
-def _without_roofs(found: Colours, covered: Sequence[Polygon]) -> Colours:
-    """Interpolated from the ground around under and beside buildings, and where the ortho has no colour."""
-    colours, known, grid = found
-    ground = known
-    if covered:
-        wide = shapely.union_all(shapely.buffer(np.array(covered, dtype=object), EAVES_M, quad_segs=2))
-        ground = known & ~rasterize([wide], out_shape=grid.shape, transform=Affine(*grid.transform)).astype(bool)
-    ground = ground if ground.any() else known
-    return interpolated(colours, ground), known, grid
-
-
-def _reduced(found: Colours, longest_px: int) -> tuple[NDArray[np.uint8], Grid]:
-    """As many pixels as asked for at most."""
-    colours, _, grid = found
-    factor = longest_px / max(grid.rows, grid.cols)
-    if factor < 1:
-        size = max(round(grid.cols * factor), 1), max(round(grid.rows * factor), 1)
-        colours = cv2.resize(colours, size, interpolation=cv2.INTER_AREA)
-    return np.clip(np.rint(colours), 0, 255).astype(np.uint8), grid
-
-
 def _areas(building: Building) -> Iterable[tuple[FaceKey, float]]:
     for shell, polyhedron in _shells(building):
         for number, area in enumerate(face_areas(polyhedron).tolist()):
@@ -169,16 +93,8 @@ def _shells(building: Building) -> Iterable[tuple[Shell, Polyhedron]]:
 
 def _keys(building: Building) -> dict[Rings, FaceKey]:
     """The faces of a building that can have a texture, by the world vertices of their rings."""
-    return {
-        _world(p, face): (shell, number)
-        for shell, p in _shells(building)
-        for number, face in enumerate(p.faces)
-        if face.semantic is not Semantic.GROUND and face.neighbour is None
-    }
-
-
-def _world(polyhedron: Polyhedron, face: Face) -> Rings:
-    return _rings([polyhedron.ring(ring).tolist() for ring in face.rings])
+    faces = face_planes(building.solids[Lod.LOD22], building.beyond)
+    return {_rings([ring.tolist() for ring in face.rings]): face.key for face in faces}
 
 
 def _rings(tree: Sequence[Sequence[Sequence[float]]]) -> Rings:

@@ -7,35 +7,31 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import shapely
 from shapely import Polygon
 
-from cityflow.core.building import Building, Lod, Outline, RoofPlane, Scalar, Status
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.building import Building, Lod, Status
+from cityflow.core.grid import Bounds
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
-from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.cityjson import overhang_rows, read_feature
 from cityflow.io.reference import resolve
-from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
-from cityflow.stages import atlas, reconstruct
-from cityflow.stages.city_textures import drape, texture_sets, with_texture_figures
+from cityflow.stages import atlas
+from cityflow.stages.block import failed_block, surface_over
+from cityflow.stages.city_textures import texture_sets, with_texture_figures
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all
 from cityflow.stages.parameters import ExportParameters
-from cityflow.stages.pieces import read_surface
 from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.stages.terrain_drape import Draped, drape
 from cityflow.surface.tin import Tin, terrain_tin
 
 STAGE = "export"
 CITY = "city"
 ROWS = "units.json"
-VERSION = 4
-BLOCK_PERCENTILE = 70.0
-MARGIN_CELLS = 4
+VERSION = 5
 
 
 def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
@@ -94,15 +90,16 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     portable = sets["rectified"].buildings
     bare = task.arguments["bare"]
     own = tuple(with_texture_figures(finished[u], portable.get(u), bare.get(u, "")) for u in names)
+    wanted = task.arguments["textures"]
     draped = (
         drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
-        if task.arguments["textures"]
-        else None
-    )
+        if wanted else Draped(None)
+    )  # fmt: skip
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
-        city=tuple(task.arguments["city"]), raw=sets["raw"], rectified=sets["rectified"], drape=draped,
+        city=tuple(task.arguments["city"]), drape=draped.drape,
+        **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
     )  # fmt: skip
     for form in parameters.formats:
         for path, data in WRITERS[form](tile):
@@ -112,7 +109,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
     workspace.write(ROWS, json.dumps(rows, ensure_ascii=False, sort_keys=True).encode())
     return workspace.outcome(
-        result={"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)}
+        Status.DEGRADED if draped.lost else Status.DONE,
+        f"no picture on the terrain: {draped.lost}" if draped.lost else "",
+        {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)},
     )
 
 
@@ -138,40 +137,10 @@ def _buildings(workspace: Workspace, task: Task, standings: Mapping[str, Standin
     unit_of = {h["path"]: u for u, h in hulls.items() if h["path"] is not None}
     found = {unit_of[path]: read_feature(data) for path, data in workspace.store.read_many(list(unit_of))}
     for unit in hulls.keys() - found.keys():
-        block = _block(workspace, task, standings[unit].outline, str(hulls[unit]["reason"]))
+        block = failed_block(workspace.store, task.arguments, standings[unit].outline, str(hulls[unit]["reason"]))
         if block is not None:
             found[unit] = block
     return {unit: found[unit] for unit in sorted(found)}
-
-
-def _surface(workspace: Workspace, task: Task, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
-    """DSM and DTM over `bounds`, with the margin that lets both tiles beside a border see the same profile."""
-    city = Grid.covering(tuple(task.arguments["city"]), task.arguments["cell_m"])
-    margin = MARGIN_CELLS * city.cell
-    x_min, y_min, x_max, y_max = bounds
-    return read_surface(
-        workspace.store, task.arguments["zarr"], city, (x_min - margin, y_min - margin, x_max + margin, y_max + margin)
-    )
-
-
-def _block(workspace: Workspace, task: Task, outline: Outline, reason: str) -> Building | None:
-    """A block from the surface over the whole outline, the same in every tile that shows it."""
-    grid, layers = _surface(workspace, task, outline.polygon.bounds)
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-    inside = shapely.contains_xy(outline.polygon, x, y)
-    roof, ground = (z[inside & np.isfinite(z)] for z in (layers["dsm"], layers["dtm"]))
-    if not len(roof) or not len(ground):
-        return None
-    floor, top = float(np.floor(ground.min() * 100)) / 100, round(float(np.percentile(roof, BLOCK_PERCENTILE)), 4)
-    solid = extrude(outline.polygon, floor, max(top, floor + 1.0))
-    if check_polyhedron(solid):
-        return None
-    x_0, y_0 = (round(v, 4) for v in outline.polygon.bounds[:2])
-    solids = dict.fromkeys((Lod.LOD12, Lod.LOD13, Lod.LOD22), solid)
-    marks: dict[str, Scalar] = {"lod": "1.2", "method": "block from the DSM", "is_fallback": True}
-    attributes = reconstruct.with_source(outline.attributes, marks)
-    plane = RoofPlane(0.0, 0.0, top, (x_0, y_0), len(roof))
-    return Building(outline.id, outline.polygon, floor, solids, (plane,), attributes, Status.FAILED, reason)
 
 
 def with_party_walls(buildings: Mapping[str, Building]) -> dict[str, Building]:
@@ -196,5 +165,5 @@ def _terrain(workspace: Workspace, task: Task, standings: Iterable[Standing], pa
     frame = shapely.box(*bounds)
     outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
     inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
-    grid, layers = _surface(workspace, task, bounds)
+    grid, layers = surface_over(workspace.store, task.arguments, bounds)
     return terrain_tin(grid, layers["dtm"], inside, parameters.terrain, bounds)

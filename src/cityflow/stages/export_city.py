@@ -53,8 +53,9 @@ TITLES = {
 }  # fmt: skip
 
 
-def task(survey: Survey, tiles: Sequence[str], refused: Mapping[str, str]) -> Task:
-    """Join what the tiles have left; `refused` outlines, unit → reason, belong to no tile."""
+def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[str, str]) -> Task:
+    """Join what the tiles have left, and their leaves; `refused` outlines, unit → reason, belong to no tile."""
+    tiles = list(leaves)
     shapes = survey.refused_files() if refused else {}
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
@@ -120,10 +121,12 @@ def _tilesets(workspace: Workspace, task: Task, exported: Sequence[str]) -> Iter
     said = task.arguments
     reference = resolve(said["crs"])
     globe = globe_of(reference, tuple(said["city"]))
+    transform = ExportParameters.model_validate(task.parameters).root_transform
     about = about_tiles(said["title"], said["attribution"], said["date"], reference, globe)
     for name in (PORTABLE, RAW):
         paths = sorted(p for p in exported if p.startswith(f"{TILES3D}/") and p.endswith(f"/{name}"))
-        yield from city_tilesets({p: workspace.read(p) for p in paths}, about, name).items()
+        tiles = {p: workspace.read(p) for p in paths}
+        yield from city_tilesets(tiles, about, name, transform if globe is None else None).items()
 
 
 def _catalog(workspace: Workspace, task: Task) -> Iterator[tuple[str, bytes]]:

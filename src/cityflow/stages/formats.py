@@ -123,5 +123,6 @@ WRITERS: Mapping[str, Callable[[CityTile], Files]] = {
     "cityjson": cityjson,
     "citygml": citygml,
     "obj": obj,
+    "obj_rectified": obj_rectified,
     "tiles3d": tiles3d,
 }

@@ -23,6 +23,7 @@ from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
 from cityflow.surface.true_ortho import OrthoParameters
 from cityflow.texture.unit import TextureParameters
+from cityflow.windows.window_parameters import WindowParameters
 
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
 """Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
@@ -98,6 +99,10 @@ class ExportParameters(Parameters):
         ("cityjson", "citygml", "obj", "tiles3d"),
         description="formats per tile; obj has triplets for programs that divide, obj_rectified is for all others",
     )
+    root_transform: tuple[float, ...] | None = Field(
+        None, min_length=16, max_length=16,
+        description="where a local frame stands: the 16 numbers of a matrix to the globe (EPSG:4978), column after column, in the root of the 3D Tiles",
+    )  # fmt: skip
     drape_px: int = Field(
         4096,
         ge=64,
@@ -135,6 +140,7 @@ class ExecutionParameters(Parameters):
     reconstruct: StageLimits = StageLimits(time_s=300)
     texture: StageLimits = StageLimits()
     atlas: StageLimits = StageLimits()
+    windows: StageLimits = StageLimits()
     export: StageLimits = StageLimits()
 
     def limits_of(self, stage: str) -> Limits:
@@ -162,6 +168,7 @@ class CityParameters(Parameters):
     reconstruct: ModelParameters = ModelParameters()
     texture: TextureParameters = TextureParameters()
     atlas: AtlasParameters = AtlasParameters()
+    windows: WindowParameters = WindowParameters()
     export: ExportParameters = ExportParameters()
     execution: ExecutionParameters = ExecutionParameters()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,28 +21,30 @@ class Page:
     ----------
     pixels : (rows, cols, 3) uint8
     index : (rows, cols) uint16, as in `Patch`
-    owner : (rows, cols) uint16, 1 + the number of the patch that a pixel belongs to, 0 where none is
+    owner : (rows, cols) uint32, 1 + the number of the patch that a pixel belongs to, 0 where none is
     """
 
     pixels: NDArray[np.uint8]
     index: NDArray[np.uint16]
-    owner: NDArray[np.uint16]
+    owner: NDArray[np.uint32]
 
 
-def pages_of(patches: Sequence[Patch], placement: Placement) -> tuple[Page, ...]:
-    """All pages with their patches on them; nothing is resampled, what no patch covers is black."""
-    made = [
-        Page(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint16))
-        for shape in placement.pages
-    ]
-    for number, (patch, spot) in enumerate(zip(patches, placement.spots, strict=True), start=1):
-        page = made[spot.page]
-        mask = np.rot90(patch.mask, spot.quarter_turns)
-        place = np.s_[spot.row : spot.row + mask.shape[0], spot.col : spot.col + mask.shape[1]]
-        page.pixels[place][mask] = np.rot90(patch.pixels, spot.quarter_turns)[mask]
-        page.index[place][mask] = np.rot90(patch.index, spot.quarter_turns)[mask]
-        page.owner[place][mask] = number
-    return tuple(made)
+def pages_of(patches: Sequence[Patch], placement: Placement) -> Iterator[Page]:
+    """The pages with their patches on them, one after the other; nothing is resampled, what no patch covers is black."""
+    for number, shape in enumerate(placement.pages):
+        page = Page(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint32))
+        for owner, (patch, spot) in enumerate(zip(patches, placement.spots, strict=True), start=1):
+            if spot.page == number:
+                _lay(page, patch, spot, owner)
+        yield page
+
+
+def _lay(page: Page, patch: Patch, spot: Spot, owner: int) -> None:
+    mask = np.rot90(patch.mask, spot.quarter_turns)
+    place = np.s_[spot.row : spot.row + mask.shape[0], spot.col : spot.col + mask.shape[1]]
+    page.pixels[place][mask] = np.rot90(patch.pixels, spot.quarter_turns)[mask]
+    page.index[place][mask] = np.rot90(patch.index, spot.quarter_turns)[mask]
+    page.owner[place][mask] = owner
 
 
 def trimmed(page: Page) -> Page:
