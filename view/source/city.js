@@ -141,6 +141,11 @@ export class City {
     return { unit: model.tables.ids[rows.getX(hit.face.a)], surface: model.tables.words[model.tables.types[face]] };
   }
 
+  /** Whether a tile that was loaded knows a class of surfaces. */
+  hasClass(name) {
+    return [...this.models.values()].some(({ tables }) => tables?.words.includes(name));
+  }
+
   /** Meshes of the tiles that are drawn now. */
   *meshes(part = null) {
     for (const model of this.models.values()) {

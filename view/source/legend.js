@@ -4,13 +4,13 @@ import { element } from './elements.js';
 
 const TITLES = { nmad: 'NMAD of the points to their roof', rmse: 'RMSE of the points to their roof' };
 
-export function drawLegend(box, mode, { about }) {
-  box.replaceChildren(...entries(mode, about));
+export function drawLegend(box, mode, { about, city }) {
+  box.replaceChildren(...entries(mode, about, city));
   box.hidden = !box.childElementCount;
 }
 
-function entries(mode, about) {
-  if (mode === 'classes') return CLASSES.map(([, title, colour]) => key(colour, title));
+function entries(mode, about, city) {
+  if (mode === 'classes') return CLASSES.filter(([name]) => name !== 'Window' || city.hasClass(name)).map(([, title, colour]) => key(colour, title));
   if (mode === 'status') return Object.entries(STATUS).map(([name, [title, colour]]) => key(colour, `${title}: ${(about.counts[name] ?? 0).toLocaleString('en')}`));
   if (!(mode in TITLES)) return [];
   return [

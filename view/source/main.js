@@ -63,6 +63,7 @@ async function start() {
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
+  if (!byId('status').textContent) say('Drag to move, right button to turn, wheel to come closer. Click a building to learn about it.');
   window.cityflowView.isReady = true;
   stage.changed();
   return undefined;
