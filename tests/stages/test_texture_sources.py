@@ -27,6 +27,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.io.stac import read_catalog
 from cityflow.stages.area import Area
 from cityflow.stages.city import CitySource
+from cityflow.stages.city_textures import CUT_OTHERWISE
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.texture_files import Rings, decode_unit
 from in_process import Records, make_surfaces, outcome_of, record_of
@@ -426,3 +427,34 @@ def test_names_as_people_write_them(flown: Painted, tmp_path: Path) -> None:
     assert min(shares.values()) > 0.99
     named = {n for u in ids.values() for n in made.texture(u)[0].images}
     assert named <= {i.name for i in read_catalog(painted.catalog).images}
+
+
+def test_a_neighbour_that_failed_costs_nobody_a_texture(flown: Painted, flown_run: Run, tmp_path: Path) -> None:
+    def fail(task: Task) -> None:
+        if task.name == "reconstruct-b":
+            raise CityflowError("no model")
+
+    overrides = {("reconstruct", "b"): {"methods": ["extruded", "monolithic"]}}
+    made = run(source_of(flown, overrides=overrides), tmp_path / "run", flown_run, fail)
+    assert ("texture", "b") not in made.records
+    (feature,) = [f for f in features(made) if f["id"] == "a"]
+    assert feature["CityObjects"]["a"]["attributes"]["textured_share"] > 0.99
+    assert CUT_OTHERWISE not in json.dumps(feature)
+    assert made.mean_colours("a").keys() >= {"west", "south", "north", "roof"}
+
+
+def test_an_ortho_that_is_lost_on_the_way(flown: Painted, flown_run: Run, tmp_path: Path) -> None:
+    painted = with_images(flown, tmp_path / "survey", pictures())
+    ortho = painted.write_ortho()
+    painted.describe(ortho=True)
+
+    def lose(task: Task) -> None:
+        if task.stage == "texture":
+            ortho.unlink(missing_ok=True)
+
+    made = run(source_of(painted), tmp_path / "run", flown_run, lose)
+    assert all(made.records["texture", u].status is Status.DEGRADED for u in PLANS)
+    assert all("ortho" in made.records["texture", u].reason for u in PLANS)
+    exports = [r.status for (s, _), r in made.records.items() if s == "export"]
+    assert set(exports) <= {Status.DONE, Status.DEGRADED}
+    assert_true_colours(made)

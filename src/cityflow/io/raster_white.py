@@ -6,7 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
+from rasterio.errors import RasterioError
 from rasterio.windows import Window
+
+from cityflow.errors import CatalogError
 
 WHITE = 255.0
 ALONG, WINDOW_PX = 8, 64
@@ -16,12 +19,23 @@ SHARE = 99.9
 
 
 def white_of_raster(path: str | Path) -> float:
-    """255 of 8 bits; else, from a lattice of windows over the whole file, whoever asks: a power of two less one, or 1 where all are fractions."""
-    with rasterio.open(path) as raster:
-        if raster.dtypes[0] == "uint8":
-            return WHITE
-        bands = [b for b in (1, 2, 3) if b <= raster.count]
-        values = np.concatenate([_known(raster.read(bands, window=w, masked=True)) for w in _windows(raster.shape)])
+    """255 of 8 bits; else, from a lattice of windows over the whole file, whoever asks: a power of two less one, or 1 where all are fractions.
+
+    Raises
+    ------
+    CatalogError
+        The file is missing or damaged.
+    """
+    try:
+        with rasterio.open(path) as raster:
+            if raster.dtypes[0] == "uint8":
+                return WHITE
+            bands = [b for b in (1, 2, 3) if b <= raster.count]
+            values = np.concatenate([_known(raster.read(bands, window=w, masked=True)) for w in _windows(raster.shape)])
+    except RasterioError as error:
+        raise CatalogError(
+            f"cannot be read: {error}", where=str(path), remedy="check that the file is whole"
+        ) from error
     if not len(values):
         return WHITE
     brightest = float(np.percentile(values, SHARE))

@@ -23,7 +23,10 @@ from cityflow.io.fetch import local_file
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
+from cityflow.stages.block import failed_block
 from cityflow.stages.ortho import image_of, shown_images
+from cityflow.stages.outline_lines import decode
+from cityflow.stages.pieces import read_text
 from cityflow.stages.rasters import given_colours
 from cityflow.stages.survey import ZARR, Survey, UnitEntry
 from cityflow.stages.texture_files import Rings, encode_unit
@@ -32,7 +35,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 STAGE = "texture"
-VERSION = 2
+VERSION = 3
 TEXTURE = "texture.cfa"
 LONGEST_M = 60.0
 """From where a building is counted to where it ends, mostly."""
@@ -76,21 +79,23 @@ def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
     )
 
 
-def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
-    """One unit, between the units `around` it."""
+def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
+    """One unit, between the units `around` it; where a neighbour has failed, its block stands there, as in the export."""
     known = images_of(survey, unit)
     images = [n for n in known if survey.tiled_image(n) is not None]
     shown = shown_images(survey, images)
-    tiles = surfaces_around(survey, unit)
+    blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
+    tiles = sorted({*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.tiles_under(u))})
     orthos = survey.given_orthos()
-    hulls = {u: survey.hull(u) for u in sorted({unit.id, *around})}
+    hulls = {u: survey.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
     return Task(
         STAGE, unit.id, "cityflow.stages.texture:run", VERSION,
         parameters=parameters_of(survey, unit).model_dump(mode="json"),
         inputs={
             **{f"hull {u}": survey.digest_of_hull(u) for u in hulls},
             **{f"surface {t}": survey.digest_of_result("surface", t) for t in tiles},
-            "images": digest_of({n: survey.digest_of_result("ingest", n) for n in images}), "views": digest_of(shown),
+            "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
+            "images": digest_of({n: survey.digest_of_result("ingest", n) if n in shown else "unread" for n in known}), "views": digest_of(shown),
             **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
@@ -100,6 +105,8 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[str]) -> Task:
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
             "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
             "given_orthos": [[k, r.href, r.cell] for k, r in orthos.items()], "crs": survey.catalog.reference.code,
+            "blocks": {u: [e.path, e.start, e.length, survey.hull(u)["reason"]] for u, e in sorted(blocks.items())},
+            "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
             "unread": [n for n in known if survey.tiled_image(n) is None], "white": survey.images.white,
         },
         limits=survey.limits(STAGE),
@@ -110,13 +117,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """Patches of all faces that some image sees, plain colours for the others."""
     parameters = TextureParameters.model_validate(task.parameters)
     a, store = task.arguments, workspace.store
-    buildings = _read(store, a["hulls"])
+    buildings = {**_read(store, a["hulls"]), **_blocks(store, a)}
     own = buildings[task.unit]
     touching = [task.unit, *(n for n in a["neighbours"] if n in buildings)]
     solid = cut_party_walls({u: buildings[u].solids[Lod.LOD22] for u in touching})[task.unit]
     faces = face_planes(solid, own.beyond)
     shown, gone = _opened(workspace, task)
-    images = [*shown, *_orthos(a, own.footprint.bounds, own.ground_height)]
+    images = [*shown, *_orthos(a, own.footprint.bounds, own.ground_height, gone)]
     around = Surroundings(
         [solid, *([] if own.beyond is None else [own.beyond])],
         [s for u, b in buildings.items() if u != task.unit for s in _shells(b)],
@@ -156,6 +163,22 @@ def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:
     return {unit_of[path]: read_feature(data) for path, data in store.read_many(sorted(unit_of))}
 
 
+def _is_block(survey: Survey, unit: str) -> bool:
+    """Whether a unit was to become a building and has not."""
+    hull = survey.hull(unit)
+    return hull["path"] is None and hull["status"] != Status.REFUSED
+
+
+def _blocks(store: Store, a: Mapping[str, Any]) -> dict[str, Building]:
+    found = {}
+    for unit, (path, start, length, reason) in a["blocks"].items():
+        outline = decode(read_text(store, path)[start : start + length]).outline
+        block = failed_block(store, a, outline, reason)
+        if block is not None:
+            found[unit] = block
+    return found
+
+
 def _shells(building: Building) -> Iterator[Polyhedron]:
     """The solid of LoD2.2, and what stands out beyond it."""
     yield building.solids[Lod.LOD22]
@@ -169,13 +192,20 @@ def _heights(store: Store, a: Mapping[str, Json], bounds: Bounds) -> tuple[Float
     return layers["dsm_filled"].astype(np.float64), grid
 
 
-def _orthos(a: Mapping[str, Any], bounds: Bounds, ground: float) -> list[ColourImage]:
-    """Given orthos, as cameras very high up; one that ends within the unit has no colours to tell from missing ones, and is left out."""
+def _orthos(a: Mapping[str, Any], bounds: Bounds, ground: float, gone: dict[str, str]) -> list[ColourImage]:
+    """Given orthos, as cameras very high up; one that ends within the unit has no colours to tell from missing ones, and is left out.
+
+    In `gone` it is noted why others cannot be read.
+    """
     found = []
     for kind, href, cell in a["given_orthos"]:
         grid = Grid.covering(grown(bounds, ORTHO_MARGIN_M), cell)
-        with local_file(href) as path:
-            colours = given_colours(path, grid, resolve(a["crs"]))
+        try:
+            with local_file(href) as path:
+                colours = given_colours(path, grid, resolve(a["crs"]))
+        except CatalogError as error:
+            gone[kind] = error.problem
+            continue
         if not _covers(colours, grid, bounds):
             continue
         pixels = np.clip(np.rint(np.nan_to_num(np.moveaxis(colours, 0, -1))), 0, 255).astype(np.uint8)
