@@ -100,13 +100,14 @@ def candidates(picture: Picture, looks: Sequence[Edges], parameters: WindowParam
         boxes = segments(picture, edges, edges.sign, parameters)
         rough = judged(picture, looks, k, boxes)
         boxes = refined(edges, boxes[rough.sides.mean(axis=1) >= 0.4], reach)
-        boxes = np.unique(boxes[_sized(boxes, picture, parameters)], axis=0)
+        boxes = np.unique(boxes[sized(boxes, picture, parameters)], axis=0)
         part = judged(picture, looks, k, boxes)
         found.append(part.of(_sound(part, picture, parameters)))
     return Candidates.joined(found)
 
 
-def _sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> BoolArray:
+def sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> BoolArray:
+    """(N,) whether boxes have the size and the proportions of windows."""
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
     least = max(picture.pixels(parameters.least_m), parameters.least_px)

@@ -10,7 +10,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
-from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, within_wall
+from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, sized, within_wall
 from cityflow.windows.choice import chosen, support
 from cityflow.windows.confidence import confidence
 from cityflow.windows.edges import Edges
@@ -27,6 +27,8 @@ GLASS = "a façade of glass: what it mirrors is no row of windows"
 LEAST_SEEN_M2 = 0.5
 BONUS = (0.0, 0.2, 0.1, 0.35)
 """What speaks for plain boxes, fused ones, those with their frames, and those between shutters, beside the parts that they hold."""
+PANE = 0.6
+"""Shortest side of a pane by that of a window."""
 AREA_BONUS = 0.05
 """For each square metre: a window before one of its panes, where both are as sound."""
 
@@ -99,18 +101,20 @@ def searched(
 
 def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> tuple[Candidates, IntArray]:
     """What the picture shows by itself: segments, and what follows from them."""
-    plain = candidates(picture, looks, parameters)
-    whole = fused(plain, picture, looks, parameters)
-    whole = Candidates.joined([whole, fused(Candidates.joined([plain, whole]), picture, looks, parameters)])
-    grown = framed(Candidates.joined([plain, whole]), picture, looks, parameters)
+    panes = parameters.model_copy(
+        update={"least_m": PANE * parameters.least_m, "most_aspect": parameters.most_aspect / PANE}
+    )
+    plain = candidates(picture, looks, panes)
+    whole = fused(plain, picture, looks, panes)
+    whole = Candidates.joined([whole, fused(Candidates.joined([plain, whole]), picture, looks, panes)])
+    grown = framed(Candidates.joined([plain, whole]), picture, looks, panes)
     between, shut = between_shutters(plain, picture, looks, parameters)
     parts = (plain, whole, grown, between)
     found = Candidates.joined(parts)
     area = picture.cell**2 * (found.boxes[:, 2:] - found.boxes[:, :2]).prod(axis=1)
     bonus = np.repeat(BONUS, [len(p) for p in parts]) + AREA_BONUS * np.minimum(area, 3)
-    fits = (found.seen >= parameters.least_seen) & within_wall(
-        found.boxes, picture, parameters, on_foot(found.boxes, picture)
-    )
+    fits = (found.seen >= parameters.least_seen) & sized(found.boxes, picture, parameters)
+    fits &= within_wall(found.boxes, picture, parameters, on_foot(found.boxes, picture))
     return chosen(found.of(fits), bonus[fits], shut[fits[len(fits) - len(shut) :]], _tolerance(picture, parameters))
 
 

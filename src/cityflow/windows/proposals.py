@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.windows.candidates import Candidates, judged
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.windows.candidates import Candidates, judged, sized
 from cityflow.windows.edges import Edges, step_any, strength
 from cityflow.windows.picture import Picture
 from cityflow.windows.rows import in_row
 from cityflow.windows.window_parameters import WindowParameters
 
-MULLION_M, MULLION_PX = 0.26, 3.0
+MULLION_M, MULLION_PX = 0.3, 4.0
 MULLIONED_M = 1.9
 """Bars, and, where pixels are coarse, of windows up to a certain width, what may be one."""
 LAP_PX = 2
@@ -43,12 +43,12 @@ def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameter
             size = np.minimum(*(boxes[k, axis + 2] - boxes[k, axis] for k in (one, other)))
             whole = boxes[other, axis + 2] - boxes[one, axis]
             near = (gap <= picture.pixels(MULLION_M)) | ((gap <= MULLION_PX) & (whole <= picture.pixels(MULLIONED_M)))
-            near &= gap <= 0.6 * size
+            near &= gap <= 0.75 * size
             both = np.concatenate(
                 [np.minimum(boxes[one, :2], boxes[other, :2]), np.maximum(boxes[one, 2:], boxes[other, 2:])], axis=1
             )[near]
             made = judged(picture, looks, look, np.unique(both, axis=0))
-            parts.append(made.of(_sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.5)))
+            parts.append(made.of(sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.5)))
     return Candidates.joined(parts)
 
 
@@ -77,7 +77,7 @@ def framed(found: Candidates, picture: Picture, looks: Sequence[Edges], paramete
             )
         made = judged(picture, looks, look ^ 1, grown[(steps >= 0.8).all(axis=1)])
         made = replace(made, contrast=made.steps.mean(axis=1))
-        parts.append(made.of(_sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.4)))
+        parts.append(made.of(sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.4)))
     return Candidates.joined(parts)
 
 
@@ -97,14 +97,17 @@ def between_shutters(
         return found.of(np.zeros(0, np.int64)), shut
     pane = _inner(shut, looks)
     made = [judged(picture, looks, k, pane) for k in range(len(looks))]
-    level = np.stack(
-        [np.where(m.sides[:, [1, 3]].min(axis=1) >= 0.6, m.steps[:, [1, 3]].min(axis=1), 0.0) for m in made]
-    )
+    level = np.stack([_level(m, judged(picture, looks, k, _middle(pane))) for k, m in enumerate(made)])
     best = level.argmax(axis=0)
     inner = np.min([step_any(looks, pane[:, side], pane) for side in (0, 2)], axis=0)
     outer_step = np.min([step_any(looks, shut[:, side], pane) for side in (0, 2)], axis=0)
     wing = np.minimum(pane[:, 0] - shut[:, 0], shut[:, 2] - pane[:, 2])
-    good = (level.max(axis=0) >= 0.8) & (inner >= np.maximum(0.8, WING_STEP * outer_step)) & (wing >= WING_PX) & _sized(pane, picture, parameters)
+    good = (
+        (level.max(axis=0) >= 0.8)
+        & (inner >= np.maximum(0.8, WING_STEP * outer_step))
+        & (wing >= WING_PX)
+        & sized(pane, picture, parameters)
+    )
     good &= _usual(shut, good)
     chosen = Candidates.joined([m.of(good & (best == k)) for k, m in enumerate(made)])
     outer = np.concatenate([shut[good & (best == k)] for k in range(len(made))])
@@ -116,11 +119,23 @@ def between_shutters(
     return replace(chosen, sides=sides, steps=steps, contrast=np.maximum(chosen.contrast, 1.0)), outer
 
 
+def _middle(pane: IntArray) -> IntArray:
+    """The middle half across: what lies between two windows, rather than between two shutters of one, has nothing there."""
+    quarter = (pane[:, 2] - pane[:, 0]) // 4
+    return np.stack([pane[:, 0] + quarter, pane[:, 1], pane[:, 2] - quarter, pane[:, 3]], axis=1)
+
+
+def _level(pane: Candidates, middle: Candidates) -> FloatArray:
+    """(N,) weaker step at lintel and sill, of the pane and of its middle; 0 where they are not complete."""
+    whole = np.minimum(pane.sides, middle.sides)[:, [1, 3]].min(axis=1) >= 0.6
+    return np.asarray(np.where(whole, np.minimum(pane.steps, middle.steps)[:, [1, 3]].min(axis=1), 0.0))
+
+
 def _around(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
     """Whole wide boxes: windows with their shutters, at a brightness where both are one."""
     wide, high = ((found.boxes[:, k + 2] - found.boxes[:, k]).astype(np.float64) for k in (0, 1))
     return found.boxes[
-        (wide >= 0.85 * high)
+        (wide >= 0.55 * high)
         & (wide <= 3 * high)
         & (found.sides.min(axis=1) >= WHOLE)
         & (wide * picture.cell >= 2 * parameters.least_m)
@@ -160,14 +175,3 @@ def _inner(shut: IntArray, looks: Sequence[Edges]) -> IntArray:
         better = steps > most
         best[better, 0], best[better, 2], most[better] = left[better], right[better], steps[better]
     return best
-
-
-def _sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> BoolArray:
-    wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
-    least = max(picture.pixels(parameters.least_m), parameters.least_px)
-    longest, shortest = np.maximum(wide, high), np.minimum(wide, high)
-    return np.asarray(
-        (shortest >= least)
-        & (longest <= picture.pixels(parameters.most_m))
-        & (longest <= parameters.most_aspect * shortest)
-    )
