@@ -61,12 +61,13 @@ def test_saturated_values_are_no_samples() -> None:
 
 
 def test_where_a_file_shows_nothing_there_is_no_colour() -> None:
-    array = np.full((16, 20, 3), 100, np.uint8)
-    array[:, 8:] = 0
-    array[2, 3] = (0, 0, 7)
-    found = Source.of(coloured(array, gain=(2.0,))).colours(UV)
+    array = np.full((60, 80, 3), 100, np.uint8)
+    array[:, 40:] = 0
+    array[20, 3] = (0, 0, 7)
+    array[40, 20] = 0
+    found = Source.of(coloured(array, gain=(2.0,))).colours(np.array([[3.5, 20.5], [50.5, 7.5], [20.5, 40.5]]))
     assert np.isnan(found[1]).all()
-    assert np.array_equal(found[0], [0, 0, 14])
+    assert np.array_equal(found[[0, 2]], [[0, 0, 14], [0, 0, 0]])
 
 
 def test_models_compose_and_invert() -> None:

@@ -11,6 +11,7 @@ from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import ColourImage, balanced, sampled
 from cityflow.core.pixels import PixelArray, Pixels, level_shape
+from cityflow.texture.missing_rim import MissingRim
 
 WHITE = 255.0
 COARSE_PX = 512
@@ -56,10 +57,15 @@ class Source:
     ----------
     colour : its orientation, pixels, and balance within the survey
     white : the value that becomes 255; of 16-bit images that use 12 of them, 4095
+    rim : where it shows nothing
     """
 
     colour: ColourImage
     white: float
+    rim: MissingRim = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rim", MissingRim(self.colour.pixels, self.white))
 
     @classmethod
     def of(cls, colour: ColourImage) -> Source:
@@ -79,7 +85,7 @@ class Source:
     def colours(self, uv: FloatArray, level: int = 0) -> Float32Array:
         """(N, 3) red, green, blue, 0 to 255, at (N, 2) image coordinates; at centres of pixels and level 0, the pixels themselves.
 
-        NaN where all bands are 0: that is what files have where they show nothing, beyond the edge of an ortho or of a frame that was turned.
+        NaN where the file shows nothing: beyond the edge of an ortho, or of a frame that was turned. Black elsewhere is a colour.
         """
         return self._colours(uv, level)[0]
 
@@ -95,7 +101,7 @@ class Source:
         values = sampled(self.colour.pixels, u, v, level)
         brightest = three_bands(values).max(axis=1)
         colours = three_bands(balanced(values, self.colour, u, v)) * np.float32(WHITE / self.white)
-        colours[brightest <= 0] = np.nan
+        colours[self.rim.holds(uv, brightest)] = np.nan
         return colours, brightest
 
 
