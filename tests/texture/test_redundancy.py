@@ -25,6 +25,25 @@ def test_the_graph_counts_what_images_see_alone_and_in_common() -> None:
     assert graph.common[0, 1] == graph.common[1, 0] == 200
     assert graph.share[0, 1] == pytest.approx(1 / 3)
     assert graph.pixels[0] == pytest.approx(4 * graph.pixels[1])
+    assert graph.overlaps[0, 1] == pytest.approx(4 * graph.overlaps[1, 0])
+    assert graph.seen_by([0, 1]).sum() == 1000
+
+
+def test_edges_and_unions_decide() -> None:
+    """An image goes for one better image that sees nearly all of what it sees, and for two that do so together."""
+    parameters = RedundancyParameters(least_covered=0.0)
+    left, right, middle, last = strip(0, 60), strip(50, 100, 120), strip(56, 99, 120), strip(20, 90, 120)
+    wide = [
+        seen(0, np.pad(left, ((0, 0), (0, 20)))),
+        seen(1, right),
+        seen(2, middle),
+        seen(3, last),
+        seen(4, strip(95, 120, 120)),
+    ]
+    graph = overlap_graph(wide)
+    assert graph.share[2, 1] == 1.0
+    assert graph.share[3].max(initial=0.0, where=np.arange(5) < 2) < 0.6
+    assert kept(wide, [0, 1, 2, 3, 4], parameters.model_copy(update={"tie": 0.5})) == (0, 1, 4)
 
 
 def test_the_root_has_most_pixels_and_the_rest_follow_the_ranking() -> None:

@@ -44,15 +44,20 @@ class OverlapGraph:
     Attributes
     ----------
     images : index of the image at each node
-    visible : (n,) int64, cells of the face that it sees
+    masks : (n, cells) bool, what it sees
     common : (n, n) int64, cells that both see; the diagonal is `visible`
     density : (n,) float64, pixels of the image per square metre of the face
     """
 
     images: tuple[int, ...]
-    visible: IntArray
+    masks: BoolArray
     common: IntArray
     density: FloatArray
+
+    @property
+    def visible(self) -> IntArray:
+        """(n,) cells of the face that each image sees."""
+        return np.asarray(np.diag(self.common))
 
     @property
     def pixels(self) -> FloatArray:
@@ -60,21 +65,30 @@ class OverlapGraph:
         return self.visible * self.density
 
     @property
+    def overlaps(self) -> FloatArray:
+        """(n, n) the edges: pixels of image i on what j sees, too, up to the same factor."""
+        return self.common * self.density[:, None]
+
+    @property
     def share(self) -> FloatArray:
         """(n, n) of what image i sees, the part that j sees, too; 0 for images that see nothing."""
-        return np.asarray(self.common / np.maximum(self.visible, 1)[:, None])
+        return np.asarray(self.overlaps / np.maximum(self.pixels, self.density)[:, None])
+
+    def seen_by(self, nodes: Sequence[int]) -> BoolArray:
+        """(cells,) what some of these images see."""
+        return np.asarray(self.masks[list(nodes)].any(axis=0))
 
 
 def overlap_graph(seen: Sequence[SeenFace]) -> OverlapGraph:
     """The graph of a face; masks are all on the face's one grid."""
-    masks = _flat(seen)
+    masks = np.stack([s.mask.mask().ravel() for s in seen]) if seen else np.zeros((0, 0), bool)
     common = np.zeros((len(seen), len(seen)), np.int64)
     for start in range(0, masks.shape[1], CELLS_AT_ONCE):
         part: Float32Array = masks[:, start : start + CELLS_AT_ONCE].astype(np.float32)
         # counts below 2**24 are exact in single precision
         common += (part @ part.T).astype(np.int64)
     gsd = np.array([max(s.view.gsd_m, 1e-6) for s in seen])
-    return OverlapGraph(tuple(s.view.image for s in seen), np.diag(common).copy(), common, 1.0 / gsd**2)
+    return OverlapGraph(tuple(s.view.image for s in seen), masks, common, 1.0 / gsd**2)
 
 
 def kept(
@@ -91,54 +105,53 @@ def kept(
     order : positions in `seen`, best first
     """
     asked = parameters or RedundancyParameters()
-    masks = _flat(seen)
-    visible = masks.sum(axis=1)
-    useful = [i for i in order if visible[i] > 0]
+    graph = overlap_graph(seen)
+    useful = [i for i in order if graph.visible[i] > 0]
     if not useful:
         return ()
-    root = _root(seen, useful, visible, asked.tie)
+    root = _root(graph, useful, asked.tie)
     candidates = [i for i in useful if i != root]
-    others = _adding(masks, root, candidates, asked)
-    chosen = _widest(masks, (root,), others, asked.most_images - 1)
-    enough = asked.least_covered * int(masks.any(axis=0).sum())
+    others = _adding(graph, root, candidates, asked)
+    chosen = _widest(graph, (root,), others, asked.most_images - 1)
+    enough = asked.least_covered * int(graph.seen_by(useful).sum())
     rest = [i for i in candidates if i not in chosen]
-    chosen |= _widest(masks, (root, *chosen), rest, asked.most_images - 1 - len(chosen), enough)
+    chosen |= _widest(graph, (root, *chosen), rest, asked.most_images - 1 - len(chosen), enough)
     return (root, *(i for i in candidates if i in chosen))
 
 
-def _flat(seen: Sequence[SeenFace]) -> BoolArray:
-    """(n, cells) masks side by side."""
-    return np.stack([s.mask.mask().ravel() for s in seen]) if seen else np.zeros((0, 0), bool)
+def _root(graph: OverlapGraph, useful: Sequence[int], tie: float) -> int:
+    enough = (1.0 - tie) * float(graph.pixels[list(useful)].max())
+    return next(i for i in useful if graph.pixels[i] >= enough)
 
 
-def _root(seen: Sequence[SeenFace], useful: Sequence[int], visible: IntArray, tie: float) -> int:
-    pixels = [float(visible[i]) / max(seen[i].view.gsd_m, 1e-6) ** 2 for i in useful]
-    enough = (1.0 - tie) * max(pixels)
-    return next(i for i, count in zip(useful, pixels, strict=True) if count >= enough)
+def _adding(graph: OverlapGraph, root: int, others: Sequence[int], asked: RedundancyParameters) -> list[int]:
+    """Those that see enough that the root and better ones do not.
 
-
-def _adding(masks: BoolArray, root: int, others: Sequence[int], asked: RedundancyParameters) -> list[int]:
-    """Those that see enough that the root and better ones do not."""
-    least = max(asked.least_new * int(masks[[root, *others]].any(axis=0).sum()), 1.0)
-    covered, found = masks[root].copy(), []
+    An edge to one of them that carries nearly all pixels of an image already says that it goes; else what they see together tells.
+    """
+    visible, common = graph.visible, graph.common
+    least = max(asked.least_new * int(graph.seen_by([root, *others]).sum()), 1.0)
+    covered, found = graph.masks[root].copy(), list[int]()
     for i in others:
-        new = int((masks[i] & ~covered).sum())
-        if new >= least and new >= asked.least_gain * int(masks[i].sum()):
+        if int(visible[i] - common[i, [root, *found]].max()) < asked.least_gain * int(visible[i]):
+            continue
+        new = int((graph.masks[i] & ~covered).sum())
+        if new >= least and new >= asked.least_gain * int(visible[i]):
             found.append(i)
-            covered |= masks[i]
+            covered |= graph.masks[i]
     return found
 
 
 def _widest(
-    masks: BoolArray, given: Sequence[int], others: Sequence[int], most: int, enough: float = np.inf
+    graph: OverlapGraph, given: Sequence[int], others: Sequence[int], most: int, enough: float = np.inf
 ) -> set[int]:
     """Those, at most so many, that together with the given ones see most; no more of them than it takes to see enough cells."""
-    covered, left, found = masks[list(given)].any(axis=0), list(others), set[int]()
+    covered, left, found = graph.seen_by(given), list(others), set[int]()
     while left and len(found) < most and int(covered.sum()) < enough:
-        new = [int((masks[i] & ~covered).sum()) for i in left]
+        new = [int((graph.masks[i] & ~covered).sum()) for i in left]
         if not any(new):
             break
         best = left.pop(int(np.argmax(new)))
         found.add(best)
-        covered |= masks[best]
+        covered |= graph.masks[best]
     return found
