@@ -94,11 +94,11 @@ def openings_on(data: bytes, building: Building) -> UnitOpenings:
 
 
 def with_window_figures(building: Building, found: UnitOpenings | None) -> Building:
-    """Attributes: storeys by rows of windows, and their share of the walls."""
+    """Attributes: windows, their share of the walls, and storeys by their rows, where the source says nothing of storeys."""
     if found is None:
         return building
     more: dict[str, Scalar] = {"windows": sum(o.kind == "window" for o in found.openings)}
-    if found.storeys is not None:
+    if found.storeys is not None and "storeys" not in building.attributes:
         more["storeys"] = found.storeys
     if found.window_to_wall_ratio is not None:
         more["window_to_wall_ratio"] = round(found.window_to_wall_ratio, 3)
