@@ -85,6 +85,39 @@ def test_palette_becomes_colours_and_alpha_goes(tmp_path: Path) -> None:
         np.testing.assert_array_equal(open_image(tmp_path / f"{name}.tif").window((0, 100), (0, 150)), truth)
 
 
+@pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
+@pytest.mark.parametrize("kind", ["rgba", "grey and alpha", "palette", "rgba of 16 bits", "no data", "mask"])
+def test_what_a_file_does_not_show_is_black(tmp_path: Path, kind: str) -> None:
+    shown, picture = np.ones((600, 120), bool), _picture(600, 120).clip(30, 250)
+    shown[:, :50] = False
+    picture[~shown] = 255
+    path, opaque = tmp_path / "a.png", np.where(shown, 255, 0).astype(np.uint8)
+    truth = np.where(shown[..., None], picture, 0)
+    if kind == "rgba":
+        Image.fromarray(np.dstack([picture, opaque])).save(path)
+    elif kind == "grey and alpha":
+        Image.fromarray(np.dstack([picture[..., 0], opaque]), "LA").save(path)
+        truth = truth[..., :1]
+    elif kind == "palette":
+        image = Image.fromarray(np.where(shown, 1, 0).astype(np.uint8), "P")
+        image.putpalette([255, 255, 255, 90, 80, 70])
+        image.save(path, transparency=0)
+        truth = np.where(shown[..., None], np.array([90, 80, 70]), 0)
+    elif kind == "rgba of 16 bits":
+        path = _write(
+            tmp_path / "a.tif", np.dstack([picture, opaque]).astype(np.uint16) * 9, photometric="RGB", alpha="YES"
+        )
+        truth = truth.astype(np.uint16) * 9
+    else:
+        path = _write(tmp_path / "a.tif", picture, photometric="RGB", **({"nodata": 255} if kind == "no data" else {}))
+        if kind == "mask":
+            with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), rasterio.open(path, "r+") as dataset:
+                dataset.write_mask(shown)
+    tile_image(path, tmp_path / "out.tif")
+    image = open_image(tmp_path / "out.tif")
+    np.testing.assert_array_equal(image.window((0, 600), (0, 120)), truth)
+
+
 @pytest.mark.parametrize("progressive", [False, True])
 def test_a_jpeg_is_decoded_as_others_decode_it(tmp_path: Path, progressive: bool) -> None:
     # without subsampling, as builds of libjpeg interpolate chroma in different ways

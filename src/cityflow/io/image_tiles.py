@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import rasterio
 from pydantic import Field
-from rasterio.enums import ColorInterp
+from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader, DatasetWriter
 from rasterio.windows import Window
@@ -46,7 +46,7 @@ def tile_image(source: str | Path, target: str | Path, parameters: TilingParamet
     """Write `source` as a tiled TIFF with all its levels; the same picture gives the same bytes.
 
     The source is decoded once, strip by strip; of the picture only the reduced levels, a third of it, are ever in memory.
-    Palettes become colours, an alpha band is left out.
+    Palettes become colours. An alpha band is left out; what is wholly transparent, masked, or no data by the file's own word becomes black.
 
     Raises
     ------
@@ -165,7 +165,20 @@ def _strips(dataset: DatasetReader, bands: tuple[int, ...], rows: int) -> Iterat
         if palette is not None:
             yield row, palette[dataset.read(1, window=window)]
         else:
-            yield row, np.moveaxis(dataset.read(bands, window=window), 0, -1)
+            yield row, np.moveaxis(_shown(dataset, bands, window), 0, -1)
+
+
+def _shown(dataset: DatasetReader, bands: tuple[int, ...], window: Window) -> PixelArray:
+    """(bands, rows, cols) of a window, black where the file says that it shows nothing."""
+    alpha = [i for i, kind in enumerate(dataset.colorinterp, start=1) if kind == ColorInterp.alpha]
+    if alpha:
+        # together, as decoders that only go forward would start again
+        values = dataset.read((*bands, alpha[0]), window=window)
+        return np.where(values[-1] > 0, values[:-1], values.dtype.type(0))
+    values = dataset.read(bands, window=window)
+    if MaskFlags.all_valid not in dataset.mask_flag_enums[0]:
+        values[:, dataset.dataset_mask(window=window) == 0] = 0
+    return values
 
 
 def _palette(dataset: DatasetReader) -> PixelArray | None:
@@ -174,7 +187,7 @@ def _palette(dataset: DatasetReader) -> PixelArray | None:
         return None
     table = np.zeros((256, 3), np.uint8)
     for number, colour in dataset.colormap(1).items():
-        table[number] = colour[:3]
+        table[number] = colour[:3] if colour[3] else 0
     return table
 
 

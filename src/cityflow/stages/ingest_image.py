@@ -20,7 +20,7 @@ from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.stages.survey import Survey
 
-VERSION = 1
+VERSION = 2
 TILED = "image.tif"
 
 
