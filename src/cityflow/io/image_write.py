@@ -15,8 +15,12 @@ JPEG_ENDING, PNG_ENDING, TIFF_ENDING = ".jpg", ".png", ".tif"
 BLOCK_PX = 256
 
 
-def jpeg_bytes(pixels: PixelArray, quality: int) -> bytes:
+def jpeg_bytes(pixels: PixelArray, quality: int, full_colour: bool = False) -> bytes:
     """A JPEG of (rows, cols, 1 or 3) uint8 pixels.
+
+    Parameters
+    ----------
+    full_colour : as many values of colour as of brightness (4:4:4), so that colours mix within blocks of 8 pixels and not of 16; else a quarter (4:2:0)
 
     Raises
     ------
@@ -26,7 +30,8 @@ def jpeg_bytes(pixels: PixelArray, quality: int) -> bytes:
     if pixels.dtype != np.uint8 or pixels.shape[2] not in (1, 3):
         raise ValueError(f"no JPEG of {pixels.shape[2]} bands of {pixels.dtype}")
     colour = np.ascontiguousarray(pixels[..., ::-1])
-    done, data = cv2.imencode(JPEG_ENDING, colour, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    sampling = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444] if full_colour else []
+    done, data = cv2.imencode(JPEG_ENDING, colour, [cv2.IMWRITE_JPEG_QUALITY, quality, *sampling])
     if not done:
         raise ValueError(f"no JPEG of shape {pixels.shape}")
     return data.tobytes()

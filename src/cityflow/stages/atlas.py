@@ -116,7 +116,8 @@ def _publish(workspace: Workspace, leaf: str, name: str, number: int, page: Page
     """A page, and beside it the page that tells where each texel came from."""
     ending, media = MEDIA[parameters.form]
     pixels = without_black(page)
-    data = jpeg_bytes(pixels, parameters.quality) if parameters.form == "jpeg" else png_bytes(pixels)
+    jpeg = parameters.form == "jpeg"
+    data = jpeg_bytes(pixels, parameters.quality, parameters.full_colour) if jpeg else png_bytes(pixels)
     path = workspace.publish(f"{FOLDER}/{leaf}.{name}.{number}.{ending}", data)
     workspace.publish(f"{FOLDER}/{leaf}.{name}.{number}.index.png", png_bytes(page.index[..., None]))
     return TexturePage(path, page.pixels.shape[1], page.pixels.shape[0], media)

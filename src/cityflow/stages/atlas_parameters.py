@@ -23,6 +23,9 @@ class AtlasParameters(Parameters):
     placement: PlacementParameters = PlacementParameters()
     form: Literal["jpeg", "png"] = Field("jpeg", description="of pages; png keeps every pixel of the images as it is")
     quality: int = Field(92, ge=50, le=100, description="of JPEG")
+    full_colour: bool = Field(
+        False, description="JPEG with as many values of colour as of brightness (4:4:4): finer colours, larger files"
+    )
 
     def leaves(self, tile_m: float) -> int:
         """Leaves along the edge of a ground tile.
