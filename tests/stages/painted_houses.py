@@ -24,7 +24,7 @@ from cityflow.io.reference import resolve
 from cityflow.stages.catalog_create import CreatedCatalog, create_catalog
 from cityflow.stages.catalog_orientation import ImageSource
 
-X, Y, FLOOR, TOP, SIDE = 85000.0, 447000.0, 3.0, 11.0, 80.0
+X, Y, FLOOR, SIDE = 85000.0, 447000.0, 3.0, 80.0
 CRS_CODE = "EPSG:7415"
 PLANS = {
     "a": (X + 25, Y + 30, X + 37, Y + 40),
@@ -32,6 +32,7 @@ PLANS = {
     "c": (X + 30, Y + 55, X + 44, Y + 65),
 }
 """A row of two, and one behind it."""
+TOPS = {"a": 11.0, "b": 8.0, "c": 11.0}
 SIDES = {"west": (-1, 0, 0), "east": (1, 0, 0), "south": (0, -1, 0), "north": (0, 1, 0), "roof": (0, 0, 1)}
 LAWN = (90, 130, 70)
 CAMERA = Camera(300, 220, 330.0, 330.0, 150.0, 110.0)
@@ -82,7 +83,7 @@ def taken(image: OrientedImage) -> NDArray[np.float64]:
         out = np.where((best > 0)[:, None], np.array(LAWN, float), np.array([200.0, 215.0, 235.0]))
         best = np.where(best > 0, best, np.inf)
         for house, (x_0, y_0, x_1, y_1) in PLANS.items():
-            low, high = np.array([x_0, y_0, FLOOR]), np.array([x_1, y_1, TOP])
+            low, high = np.array([x_0, y_0, FLOOR]), np.array([x_1, y_1, TOPS[house]])
             near, far = (low - image.centre) / rays, (high - image.centre) / rays
             enters = np.minimum(near, far)
             t = enters.max(axis=1)
@@ -139,10 +140,11 @@ class Painted:
     def write_lidar(self, density: float = 8.0) -> None:
         rng = np.random.default_rng(4)
         xy = rng.uniform(0, SIDE, (round(density * SIDE**2), 2)) + np.array([X, Y])
-        on = np.zeros(len(xy), bool)
-        for x_0, y_0, x_1, y_1 in PLANS.values():
-            on |= (xy[:, 0] > x_0) & (xy[:, 0] < x_1) & (xy[:, 1] > y_0) & (xy[:, 1] < y_1)
-        z = np.where(on, TOP, FLOOR) + rng.normal(0, 0.01, len(xy))
+        z = np.full(len(xy), FLOOR)
+        for house, (x_0, y_0, x_1, y_1) in PLANS.items():
+            z[(xy[:, 0] > x_0) & (xy[:, 0] < x_1) & (xy[:, 1] > y_0) & (xy[:, 1] < y_1)] = TOPS[house]
+        on = z > FLOOR
+        z += rng.normal(0, 0.01, len(xy))
         cloud = PointCloud.of(np.column_stack([xy, z]), np.where(on, BUILDING, GROUND).astype(np.uint8))
         (self.folder / "town.laz").write_bytes(write_points(cloud, crs=CRS("EPSG:28992")))
 
@@ -165,7 +167,7 @@ class Painted:
 
     def describe(self, *, images: bool = True, ortho: bool = False, **options: Any) -> CreatedCatalog:
         """Make the catalog, or make it again."""
-        source = ImageSource(self.folder / "images", self.folder / "sparse", origin=(X, Y, 0), heights=(FLOOR - 1, TOP + 3))  # fmt: skip
+        source = ImageSource(self.folder / "images", self.folder / "sparse", origin=(X, Y, 0), heights=(FLOOR - 1, max(TOPS.values()) + 3))  # fmt: skip
         return create_catalog(
             self.catalog, lidar=[str(self.folder / "town.laz")], images=replace(source, **options) if images else None,
             orthos=[self.folder / "ortho.tif"] if ortho else [], outlines=self.folder / "outlines.gpkg", crs=CRS_CODE,
