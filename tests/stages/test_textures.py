@@ -151,7 +151,7 @@ def test_only_the_leaf_of_a_unit_depends_on_its_texture(
         CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides), Store.open(tmp_path)
     )
     differ = {k for k in records if changed[k].digest != records[k].digest}
-    assert {s for s, _ in differ} == {"texture", "atlas", "export"}
+    assert {s for s, _ in differ} == {"texture", "atlas", "windows", "export"}
     assert len([k for k in differ if k[0] == "atlas"]) == 1
     assert [k for k in differ if k[0] == "texture"] == [("texture", "far")]
 

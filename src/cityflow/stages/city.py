@@ -33,6 +33,7 @@ from cityflow.stages import (
     texture,
     units,
     walls,
+    windows,
 )  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.parameters import CityParameters
@@ -192,6 +193,8 @@ class CitySource:
             return self._needs_of_ingest(name)
         if stage == texture.STAGE:
             return self._needs_of_texture(self._known[name])
+        if stage == windows.STAGE:
+            return [(texture.STAGE, name)]
         if stage == atlas.STAGE:
             return [(texture.STAGE, u) for u in self._leaves[name]]
         return [
@@ -235,7 +238,8 @@ class CitySource:
         self._leaves.update(found)
         self._leaves_of[tile] = sorted(found)
         under = [(ortho.STAGE, tile)] if self.survey.door == IMAGES else []
-        return [*((atlas.STAGE, leaf) for leaf in self._leaves_of[tile]), *under]
+        looked = [(windows.STAGE, u) for u in self._chosen[tile]]
+        return [*((atlas.STAGE, leaf) for leaf in self._leaves_of[tile]), *looked, *under]
 
     def _needs_of_texture(self, unit: UnitEntry) -> list[Node]:
         """The models and surfaces that may stand between a unit and the cameras, and the images."""
@@ -312,6 +316,8 @@ class CitySource:
             around = [self._known[u] for u in self._around(unit)]
             made = texture.task(survey, unit, around) if survey.hull(name)["path"] else None
             yield from self._unless_none(node, made)
+        elif stage == windows.STAGE:
+            yield from self._unless_none(node, windows.task(survey, self._known[name]))
         elif stage == atlas.STAGE:
             yield from self._unless_none(node, atlas.task(survey, name, self._leaves[name]))
         elif node == CITY:

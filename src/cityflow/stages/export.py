@@ -26,6 +26,7 @@ from cityflow.stages.outline_lines import Standing, decode_all
 from cityflow.stages.parameters import ExportParameters
 from cityflow.stages.survey import Survey, UnitEntry
 from cityflow.stages.terrain_drape import Draped, drape
+from cityflow.stages.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
 
 STAGE = "export"
@@ -43,18 +44,19 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     pages = {leaf: survey.outputs_of("atlas", leaf) for leaf in leaves}
     hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
     bare = {u: why for u in sorted(own) if (why := survey.failure_of("texture", u))}
+    opened = _windows(survey, own)
     return Task(
         STAGE, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
-                **({"without textures": digest_of(bare)} if bare else {})},
+                **({"without textures": digest_of(bare)} if bare else {}), **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
             "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
             "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
             "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "bare": bare, "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
+            "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
             "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
         limits=survey.limits(STAGE),
@@ -73,6 +75,12 @@ def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]])
     return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
 
 
+def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Unit → path and digest of the windows that were found."""
+    found = {u: survey.outputs_of("windows", u) for u in sorted(own)}
+    return {u: next(iter(outputs.items())) for u, outputs in found.items() if outputs}
+
+
 def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
     """Whether an earlier export has the version and parameters that it would have now, and stands on that surface."""
     parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.export)
@@ -89,7 +97,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
     portable = sets["rectified"].buildings
     bare = task.arguments["bare"]
-    own = tuple(with_texture_figures(finished[u], portable.get(u), bare.get(u, "")) for u in names)
+    opened = {
+        u: openings_on(workspace.read(path), finished[u])
+        for u, path in task.arguments["windows"].items()
+        if u in finished
+    }
+    own = tuple(
+        with_window_figures(with_texture_figures(finished[u], portable.get(u), bare.get(u, "")), opened.get(u))
+        for u in names
+    )
     wanted = task.arguments["textures"]
     draped = (
         drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
@@ -98,7 +114,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     tile = CityTile(
         task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
-        city=tuple(task.arguments["city"]), drape=draped.drape,
+        city=tuple(task.arguments["city"]), drape=draped.drape, openings=opened,
         **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
     )  # fmt: skip
     for form in parameters.formats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building
@@ -18,6 +18,7 @@ from cityflow.io.cityjson_sequence import Bounds3, extent_of, header_line, terra
 from cityflow.io.globe import Globe, globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.io.obj import write_obj
+from cityflow.io.openings import NO_OPENINGS, Openings
 from cityflow.io.tiles3d import About, Scene, tile_files
 from cityflow.surface.tin import Tin
 
@@ -43,13 +44,14 @@ class CityTile:
     raw: TextureSet | None = None
     rectified: TextureSet | None = None
     drape: Drape | None = None
+    openings: Openings = field(default_factory=lambda: NO_OPENINGS)
 
 
 def cityjson(tile: CityTile) -> Files:
     """``cityjson/TILE.city.jsonl``: header, a line per building, the terrain."""
     transform, look = Transform.over(tile.bounds), Appearance(CITYJSON_FOLDER, tile.rectified, tile.drape)
     lines = [header_line(tile.reference, _extent(tile), transform, tile.title, tile.date)]
-    lines += [feature_line(b, transform, look) for b in tile.buildings]
+    lines += [feature_line(b, transform, look, tile.openings) for b in tile.buildings]
     if len(tile.terrain.triangles):
         lines.append(
             terrain_feature_line(
@@ -62,7 +64,16 @@ def cityjson(tile: CityTile) -> Files:
 def citygml(tile: CityTile) -> Files:
     """``citygml/TILE.gml``."""
     target, look = io.BytesIO(), Appearance("products/citygml", tile.rectified, tile.drape)
-    write_citygml(target, tile.buildings, tile.reference, _extent(tile), _relief(tile), tile.title, appearance=look)
+    write_citygml(
+        target,
+        tile.buildings,
+        tile.reference,
+        _extent(tile),
+        _relief(tile),
+        tile.title,
+        appearance=look,
+        openings=tile.openings,
+    )
     yield f"products/citygml/{tile.name}.gml", target.getvalue()
 
 

@@ -35,6 +35,7 @@ COSTS = {
     "units": Cost("units", 0.2, 400.0, 0.1),
     "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
     "texture": Cost("texture", 3.0, 900.0, 2.0),
+    "windows": Cost("windows", 0.5, 500.0, 0.05),
     "atlas": Cost("atlas", 3.0, 900.0, 8.0),
     "export": Cost("export", 5.0, 600.0, 4.0),
 }

@@ -27,6 +27,7 @@ from cityflow.stages import (
     texture,
     units,
     walls,
+    windows,
 )
 from cityflow.stages.city import CitySource
 from cityflow.workflow.differences import why
@@ -35,7 +36,7 @@ from cityflow.workflow.prepare import prepared
 
 STAGES = (
     ingest.STAGE, match.STAGE, fuse.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, walls.STAGE, outline.STAGE,
-    split.STAGE, units.STAGE, reconstruct.STAGE, texture.STAGE, atlas.STAGE, export.STAGE,
+    split.STAGE, units.STAGE, reconstruct.STAGE, texture.STAGE, atlas.STAGE, windows.STAGE, export.STAGE,
 )  # fmt: skip
 
 
