@@ -379,7 +379,7 @@ def test_a_texture_that_fails_leaves_a_building_that_says_so(flown: Painted, flo
     assert feature["CityObjects"]["c"]["attributes"]["texture_missing"] == "the worker was out of memory"
     assert feature["CityObjects"]["c"]["attributes"]["textured_share"] == 0
     healed = run(source_of(flown), tmp_path / "healed", Run(made.store, made.records, set()))
-    assert {s for s, _ in healed.ran} == {"texture", "atlas", "export"}
+    assert {s for s, _ in healed.ran} - {"windows"} == {"texture", "atlas", "export"}
     assert textures(healed) == textures(flown_run)
     assert features(healed) == features(flown_run)
 
