@@ -2,9 +2,10 @@
 
     python benchmarks/report.py RUN [--units 5000] [--failed 0.02] [--degraded 0.02] [--keep FOLDER]
 
-Of every building records, outline, export row and texture faces are repeated under other names, in the same place, so hulls, rasters and
-pages are read as they are in a real city of that size. Shares of the copies are made failed (with a traceback, without a model) and
-degraded. Measured is what `cityflow report` does apart from the view in the browser; asked for: 10 s and 15 MB at 5,000 buildings.
+Of every building records, outline and export row are repeated under other names, in the same place, so hulls and rasters are read as they
+are in a real city of that size; of textures the report reads no more in a larger city. Shares of the copies are made failed (with a
+traceback, without a model) and degraded. Measured is what `cityflow report` does apart from the view in the browser; asked for: 10 s and
+15 MB at 5,000 buildings.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,14 +24,12 @@ from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
 from cityflow.flow.task import Record
-from cityflow.stages import atlas, export, outline, reconstruct, texture, units
+from cityflow.stages import export, outline, reconstruct, texture, units
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import write_report_files
 from cityflow.workflow.run_folder import open_run
 
-FAR_M = 20_000.0
-"""Faces of copies stand this far apart, so that a picture of one place does not show them all."""
 TRACEBACK = (
     'Traceback (most recent call last):\n  File "planes.py", line 84, in found\nValueError: no plane in 3 points\n'
 )
@@ -89,7 +87,6 @@ def _repeated(run: Prepared, args: argparse.Namespace) -> int:
     changed += [_named(record, k) for record in records.of(texture.STAGE) for k in range(1, times)]
     changed += [_with_entries(run, record, times) for record in records.of(outlined)]
     changed += [_with_json(run, record, f"/{export.ROWS}", times, _rows) for record in records.of(export.STAGE)]
-    changed += [_with_json(run, record, f"/{atlas.LEAF}", times, _leaf) for record in records.of(atlas.STAGE)]
     for record in changed:
         write_record(run.store, replace(record, attempt=record.attempt + 1))
     return _count(run, records)
@@ -147,37 +144,11 @@ def _with_json(run: Prepared, record: Record, ending: str, times: int, repeat: A
         copy = f"work/repeated/{record.stage}/{record.unit}{ending}"
         run.store.write_bytes(copy, json.dumps(tree, ensure_ascii=False).encode())
         outputs[copy] = outputs.pop(path)
-    inputs = {n: d for name, d in record.inputs.items() for n in _inputs(name, times)}
-    return replace(record, outputs=outputs, inputs=inputs)
-
-
-def _inputs(name: str, times: int) -> Iterator[str]:
-    kind, _, unit = name.partition(" ")
-    yield from (f"{kind} {_copy_name(unit, k)}" for k in (range(times) if kind == "texture" else (0,)))
+    return replace(record, outputs=outputs)
 
 
 def _rows(tree: dict[str, Any], times: int) -> dict[str, Any]:
     return {_copy_name(unit, k): row for unit, row in tree.items() for k in range(times)}
-
-
-def _leaf(tree: dict[str, Any], times: int) -> dict[str, Any]:
-    plain = {
-        _copy_name(u, k): [[_moved(rings, k), *more] for rings, *more in rows]
-        for u, rows in tree["plain"].items()
-        for k in range(times)
-    }
-    sets = {
-        name: {**made, "faces": [
-            {**f, "unit": _copy_name(f["unit"], k), "rings": _moved(f["rings"], k)}
-            for f in made["faces"] for k in range(times)
-        ]}
-        for name, made in tree["sets"].items()
-    }  # fmt: skip
-    return {**tree, "plain": plain, "sets": sets}
-
-
-def _moved(rings: Any, k: int) -> Any:
-    return rings if k == 0 else [[[x + k * FAR_M, y, z] for x, y, z in ring] for ring in rings]
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ class TextureFigures:
     interpolated : share of the textured area that no image sees, filled from around
     images : photographs that are in them;  pages : atlas pages of one set
     plain : faces without, by reason, the largest area first
+    read, squares : of how many squares of the atlas shares, areas, images and reasons were read, and how many there are
     """
 
     buildings: int
@@ -47,3 +48,5 @@ class TextureFigures:
     images: int
     pages: int
     plain: tuple[PlainFaces, ...]
+    read: int = 1
+    squares: int = 1

@@ -22,7 +22,6 @@ from cityflow.stages import atlas
 from cityflow.stages.survey import Survey
 from cityflow.viewer.model_view import (
     SEMANTIC_COLOURS,
-    TERRAIN_COLOUR,
     Surfaces,
     light_of,
     surfaces_of,
@@ -140,7 +139,7 @@ def _terrain(store: Store, tile: str, bounds: Bounds, surfaces: Surfaces) -> _Pa
     uvd = np.column_stack(
         [(corners[:, 0] - x_0) / (x_1 - x_0), (corners[:, 1] - y_0) / (y_1 - y_0), np.ones(len(corners))]
     )
-    colour = np.tile(np.array(TERRAIN_COLOUR), (len(triangles), 1))
+    colour = np.clip(surfaces.colours * light_of(surfaces.corners)[:, None], 0, 255).astype(np.int64)
     return _Part(corners, uvd, triangles, np.full(len(triangles), 0 if pages else -1), colour, pages)
 
 

@@ -11,12 +11,14 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
-from cityflow.stages import texture
+from cityflow.stages import atlas, texture
 from cityflow.stages.survey import Survey
 from cityflow.viewer.texture_rows import PlainFaces, SurfaceShare, TextureFigures
 from cityflow.workflow.current import CurrentRecords
-from cityflow.workflow.leaf_faces import UNTEXTURED, LeafFaces, leaf_files, read_leaves
+from cityflow.workflow.leaf_faces import SET, UNTEXTURED, LeafFaces, leaf_files, read_leaves
 
+MOST_LEAVES = 64
+"""Of more, so many are read, evenly spread over the city: shares do not change for the others, but time would."""
 UPRIGHT = 0.1
 """Faces whose normal climbs or falls by no more than this are façades."""
 KINDS = ("roofs", "façades", "undersides")
@@ -26,10 +28,7 @@ KINDS = ("roofs", "façades", "undersides")
 class _Sums:
     """What is added up, leaf by leaf, so that no more than one leaf is in memory."""
 
-    units: set[str] = field(default_factory=set)
     images: set[str] = field(default_factory=set)
-    pages: int = 0
-    faces: int = 0
     interpolated: float = 0.0
     area: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
     textured: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
@@ -46,10 +45,7 @@ class _Sums:
         for kind, of_kind in zip(KINDS, (climb > UPRIGHT, np.abs(climb) <= UPRIGHT, climb < -UPRIGHT), strict=True):
             self.area[kind] += float(area[wanted & of_kind].sum())
             self.textured[kind] += float(area[has & of_kind].sum())
-        self.units |= {u for u, textured in zip(leaf.unit, has.tolist(), strict=True) if textured}
         self.images |= set(leaf.images)
-        self.pages += len(leaf.pages)
-        self.faces += int(has.sum())
         self.interpolated += float((area[has] * leaf.interpolated[has]).sum())
         self.gsds.append(leaf.gsd_m[has])
         self.weights.append(area[has])
@@ -63,16 +59,19 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
     if not survey.textures:
         return None
     sums = _Sums()
-    for leaf in read_leaves(store, sorted(leaf_files(records).values())):
+    paths = sorted(leaf_files(records).values())
+    read = [paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_LEAVES)).round().astype(int).tolist()]
+    for leaf in read_leaves(store, read):
         sums.add(leaf)
-    asked = sum(r.status in (Status.DONE, Status.DEGRADED) for r in records.of(texture.STAGE))
+    done = [r.result for r in records.of(texture.STAGE) if r.status in (Status.DONE, Status.DEGRADED)]
     textured = sum(sums.textured.values())
     shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)
     plain = (PlainFaces(reason, len(areas), sum(areas)) for reason, areas in sums.plain.items())
     return TextureFigures(
-        len(sums.units), max(asked, len(sums.units)), sums.faces, shares, _median(sums.gsds, sums.weights),
-        sums.interpolated / textured if textured else None, len(sums.images), sums.pages,
-        tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))),
+        sum(bool(r.get("textured")) for r in done), len(done), sum(int(r.get("textured", 0)) for r in done), shares,
+        _median(sums.gsds, sums.weights), sums.interpolated / textured if textured else None, len(sums.images),
+        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.of(atlas.STAGE)),
+        tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))), len(read), len(paths),
     )  # fmt: skip
 
 

@@ -37,11 +37,11 @@ class UnitPageParameters(Parameters):
     """How many buildings get a page of their own."""
 
     failed: int = Field(
-        40, ge=0, le=10000, description="pages of failed and refused buildings, the largest outlines first"
+        24, ge=0, le=10000, description="pages of failed and refused buildings, the largest outlines first"
     )
-    degraded: int = Field(20, ge=0, le=10000, description="pages of simplified buildings, the largest outlines first")
+    degraded: int = Field(12, ge=0, le=10000, description="pages of simplified buildings, the largest outlines first")
     listed: int = Field(
-        30, ge=0, le=10000, description="pages of buildings worth a look, worst or slowest, though they did not fail"
+        20, ge=0, le=10000, description="pages of buildings worth a look, worst or slowest, though they did not fail"
     )
 
 
