@@ -148,6 +148,24 @@ def test_a_page_is_written_where_there_is_none_and_left_alone_where_it_is_right(
         bring_up_to_date(str(root / "products"), console)
 
 
+def test_a_run_before_its_last_export_shows_the_tiles_that_are_there(
+    made: tuple[Prepared, CurrentRecords], tmp_path: Path
+) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    for name in ("tileset.json", "tileset_raw.json"):
+        (tmp_path / "run/products/tiles3d" / name).unlink()
+    early = {stage: [r for r in records.of(stage) if r.unit != "city"] for stage in records.stages()}
+    town.write_view(Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run")), CurrentRecords(early))
+    sets = json.loads((tmp_path / "run/view/data/city.json").read_text())["sets"]
+    assert sets == {"rectified": "view/data/tileset.json", "raw": "view/data/tileset_raw.json"}
+    for path in sets.values():
+        root = json.loads((tmp_path / "run" / path).read_text())["root"]
+        uris = [child["content"]["uri"] for child in root["children"]]
+        assert len(uris) == 2
+        assert all((tmp_path / "run" / path).parent.joinpath(uri).resolve().is_file() for uri in uris)
+
+
 def test_points_that_somebody_has_damaged_are_left_out(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
     run, records = made
     shutil.copytree(run.store.root, tmp_path / "run")

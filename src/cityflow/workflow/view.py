@@ -16,8 +16,9 @@ from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
 from cityflow.io.tiles3d import FOLDER as TILES3D
-from cityflow.io.tiles3d import PORTABLE, RAW
-from cityflow.stages import split
+from cityflow.io.tiles3d import PORTABLE, RAW, About
+from cityflow.io.tiles3d_tree import city_tilesets
+from cityflow.stages import export, split
 from cityflow.stages.survey import Survey
 from cityflow.viewer.figures import finite
 from cityflow.viewer.report import verdict
@@ -34,6 +35,9 @@ Files = Generator[tuple[str, bytes], None, Any]
 
 CITY = f"{DATA}/city.json"
 MADE = f"{DATA}/made.json"
+TO_RUN = "../.."
+"""From the page's data to the run."""
+
 MARGIN_M = 15.0
 
 
@@ -86,12 +90,13 @@ class _View:
             said = yield from self._kept_or_made(path, leaf.digest, partial(self._images, leaf))
             leaf_of |= dict.fromkeys(said["units"], name)
         tiles = yield from self._tiles()
+        sets = yield from self._tilesets()
         yield from self._units(leaf_of)
         cuts, failed = self._cuts(), view_layers.failures(self.data.units, self.ground, self.frame)
         yield f"{DATA}/cuts.json", _text(cuts)
         yield f"{DATA}/failures.json", _text(failed)
         yield MADE, _text(self.made)
-        yield CITY, _text(self._city(tiles, len(cuts["rows"]), len(failed)))
+        yield CITY, _text(self._city(tiles, sets, len(cuts["rows"]), len(failed)))
         attribution = "; ".join(s.attribution for s in self.data.sources if s.attribution)
         yield from page_files(self.data.title, attribution, self.data.pictures)
 
@@ -138,6 +143,20 @@ class _View:
                 found.setdefault(source.tile, {}).update(dsm=said)
         return [{"name": name, **known} for name, known in sorted(found.items())]
 
+    def _tilesets(self) -> Files:
+        """The roots of both sets; of a run whose last export has not come, roots of their own over the tiles that are there."""
+        found: dict[str, str | None] = {}
+        for name, file in (("rectified", PORTABLE), ("raw", RAW)):
+            found[name] = f"{TILES3D}/{file}" if self.run.store.exists(f"{TILES3D}/{file}") else None
+            exported = [p for r in self.records.of(export.STAGE) for p in r.outputs if p.startswith(f"{TILES3D}/")]
+            own = [] if found[name] else sorted(p for p in exported if p.endswith(f"/{file}"))
+            if own:
+                tiles = {f"{TO_RUN}/{path}": data for path, data in self.run.store.read_many(own)}
+                for path, data in city_tilesets(tiles, About(self.data.title), file).items():
+                    yield path.replace(TILES3D, DATA, 1), data
+                found[name] = f"{DATA}/{file}"
+        return found
+
     def _relief(self, tile: str) -> tuple[bytes | None, Json]:
         relief = view_layers.relief_of(self.run.store, self.survey, tile, self.frame)
         return (None, {}) if relief is None else (relief.heights.tobytes(), relief.said())
@@ -151,16 +170,17 @@ class _View:
         ridges = view_layers.ridges_of_outlines(self.records, self.heights) if self.records.of(split.STAGE) else {}
         return view_layers.cut_lines(self.run.store, self.records, ridges, self.ground + 6.0, self.frame)
 
-    def _city(self, tiles: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> Json:
+    def _city(
+        self, tiles: Sequence[Mapping[str, Json]], sets: Mapping[str, str | None], cuts: int, failed: int
+    ) -> Json:
         units = self.data.units
-        sets = {name: f"{TILES3D}/{file}" for name, file in (("rectified", PORTABLE), ("raw", RAW))}
         count = {str(s): sum(u.status is s for u in units) for s in Status}
         points = [t["points"] for t in tiles if "points" in t]
         low, high = _range(self.heights.values(), self.ground)
         return finite({
             "title": self.data.title, "verdict": verdict({**count, "units": len(units)}), "crs": self.data.crs, "vertical_datum": self.data.vertical_datum,
             "state": state_of(self.records), "frame": self.frame.frame.matrix, "world": self.frame.to_world.tolist(),
-            "sets": {name: path if self.run.store.exists(path) else None for name, path in sets.items()},
+            "sets": dict(sets),
             "texture_pixels": view_images.page_pixels(self.records),
             "bounds": _bounds(units, self.frame, (low, high), _city_bounds(self.survey)), "heights": [low, high], "counts": count,
             "scales": {name: view_units.scale_of(units, name) for name in ("nmad", "rmse")},
