@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cityflow.texture.patches import fill
 from cityflow.texture.patches.fill import interpolated, nearest
 
 
@@ -41,6 +42,17 @@ def test_interpolated_values_stay_within_the_known_ones() -> None:
     found = interpolated(colours, known)
     assert found.min() >= colours[known].min() - 0.01
     assert found.max() <= colours[known].max() + 0.01
+
+
+@pytest.mark.parametrize("shape", [(1, 40), (40, 1), (64, 30), (101, 77), (130, 64)])
+def test_bands_leave_no_seam(monkeypatch: pytest.MonkeyPatch, shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(3)
+    known = rng.random(shape) < 0.1
+    known[0, 0] = True
+    colours = rng.uniform(0, 255, (*shape, 3)).astype(np.float32)
+    whole = interpolated(colours.copy(), known)
+    monkeypatch.setattr(fill, "BAND_ROWS", 16)
+    assert np.array_equal(interpolated(colours.copy(), known), whole)
 
 
 def test_nearest_takes_the_nearest() -> None:

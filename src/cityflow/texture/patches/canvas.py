@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
@@ -57,13 +59,14 @@ class Canvas:
         """Number of own pixels."""
         return int(np.count_nonzero(self.own))
 
-    def centres(self) -> Float32Array:
-        """(N, 2) column, row of the middles of the own pixels, row after row; exact."""
-        row, col = np.nonzero(self.own)
-        out = np.empty((len(row), 2), np.float32)
-        out[:, 0], out[:, 1] = col, row
-        out += np.float32(0.5)
-        return out
+    def places(self) -> NDArray[np.int32]:
+        """(N,) where the own pixels are, row after row, counted through all pixels of the canvas."""
+        return np.flatnonzero(self.own).astype(np.int32)
+
+    def centres(self, places: NDArray[np.int32]) -> FloatArray:
+        """(N, 2) column, row of the middles of pixels."""
+        row, col = np.divmod(places, self.shape[1])
+        return np.asarray(np.column_stack([col, row]) + 0.5)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -94,7 +97,7 @@ def root_canvas(face: FacePlane, root: OrientedImage, gsd_m: float, parameters: 
     first = np.floor(np.min([p.min(axis=0) for p in uv], axis=0)).astype(np.int64) - pad
     last = np.ceil(np.max([p.max(axis=0) for p in uv], axis=0)).astype(np.int64) + pad
     cols, rows = (int(n) for n in last - first)
-    if max(rows, cols) > parameters.largest_px:
+    if max(rows, cols) > parameters.largest_px or rows * cols > parameters.most_px:
         return None
     depth = depth_inside([p - first for p in uv], rows, cols, pad + 1.0)
     corners = tuple(np.column_stack([p - first, d]) for p, d in projected)
@@ -108,8 +111,7 @@ def front_canvas(face: FacePlane, cell_m: float, parameters: PatchParameters) ->
     """The face straight from the front, in cells of `cell_m` or, where it would be larger than a patch may be, larger ones."""
     pad = parameters.padding_px + 1
     s_0, t_0, s_1, t_1 = face.polygon.bounds
-    room = max(parameters.largest_px - 2 * pad - 1, 1)
-    cell = max(cell_m, parameters.finest_m, (s_1 - s_0) / room, (t_1 - t_0) / room)
+    cell = max(cell_m, parameters.finest_m, _least_cell(s_1 - s_0, t_1 - t_0, 2 * pad + 1, parameters))
     grid = FaceGrid.over(face.polygon, cell, pad)
     on_grid = [(face.on_plane(ring) - (grid.s_min, grid.t_max)) / (cell, -cell) for ring in face.rings]
     depth = depth_inside(on_grid, grid.rows, grid.cols, pad + 1.0)
@@ -120,6 +122,14 @@ def front_canvas(face: FacePlane, cell_m: float, parameters: PatchParameters) ->
         own[int((grid.t_max - point.y) / cell), int((point.x - grid.s_min) / cell)] = True
         return Canvas(depth, own, corners, partial(_at_point, face), cell, np.zeros(2, np.int64), False)
     return Canvas(depth, own, corners, partial(_on_grid, face, grid), cell, np.zeros(2, np.int64), False)
+
+
+def _least_cell(wide: float, tall: float, more_px: int, parameters: PatchParameters) -> float:
+    """The finest cell, metres, with which a rectangle, metres, and some more pixels either way, is no larger than a patch may be."""
+    room = max(parameters.largest_px - more_px, 1)
+    # (wide / cell + more) · (tall / cell + more) = most, solved for the cell
+    rest, line = parameters.most_px - more_px**2, more_px * (wide + tall)
+    return max(wide / room, tall / room, (line + math.sqrt(line**2 + 4.0 * rest * wide * tall)) / (2.0 * rest))
 
 
 def bending_px(face: FacePlane, root: OrientedImage) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -81,29 +81,26 @@ def compose(
     """
     eye = _Eye(face, canvas, views, sources, visible)
     paint = _Paint(eye, parameters.feather_px)
-    unsure: list[tuple[int, SeenFace, IntArray]] = []
+    unsure: list[tuple[int, SeenFace, NDArray[np.int32]]] = []
     for rank, seen in enumerate(views.kept):
         if not paint.missing.any():
             break
-        asked = np.flatnonzero(paint.missing | (canvas.distance(paint.missing) <= parameters.feather_px))
-        at = eye.seen(rank, seen, asked)
-        sure = canvas.distance(_marked(canvas.count, asked, at))[at] > parameters.retreat_px
-        paint.lay(rank, seen, at[sure])
+        asked = paint.missing | (canvas.distance(paint.missing) <= parameters.feather_px)
+        sees = eye.seen(rank, seen, asked)
+        sure = canvas.distance(asked & ~sees) > parameters.retreat_px
+        sure &= sees
+        paint.lay(rank, seen, sure)
+        sees &= ~sure
         if rank == 0 and not paint.lost:
-            paint.root_sees[at[~sure]] = True
-        unsure.append((rank, seen, at[~sure]))
+            paint.root_sees |= sees
+        # few, along the edges of what hides the face
+        unsure.append((rank, seen, np.flatnonzero(sees).astype(np.int32)))
     painted = ~paint.missing
     for rank, seen, at in unsure:
-        paint.lay(rank, seen, at[paint.missing[at]])
+        left = np.zeros(len(eye.places), bool)
+        left[at] = paint.missing[at]
+        paint.lay(rank, seen, left)
     return Composition(paint.colours, paint.index, paint.root_sees, painted, tuple(dict.fromkeys(paint.lost)))
-
-
-def _marked(count: int, those: IntArray, but: IntArray) -> BoolArray:
-    """(count,) true at those, except some."""
-    marked = np.zeros(count, bool)
-    marked[those] = True
-    marked[but] = False
-    return marked
 
 
 class _Eye:
@@ -113,21 +110,23 @@ class _Eye:
         self, face: FacePlane, canvas: Canvas, views: FaceSources, sources: UnitSources, visible: Visible | None
     ) -> None:
         self.face, self.canvas, self.grid, self.sources, self.visible = face, canvas, views.grid, sources, visible
-        self.centres = canvas.centres()
+        self.places = canvas.places()
 
-    def seen(self, rank: int, seen: SeenFace, asked: IntArray) -> IntArray:
-        """Which of the asked pixels the image really sees."""
-        image = self.sources.sources[seen.view.image].image
+    def seen(self, rank: int, seen: SeenFace, asked: BoolArray) -> BoolArray:
+        """(N,) which of the asked pixels the image really sees."""
+        image, found = self.sources.sources[seen.view.image].image, np.zeros(len(asked), bool)
         if (image.centre - self.face.origin) @ self.face.normal <= 0:
-            return asked[:0]
+            return found
         mask = self._mask(seen)
-        return np.concatenate([asked[:0], *(part[self._sees(rank, seen, part, mask)] for part in in_parts(asked))])
+        for at in parts_of(asked):
+            found[at] = self._sees(rank, seen, at, mask)
+        return found
 
     def where(self, rank: int, seen: SeenFace, at: IntArray) -> FloatArray:
         """(N, 2) image coordinates of pixels. The root's are the pixels themselves, not the way through the world and back."""
         if rank == 0 and self.canvas.in_root:
-            return np.asarray(self.centres[at] + self.canvas.first, np.float64)
-        xyz = self.canvas.to_world(self.centres[at].astype(np.float64))
+            return np.asarray(self.canvas.centres(self.places[at]) + self.canvas.first)
+        xyz = self.canvas.to_world(self.canvas.centres(self.places[at]))
         return self.sources.sources[seen.view.image].image.project(xyz)[0]
 
     def level(self, rank: int, seen: SeenFace) -> int:
@@ -144,7 +143,7 @@ class _Eye:
 
     def _sees(self, rank: int, seen: SeenFace, at: IntArray, mask: BoolArray) -> BoolArray:
         """(N,) bool."""
-        xyz = self.canvas.to_world(self.centres[at].astype(np.float64))
+        xyz = self.canvas.to_world(self.canvas.centres(self.places[at]))
         st = self.face.on_plane(xyz)
         row = np.clip((self.grid.t_max - st[:, 1]) / self.grid.cell, 0, self.grid.rows - 1).astype(np.int64)
         col = np.clip((st[:, 0] - self.grid.s_min) / self.grid.cell, 0, self.grid.cols - 1).astype(np.int64)
@@ -163,7 +162,7 @@ class _Paint:
     """What is painted of a canvas."""
 
     def __init__(self, eye: _Eye, feather_px: float) -> None:
-        count = len(eye.centres)
+        count = len(eye.places)
         self.eye, self.feather_px = eye, feather_px
         self.colours: Float32Array = np.zeros((count, 3), np.float32)
         self.index: NDArray[np.uint16] = np.full(count, OUTSIDE, np.uint16)
@@ -174,13 +173,16 @@ class _Paint:
     def missing(self) -> BoolArray:
         return np.asarray(self.index == OUTSIDE)
 
-    def lay(self, rank: int, seen: SeenFace, at: IntArray) -> None:
-        """An image's colours at some pixels: on those without one, and beside them less and less over what is there."""
-        share = self._share(at)
-        at, share = at[share > 0], share[share > 0]
+    def lay(self, rank: int, seen: SeenFace, at: BoolArray) -> None:
+        """An image's colours at the marked pixels: on those without one, and beside them less and less over what is there."""
+        new = at & self.missing
+        if not new.any():
+            return
+        away = self.eye.canvas.distance(new)
         try:
-            for part, weight in zip(in_parts(at), in_parts(share), strict=True):
-                self._blend(rank, seen, part, weight)
+            for part in parts_of(at):
+                share = self._share(away[part])
+                self._blend(rank, seen, part[share > 0], share[share > 0])
         except CityflowError as error:
             self.lost.append(str(error))
 
@@ -194,17 +196,15 @@ class _Paint:
         if rank == 0:
             self.root_sees[at] = True
 
-    def _share(self, at: IntArray) -> Float32Array:
-        """(len(at),) of the new image."""
-        new = np.zeros(len(self.index), bool)
-        new[at] = self.missing[at]
-        if not new.any():
-            return np.zeros(len(at), np.float32)
-        away = np.maximum(self.eye.canvas.distance(new)[at] - np.float32(0.5), 0)
-        return np.asarray(np.clip(1.0 - away / np.float32(self.feather_px + 0.5), 0.0, 1.0), np.float32)
+    def _share(self, away: Float32Array) -> Float32Array:
+        """(N,) of the new image, so far from where it is alone, pixels."""
+        far = np.maximum(away - np.float32(0.5), 0)
+        return np.asarray(np.clip(1.0 - far / np.float32(self.feather_px + 0.5), 0.0, 1.0), np.float32)
 
 
-def in_parts(values: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    """One after the other, few enough that what is computed of them takes little memory."""
-    for start in range(0, len(values), AT_ONCE):
-        yield values[start : start + AT_ONCE]
+def parts_of(marked: BoolArray) -> Iterator[IntArray]:
+    """Where the marks are, some after the other, few enough that what is computed of them takes little memory."""
+    for start in range(0, len(marked), AT_ONCE):
+        at = np.flatnonzero(marked[start : start + AT_ONCE])
+        if len(at):
+            yield at + start

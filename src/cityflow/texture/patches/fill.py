@@ -14,6 +14,10 @@ from cityflow.core.arrays import BoolArray, Float32Array
 
 POWER = 4
 """Of the distance: at 2 and below, the many pixels far away would count as much as those at the rim of a hole."""
+COARSER = 4.0 / 2.0**POWER
+"""A level's means stand for four times as many pixels as the finer one's, at twice the distance."""
+BAND_ROWS = 256
+"""Rows of the finest level that are worked on at once; even."""
 MIDDLE = 128.0
 """Values are taken from here, so that rounding in single precision stays below a grey level where weights are small."""
 
@@ -23,28 +27,61 @@ def interpolated(colours: Float32Array, known: BoolArray) -> Float32Array:
 
     Parameters
     ----------
-    colours : (rows, cols, 3) float32;  known : (rows, cols) bool, at least one
+    colours : (rows, cols, 3) float32, changed where not known;  known : (rows, cols) bool, at least one
     """
     if known.all():
         return colours
+    coarse = _summed(_down(colours, known)) if max(known.shape) > 1 else _sums(colours, known)
+    for first in range(0, len(known), BAND_ROWS):
+        band = slice(first, min(first + BAND_ROWS, len(known)))
+        total = _up(coarse, known.shape, band)
+        total += _sums(colours[band], known[band])
+        filled = total[..., :3] / np.maximum(total[..., 3:], np.float32(1e-30)) + np.float32(MIDDLE)
+        np.copyto(colours[band], filled, where=~known[band, :, None])
+    return colours
+
+
+def _sums(colours: Float32Array, known: BoolArray) -> Float32Array:
+    """(rows, cols, 4) colours that are known, less the middle, and their number."""
     sums = np.zeros((*known.shape, 4), np.float32)
-    sums[known, :3] = colours[known] - np.float32(MIDDLE)
-    sums[known, 3] = 1.0
+    np.subtract(colours, np.float32(MIDDLE), out=sums[..., :3], where=known[..., None])
+    sums[..., 3] = known
+    return sums
+
+
+def _down(colours: Float32Array, known: BoolArray) -> Float32Array:
+    """The level above the pixels, made band by band, each with the rows around it that it takes."""
+    rows, cols = known.shape
+    out = np.empty((-(-rows // 2), -(-cols // 2), 4), np.float32)
+    for first in range(0, len(out), BAND_ROWS // 2):
+        last = min(first + BAND_ROWS // 2, len(out))
+        start = max(first - 2, 0)
+        part = slice(2 * start, min(2 * last + 4, rows))
+        made = cv2.pyrDown(_sums(colours[part], known[part]), borderType=cv2.BORDER_REPLICATE)
+        out[first:last] = made.reshape(-1, *out.shape[1:])[first - start : last - start]
+    return out
+
+
+def _up(coarse: Float32Array, shape: tuple[int, int], band: slice) -> Float32Array:
+    """(rows of the band, cols, 4) of the level above the pixels."""
+    start, last = max(band.start // 2 - 2, 0), min(-(-band.stop // 2) + 2, len(coarse))
+    tall = min(2 * last, shape[0]) - 2 * start
+    made = np.asarray(cv2.pyrUp(coarse[start:last], dstsize=(shape[1], tall)), np.float32).reshape(tall, shape[1], 4)
+    return made[band.start - 2 * start : band.stop - 2 * start] * np.float32(COARSER)
+
+
+def _summed(sums: Float32Array) -> Float32Array:
+    """All levels above some sums, and these, as one."""
     levels = [sums]
     while max(levels[-1].shape[:2]) > 1:
-        levels.append(cv2.pyrDown(levels[-1], borderType=cv2.BORDER_REPLICATE))
+        levels.append(np.asarray(cv2.pyrDown(levels[-1], borderType=cv2.BORDER_REPLICATE), np.float32))
     total = levels.pop()
     while levels:
         finer = levels.pop()
-        # a level's means stand for four times as many pixels as the finer one's, at twice the distance
         total = np.asarray(cv2.pyrUp(total, dstsize=(finer.shape[1], finer.shape[0])), np.float32)
-        total *= np.float32(4.0 / 2.0**POWER)
+        total *= np.float32(COARSER)
         total += finer
-    weight = np.maximum(total[..., 3:], np.float32(1e-30))
-    filled = np.divide(total[..., :3], weight, out=total[..., :3])
-    filled += np.float32(MIDDLE)
-    filled[known] = colours[known]
-    return np.asarray(filled)
+    return total
 
 
 def nearest(values: NDArray[np.generic], known: BoolArray, wanted: BoolArray) -> NDArray[np.generic]:

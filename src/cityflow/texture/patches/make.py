@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -15,7 +16,7 @@ from cityflow.core.colour_image import sampled
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceFigures, FacePlane, Patch
 from cityflow.texture.patches.canvas import Canvas, front_canvas, root_canvas
-from cityflow.texture.patches.compose import Composition, FaceSources, Visible, compose, in_parts
+from cityflow.texture.patches.compose import AT_ONCE, Composition, FaceSources, Visible, compose
 from cityflow.texture.patches.fill import interpolated, nearest
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
@@ -62,17 +63,30 @@ def make_patches(
     root = sources.sources[view.image].image
     canvas = root_canvas(face, root, view.gsd_m, asked)
     cell = max(view.gsd_m if canvas is None else _pixel_m(face, root, view.gsd_m), asked.finest_m)
-    front = front_canvas(face, cell, asked)
-    raw_canvas = canvas or front
-    painted = compose(face, raw_canvas, views, sources, visible, asked)
-    if not (painted.index >= FIRST_IMAGE).any():
+    made = _composed(face, canvas or front_canvas(face, cell, asked), views, (sources, visible), asked)
+    if made is None:
         return None
-    raw = _patch(face, raw_canvas, painted, views, asked)
-    notes = (*_scaled(cell, front), *(f"an image could not be read: {what}" for what in painted.lost))
+    raw, lost = made
+    front = front_canvas(face, cell, asked)
+    notes = (*_scaled(cell, front), *(f"an image could not be read: {what}" for what in lost))
     if canvas is None:
         return FacePatches(raw, raw, ("not in the geometry of its root image", *notes))
     finer = int(np.clip(np.rint(front.gsd_m / cell), 1, asked.supersampling))
     return FacePatches(raw, _Warp(root, canvas, front, finer).patch(raw, asked), notes)
+
+
+def _composed(
+    face: FacePlane,
+    canvas: Canvas,
+    views: FaceSources,
+    seen_in: tuple[UnitSources, Visible | None],
+    parameters: PatchParameters,
+) -> tuple[Patch, tuple[str, ...]] | None:
+    """A patch, and what was wrong with images that could not be read; None where no image sees anything of the face."""
+    painted = compose(face, canvas, views, *seen_in, parameters)
+    if not (painted.index >= FIRST_IMAGE).any():
+        return None
+    return _patch(face, canvas, painted, views, parameters), painted.lost
 
 
 def _patch(
@@ -97,9 +111,12 @@ def _coloured(canvas: Canvas, painted: Composition, parameters: PatchParameters)
     missing = painted.index == OUTSIDE
     if missing.any():
         sure = painted.sure if painted.sure.any() else ~missing
-        raster, known = np.zeros((*canvas.shape, 3), np.float32), np.zeros(canvas.shape, bool)
-        raster[canvas.own], known[canvas.own] = colours, sure
-        colours = np.where(missing[:, None], interpolated(raster, known)[canvas.own], colours)
+        raster, known, hole = np.zeros((*canvas.shape, 3), np.float32), canvas.own.copy(), canvas.own.copy()
+        raster[canvas.own], known[canvas.own], hole[canvas.own] = colours, sure, missing
+        filled = interpolated(raster, known)[hole]
+        del raster
+        colours = colours.copy()
+        colours[missing] = filled
     if 2.0 * float(canvas.depth.max()) < parameters.slim_px:
         colours = _along(canvas, colours)
     return _raster(canvas, colours)
@@ -115,8 +132,10 @@ def _along(canvas: Canvas, colours: Float32Array) -> Float32Array:
 
 def _raster(canvas: Canvas, colours: Float32Array) -> NDArray[np.uint8]:
     """(rows, cols, 3) colours of the own pixels at their places."""
-    pixels = np.zeros((*canvas.shape, 3), np.uint8)
-    pixels[canvas.own] = np.clip(np.rint(colours), 0, 255).astype(np.uint8)
+    pixels, own = np.zeros((*canvas.shape, 3), np.uint8), np.empty(colours.shape, np.uint8)
+    for part in parts(len(colours)):
+        own[part] = np.clip(np.rint(colours[part]), 0, 255)
+    pixels[canvas.own] = own
     return pixels
 
 
@@ -154,29 +173,36 @@ class _Warp:
 
     def patch(self, raw: Patch, parameters: PatchParameters) -> Patch:
         """The raw patch as one sees it straight from the front."""
-        source, centres = ArrayPixels(raw.pixels), self.front.centres()
-        index, colours = np.zeros(self.front.shape, np.uint16), np.empty((len(centres), 3), np.float32)
-        size, labels = np.array([raw.mask.shape[1], raw.mask.shape[0]]), np.empty(len(centres), np.uint16)
-        for part in in_parts(np.arange(len(centres))):
-            col, row = np.clip(np.floor(self._at(centres[part])), 0, size - 1).astype(np.int64).T
-            labels[part] = raw.index[row, col]
-            colours[part] = self._means(source, centres[part])
-        index[self.front.own] = labels
-        pixels = _raster(self.front, colours)
-        return _finished(replace(raw, pixels=pixels, index=index, corners=self.front.corners), self.front, parameters)
+        source, places = ArrayPixels(raw.pixels), self.front.places()
+        size = np.array([raw.mask.shape[1], raw.mask.shape[0]])
+        index, pixels = np.zeros(self.front.depth.size, np.uint16), np.zeros((self.front.depth.size, 3), np.uint8)
+        for part in parts(len(places)):
+            at, centres = places[part], self.front.centres(places[part])
+            col, row = np.clip(np.floor(self._at(centres)), 0, size - 1).astype(np.int64).T
+            index[at] = raw.index[row, col]
+            pixels[at] = np.clip(np.rint(self._means(source, centres)), 0, 255)
+        del places
+        shape = self.front.shape
+        warped = replace(raw, pixels=pixels.reshape(*shape, 3), index=index.reshape(shape), corners=self.front.corners)
+        return _finished(warped, self.front, parameters)
 
-    def _at(self, centres: Float32Array) -> FloatArray:
+    def _at(self, centres: FloatArray) -> FloatArray:
         """(N, 2) column, row in the raw patch of places in the front."""
-        return np.asarray(self.root.project(self.front.to_world(centres.astype(np.float64)))[0] - self.canvas.first)
+        return np.asarray(self.root.project(self.front.to_world(centres))[0] - self.canvas.first)
 
-    def _means(self, source: ArrayPixels, centres: Float32Array) -> Float32Array:
+    def _means(self, source: ArrayPixels, centres: FloatArray) -> Float32Array:
         """(N, 3) colours of the front's own cells."""
         steps = (np.arange(self.finer) + 0.5) / self.finer - 0.5
         total = np.zeros((len(centres), 3), np.float32)
         for shift in ((s, t) for s in steps for t in steps):
-            at = self._at(centres + np.array(shift, np.float32))
+            at = self._at(centres + np.array(shift))
             total += sampled(source, at[:, 0].copy(), at[:, 1].copy(), 0)
         return total / np.float32(self.finer**2)
+
+
+def parts(count: int) -> Iterator[slice]:
+    """Of so many pixels, some after the other."""
+    yield from (slice(start, start + AT_ONCE) for start in range(0, count, AT_ONCE))
 
 
 def _pixel_m(face: FacePlane, root: OrientedImage, gsd_m: float) -> float:

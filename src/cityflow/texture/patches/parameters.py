@@ -31,7 +31,18 @@ class PatchParameters(Parameters):
         0.5, ge=0, le=1, description="share of a face outside its root image from which it is rectified"
     )
     largest_px: int = Field(8192, ge=64, le=16384, description="longest side of a patch; larger ones are scaled down")
+    largest_mpx: float = Field(
+        16.0,
+        ge=0.05,
+        le=268,
+        description="and its greatest area, million pixels; at work each of them takes some 65 bytes",
+    )
     finest_m: float = Field(0.005, gt=0, le=1, description="finest cell of a rectified patch, metres")
     supersampling: int = Field(
         4, ge=1, le=8, description="samples per pixel and axis at most where a patch is scaled down"
     )
+
+    @property
+    def most_px(self) -> int:
+        """Pixels of a patch, at most."""
+        return int(self.largest_mpx * 1e6)
