@@ -194,6 +194,15 @@ class _View:
         for problem in self.data.problems:
             if problem.status in (Status.FAILED, Status.REFUSED):
                 yield f"{problem.stage} {problem.unit}: {problem.reason}".strip()
+        exported = {r.unit for r in self.records.of(export.STAGE)}
+        waiting = {u.tile for u in self.data.units if u.tile} - exported
+        if waiting:
+            tiles = (
+                "1 ground tile with buildings is"
+                if len(waiting) == 1
+                else f"{len(waiting):,} ground tiles with buildings are"
+            )
+            yield f"{tiles} not exported yet"
 
 
 MISSING = {
