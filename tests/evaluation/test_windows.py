@@ -29,6 +29,9 @@ def test_hidden_windows_are_not_asked_for_but_right_when_found() -> None:
     assert compare_windows(TRUE, TRUE, hidden).right == 3
     c = compare_windows(TRUE[:2], TRUE, hidden)
     assert (c.true, c.seen, c.recall, c.precision) == (2, 2, 1.0, 1.0)
+    part = np.concatenate([TRUE[:2], [[4.1, 0.1, 4.9, 0.5]]])
+    assert compare_windows(part, TRUE, hidden).found == 2
+    assert compare_windows(part, TRUE, SEEN).found == 3
 
 
 def test_nothing_against_nothing() -> None:

@@ -11,6 +11,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.texture import FacePlane
 
 IOU = 0.5
+MOSTLY = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,18 +54,27 @@ def compare_windows(found: FloatArray, true: FloatArray, visible: BoolArray) -> 
     Parameters
     ----------
     found, true : (N, 4) and (M, 4), s and t of the lower left and the upper right corner
-    visible : (M,) whether the picture shows enough of a true window to ask for it; one that is found all the same is right
+    visible : (M,) whether the picture shows enough of a true window to ask for it; what is found upon the others is right at an intersection over
+        union like any, and else, where most of it lies upon them, neither right nor wrong
     """
     shared = intersection_over_union(found, true)
-    right, matched, iou = 0, np.zeros(len(true), bool), 0.0
+    right, matched, iou = np.zeros(len(found), bool), np.zeros(len(true), bool), 0.0
     for k in np.argsort(-shared, axis=None, kind="stable"):
-        i, j = divmod(int(k), max(len(true), 1))
+        i, j = divmod(int(k), len(true))
         if shared[i, j] < IOU:
             break
-        if not matched[j] and not np.isnan(shared[i]).any():
-            right, matched[j], iou = right + 1, True, iou + float(shared[i, j])
-            shared[i] = np.nan
-    return WindowCounts(len(found), right, int(visible.sum()), int((matched & visible).sum()), iou)
+        if not matched[j] and not right[i]:
+            right[i], matched[j], iou = True, True, iou + float(shared[i, j])
+    spared = ~right & (_within(found, true[~visible]) > MOSTLY)
+    counted = int(len(found) - spared.sum())
+    return WindowCounts(counted, int(right.sum()), int(visible.sum()), int((matched & visible).sum()), iou)
+
+
+def _within(found: FloatArray, true: FloatArray) -> FloatArray:
+    """(N,) largest share of a found box that lies upon one true one."""
+    low, high = np.maximum(found[:, None, :2], true[None, :, :2]), np.minimum(found[:, None, 2:], true[None, :, 2:])
+    both = np.clip(high - low, 0, None).prod(axis=2)
+    return np.asarray(both.max(axis=1, initial=0.0) / np.maximum((found[:, 2:] - found[:, :2]).prod(axis=1), 1e-12))
 
 
 def intersection_over_union(a: FloatArray, b: FloatArray) -> FloatArray:

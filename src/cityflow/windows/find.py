@@ -17,7 +17,7 @@ from cityflow.windows.edges import Edges
 from cityflow.windows.fitting import bounds_of, fitted
 from cityflow.windows.picture import Picture, picture_of
 from cityflow.windows.proposals import between_shutters, framed, fused
-from cityflow.windows.rows import aligned, overlap, places
+from cityflow.windows.rows import aligned, in_column, overlap, places
 from cityflow.windows.storeys import door_like, storeys_of
 from cityflow.windows.window_parameters import WindowParameters
 
@@ -74,7 +74,8 @@ def _openings(face: FacePlane, picture: Picture, parameters: WindowParameters) -
         return ()
     found, company, completed, sure = found.of(keep), company[keep], completed[keep], sure[keep]
     boxes = aligned(found.boxes, sure, _tolerance(picture, parameters))
-    doors = door_like(boxes, picture) | on_foot(found.boxes, picture)
+    alike = in_column(found.boxes, found.boxes, _tolerance(picture, parameters)).any(axis=1)
+    doors = door_like(boxes, picture) | (on_foot(found.boxes, picture) & ~alike)
     bounds, good = fitted(bounds_of([picture.bounds(b) for b in boxes]), sure, doors, face.polygon)
     made = [
         _opening(

@@ -22,6 +22,7 @@ LAP_PX = 2
 FRAME_M = 0.2
 WING_STEP, WING_PX = 0.2, 3
 """Step between a shutter and the window by that between the shutter and the wall, and width of a shutter in cells: what is less is a blurred edge."""
+APART_M = 0.12
 WHOLE = 0.7
 """Completeness of the worst side from which a box is whole."""
 
@@ -108,6 +109,7 @@ def between_shutters(
         & (wing >= WING_PX)
         & sized(pane, picture, parameters)
     )
+    good &= ~_holds_a_window(pane, found, picture, parameters)
     good &= _usual(shut, good)
     chosen = Candidates.joined([m.of(good & (best == k)) for k, m in enumerate(made)])
     outer = np.concatenate([shut[good & (best == k)] for k in range(len(made))])
@@ -123,6 +125,17 @@ def _middle(pane: IntArray) -> IntArray:
     """The middle half across: what lies between two windows, rather than between two shutters of one, has nothing there."""
     quarter = (pane[:, 2] - pane[:, 0]) // 4
     return np.stack([pane[:, 0] + quarter, pane[:, 1], pane[:, 2] - quarter, pane[:, 3]], axis=1)
+
+
+def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
+    """(N,) whether a whole box as high as the pane stands in it, with wall on both sides: then the wings are windows themselves."""
+    whole = found.boxes[found.sides.min(axis=1) >= WHOLE]
+    tolerance = max(picture.pixels(parameters.align_m), 1.5)
+    level = (np.abs(pane[:, None, [1, 3]] - whole[None, :, [1, 3]]) <= tolerance).all(axis=2)
+    least = max(picture.pixels(APART_M), 2.0)
+    apart = (whole[None, :, 0] - pane[:, None, 0] >= least) & (pane[:, None, 2] - whole[None, :, 2] >= least)
+    wide = (whole[:, 2] - whole[:, 0])[None] >= 0.4 * (pane[:, 2] - pane[:, 0])[:, None]
+    return np.asarray((level & apart & wide).any(axis=1))
 
 
 def _level(pane: Candidates, middle: Candidates) -> FloatArray:

@@ -22,9 +22,7 @@ class WindowParameters(Parameters):
     least_px: float = Field(
         3.0, ge=2, le=20, description="pixels across the shortest side; coarser textures show no window"
     )
-    coarsest_m: float = Field(
-        0.16, gt=0, le=1, description="pixel of a texture above which nobody looks for windows, m"
-    )
+    coarsest_m: float = Field(0.2, gt=0, le=1, description="pixel of a texture above which nobody looks for windows, m")
     finest_m: float = Field(0.04, gt=0, le=0.5, description="finer textures are looked at on cells of this size, m")
     least_seen: float = Field(0.9, gt=0, le=1, description="share of a window whose texture is true, not interpolated")
     levels: int = Field(48, ge=8, le=128, description="brightnesses at which façades are cut into segments")
