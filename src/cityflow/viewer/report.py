@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from cityflow.core.building import Status
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import figures_text, finite, measured, report_figures
+from cityflow.viewer.figures import PLAIN, figures_text, finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.rows import ReportData, UnitRow
@@ -131,6 +131,8 @@ def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
 
 def _short(value: Any) -> Any:
     """Four digits, or what JSON can say of it."""
+    if type(value) in PLAIN:
+        return value
     value = finite(value)
     return float(f"{value:.4g}") if type(value) is float and abs(value) < 1e4 else value
 

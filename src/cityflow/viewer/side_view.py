@@ -9,7 +9,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.geometry.textured_view import TexturedTriangles, draw_textured
 from cityflow.viewer.model_view import SKY
 
-WIDTH, HEIGHT, OVERSAMPLING = 880, 560, 2
+WIDTH, HEIGHT, OVERSAMPLING = 760, 480, 2
 DOWN_DEG, ANGLE_DEG = 34.0, 32.0
 SIDES = (("south", 0.0), ("west", 90.0), ("north", 180.0), ("east", 270.0))
 """Where the viewer stands, and where they look, clockwise from north."""

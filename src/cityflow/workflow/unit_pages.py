@@ -29,7 +29,7 @@ from cityflow.viewer.unit_page import FOLDER, CandidateRow, PlaneRow, UnitPage, 
 from cityflow.viewer.worth_a_look import worth_a_look
 from cityflow.workflow.unit_crops import Crops, crop_pictures, photographs
 
-CANDIDATE_PX, LOOKING_DEG = 260, 20.0
+CANDIDATE_PX, LOOKING_DEG = 200, 20.0
 STOREY_M = 3.0
 
 
@@ -41,7 +41,7 @@ class UnitPageParameters(Parameters):
     )
     degraded: int = Field(12, ge=0, le=10000, description="pages of simplified buildings, the largest outlines first")
     listed: int = Field(
-        20, ge=0, le=10000, description="pages of buildings worth a look, worst or slowest, though they did not fail"
+        12, ge=0, le=10000, description="pages of buildings worth a look, worst or slowest, though they did not fail"
     )
 
 
