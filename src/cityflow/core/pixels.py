@@ -8,6 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+AT_ONCE = 1 << 20
+"""Pixels that are averaged at once."""
+
 PixelArray = NDArray[Any]
 """(rows, cols, bands) uint8 or uint16."""
 
@@ -81,6 +84,12 @@ class ArrayPixels:
 def reduced(array: PixelArray, level: int) -> PixelArray:
     """Means of blocks of 2**level pixels, rounded half up; blocks at the end may be smaller."""
     step = 1 << level
+    # sums take eight bytes a value, so not of a large image all at once
+    rows = max(AT_ONCE // max(array.shape[1] * step, 1), 1) * step
+    return np.concatenate([_means(array[first : first + rows], step) for first in range(0, max(len(array), 1), rows)])
+
+
+def _means(array: PixelArray, step: int) -> PixelArray:
     rows, cols = array.shape[:2]
     starts_r, starts_c = np.arange(0, rows, step), np.arange(0, cols, step)
     sums = np.add.reduceat(np.add.reduceat(array.astype(np.int64), starts_r, axis=0), starts_c, axis=1)
