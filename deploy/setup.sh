@@ -47,8 +47,12 @@ fi
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -c "$here/constraints.txt" uv
 if [ "$kind" = dev ]; then
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here[s3]" --group "$here/pyproject.toml:dev"
-    # A reader of CityGML by others; its tests are skipped where it is not there.
-    { command -v citygmltest >/dev/null 2>&1 && [ -e /usr/include/citygml/citygml.h ]; } || ! is_debian_root || install_debian libcitygml-bin libcitygml-dev g++
+    # A reader of CityGML by others, and a browser for the view; tests are skipped where they are not there.
+    if is_debian_root; then
+        { command -v citygmltest >/dev/null 2>&1 && [ -e /usr/include/citygml/citygml.h ]; } || install_debian libcitygml-bin libcitygml-dev g++ || echo "no libcitygml"
+        command -v chromium >/dev/null 2>&1 || install_debian chromium || echo "no chromium"
+        { command -v node >/dev/null 2>&1 && command -v npm >/dev/null 2>&1; } || install_debian nodejs npm || echo "no node"
+    fi
 else
     VIRTUAL_ENV="$venv" "$venv/bin/uv" pip install --quiet -c "$here/constraints.txt" -e "$here"
 fi
