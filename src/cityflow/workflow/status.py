@@ -38,6 +38,7 @@ def print_summary(records: CurrentRecords, wanted: Prepared, report: str, consol
     _print_unused(unused_edits(wanted, records), console)
     console.print(f"Report:   {report}", markup=False, soft_wrap=True)
     console.print(f"Products: {wanted.store.url('products')}", markup=False, soft_wrap=True)
+    console.print(f"View:     cityflow view {wanted.store.url('')}".rstrip("/"), markup=False, soft_wrap=True)
 
 
 def _print_stages(records: CurrentRecords, console: Console) -> None:
