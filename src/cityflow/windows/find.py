@@ -16,7 +16,7 @@ from cityflow.windows.confidence import confidence
 from cityflow.windows.edges import Edges
 from cityflow.windows.fitting import bounds_of, fitted
 from cityflow.windows.picture import Picture, picture_of
-from cityflow.windows.proposals import between_shutters, framed, fused
+from cityflow.windows.proposals import WHOLE, between_shutters, framed, fused, hold_panes
 from cityflow.windows.rows import aligned, in_column, overlap, places
 from cityflow.windows.storeys import door_like, storeys_of
 from cityflow.windows.window_parameters import WindowParameters
@@ -113,7 +113,9 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     parts = (plain, whole, grown, between)
     found = Candidates.joined(parts)
     area = picture.cell**2 * (found.boxes[:, 2:] - found.boxes[:, :2]).prod(axis=1)
-    bonus = np.repeat(BONUS, [len(p) for p in parts]) + AREA_BONUS * np.minimum(area, 3)
+    bonus = np.repeat(BONUS, [len(p) for p in parts])
+    holding = hold_panes(found.boxes, whole.boxes, picture) & (found.sides.min(axis=1) >= WHOLE)
+    bonus = np.where(holding, np.maximum(bonus, BONUS[1]), bonus) + AREA_BONUS * np.minimum(area, 3)
     fits = (found.seen >= parameters.least_seen) & sized(found.boxes, picture, parameters)
     fits &= within_wall(found.boxes, picture, parameters, on_foot(found.boxes, picture))
     return chosen(found.of(fits), bonus[fits], shut[fits[len(fits) - len(shut) :]], _tolerance(picture, parameters))

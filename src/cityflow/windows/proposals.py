@@ -53,6 +53,17 @@ def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameter
     return Candidates.joined(parts)
 
 
+def hold_panes(boxes: IntArray, panes: IntArray, picture: Picture) -> BoolArray:
+    """(N,) whether a box holds one of some fused panes, hardly wider than it and up to thrice as high: then it is the whole, and that a part of it."""
+    frame = picture.pixels(FRAME_M) + 1
+    beside = [boxes[:, None, k] - panes[None, :, k] for k in range(4)]
+    around = (beside[0] <= 1) & (beside[1] <= 1) & (beside[2] >= -1) & (beside[3] >= -1)
+    near = (beside[0] >= -frame) & (beside[2] <= frame)
+    high = (panes[:, 3] - panes[:, 1])[None]
+    taller = (boxes[:, 3] - boxes[:, 1])[:, None] / np.maximum(high, 1)
+    return np.asarray((around & near & (taller <= 3) & (taller > 1.1)).any(axis=1))
+
+
 def framed(found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
     """Boxes grown over a frame of the other sign, where one follows on all sides; measured by its outer edges."""
     reach = np.arange(1, max(round(picture.pixels(FRAME_M)), 2) + 1)
