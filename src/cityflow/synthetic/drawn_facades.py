@@ -80,7 +80,7 @@ def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator)
     """One façade with windows of one style; ``blank`` has none, ``glass`` is panes from end to end."""
     layout = _layout(style, rng)
     fine = _painted(layout, style, rng)
-    crowns = _crowns((fine.shape[0], fine.shape[1]), errors.trees, rng)
+    crowns = _crowns((int(fine.shape[0]), int(fine.shape[1])), errors.trees, rng)
     if errors.shadow:
         fine *= _shadow(crowns.shape, rng)[..., None]
     fine = np.where(crowns[..., None], _leaves(crowns.shape, rng), fine)
@@ -88,8 +88,8 @@ def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator)
     hidden = _hidden_rows(fine.shape[0], errors)
     free = ~crowns
     free[hidden] = False
-    seen = np.ones(pixels.shape[:2], bool)
-    seen[_hidden_rows(seen.shape[0], errors, errors.gsd_m)] = False
+    seen: BoolArray = np.ones((len(pixels), len(pixels[0])), bool)
+    seen[_hidden_rows(len(pixels), errors, errors.gsd_m)] = False
     pixels[~seen] = pixels[seen].mean(axis=0) if seen.any() else 128
     visible = np.array([_window(free, layout.size_m[1], o).mean() for o in layout.openings])
     return DrawnFacade(pixels, seen, errors.gsd_m, layout.size_m, layout.openings, visible, layout.storeys)
