@@ -6,21 +6,28 @@ Otherwise the first tasks of the first run wait for it.
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
 from cityflow.core.camera import Camera, OrientedImage
+from cityflow.core.colour_image import ColourImage
 from cityflow.core.depth_map import ImagePoints, points_of
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.reconstruction import Evidence
 from cityflow.io.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
+from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.surface.image_surface import image_surface
-from cityflow.surface.ortho_sampling import OrthoImage
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho
 from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
+from cityflow.texture.placement.place import place
+from cityflow.texture.planes import face_planes
+from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
+from cityflow.windows.find import find_unit_windows
+from cityflow.windows.window_parameters import WindowParameters
 
 HOUSES = 8
 
@@ -48,16 +55,23 @@ def work_on_pictures() -> None:
     assert found.depth_map is not None
     points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), views[1])
     assert len(points), "the plain was not matched"
-    surface_and_ortho(points, [OrthoImage(v, p) for v, p in zip(views, pixels, strict=True)])
+    surface_and_ortho(points, [ColourImage(v, p) for v, p in zip(views, pixels, strict=True)])
 
 
-def surface_and_ortho(points: ImagePoints, images: list[OrthoImage]) -> None:
+def surface_and_ortho(points: ImagePoints, images: list[ColourImage]) -> None:
     bounds, cell, factor = (40.0, 40.0, 60.0, 60.0), 0.125, 4
     surface = image_surface(points, bounds, cell, factor)
     grid = surface.fine.grid
     classify_points(points, surface)
     heights = surface.fine.dsm_filled.astype(np.float32)
     true_ortho(grid, heights, (grid, heights), images)
+    house = extrude(shapely.box(46.0, 46.0, 54.0, 54.0), -2.0, 4.0)
+    made = texture_unit(
+        face_planes(house, None), images, Surroundings([house], [], heights.astype(np.float64), grid), TextureParameters()
+    )
+    assert made.texture.raw, "the house got no texture"
+    place([p.mask for p in made.texture.raw])
+    find_unit_windows(face_planes(house, None), {p.key: p for p in made.texture.rectified}, WindowParameters())
 
 
 reconstruct_houses()
