@@ -34,7 +34,9 @@ def test_building_again_gives_the_committed_bundle() -> None:
     if npm is None or node is None:
         pytest.skip("no node and npm here (Debian: apt-get install nodejs npm)")
     if not (VIEW / "node_modules/esbuild").is_dir():
-        installed = subprocess.run([npm, "ci", "--no-audit", "--no-fund"], cwd=VIEW, capture_output=True, text=True, timeout=180)
+        installed = subprocess.run(
+            [npm, "ci", "--no-audit", "--no-fund"], cwd=VIEW, capture_output=True, text=True, timeout=180
+        )
         if installed.returncode:
             pytest.skip(f"npm cannot fetch what the lock file names: {installed.stderr.strip()[-200:]}")
     done = subprocess.run([node, "build.mjs", "--check"], cwd=VIEW, capture_output=True, text=True, timeout=120)

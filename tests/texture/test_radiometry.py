@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -122,3 +123,20 @@ def test_a_bad_edge_of_the_tree_is_mended() -> None:
         bias[sweeps] = abs(np.mean(grey[3:]) - np.mean(grey[:3]))
     assert bias[0] > 15.0
     assert bias[6] < 0.5 * bias[0]
+
+
+def test_a_follower_is_made_like_the_others_and_changes_none_of_them() -> None:
+    whole = slice(0, 500)
+    photographs = face(8, {0: whole, 1: whole, 2: whole})
+    plain = balance([photographs])
+    flat = photographs.colours[:1].mean(axis=1, keepdims=True) * 0.4 + photographs.colours[:1] * 0.6 + 20.0
+    smooth = replace(
+        photographs, images=(*photographs.images, 3), colours=np.concatenate([photographs.colours, flat]),
+        pixels=np.append(photographs.pixels, 10 * photographs.pixels.max()),
+    )  # fmt: skip
+    led = balance([smooth], followers={3})
+    assert all(np.array_equal(led[k].gain, plain[k].gain) for k in plain)
+    assert all(np.array_equal(led[k].offset, plain[k].offset) for k in plain)
+    shown, wanted = led[3].applied(flat[0]), plain[0].applied(photographs.colours[0])
+    assert np.nanmean(np.abs(shown - wanted)) < 0.5 * np.nanmean(np.abs(flat[0] - wanted))
+    assert set(balance([smooth], followers={0, 1, 2, 3})) == {0, 1, 2, 3}

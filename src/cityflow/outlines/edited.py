@@ -54,7 +54,9 @@ def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[O
     gone = common.sum(axis=1) >= _HALF * area
     heirs = _heirs(common, gone, drawn)
     left = [p for o, g, c in zip(standing, gone, common, strict=True) for p in _left_of(o, bool(g), c, drawn)]
-    refusals += [Refusal(o.id, REPLACED, o.polygon) for i, o in enumerate(standing) if gone[i] and i not in heirs.values()]
+    refusals += [
+        Refusal(o.id, REPLACED, o.polygon) for i, o in enumerate(standing) if gone[i] and i not in heirs.values()
+    ]
     new = [_as_outline(d, standing[heirs[k]] if k in heirs else None) for k, d in enumerate(drawn)]
     return _tied(left, with_ids(new)), refusals
 

@@ -27,3 +27,8 @@ def ortho_camera(grid: Grid, name: str, ground_m: float = 0.0) -> OrientedImage:
     focal = above / grid.cell
     camera = Camera(grid.cols, grid.rows, focal, focal, grid.cols / 2, grid.rows / 2)
     return OrientedImage(name, camera, np.diag([1.0, -1.0, -1.0]), np.array([*middle, ground_m + above]))
+
+
+def is_ortho(image: OrientedImage) -> bool:
+    """Whether an image stands as high as `ortho_camera` puts orthos."""
+    return float(image.centre[2]) >= LOWEST_M / 2

@@ -9,7 +9,7 @@ A tree hands on what is wrong with any of its edges. So each image is then compa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
-from cityflow.texture.comparisons import FaceSamples, Tree, UnitCells, comparisons, spanning_trees
+from cityflow.texture.comparisons import Comparison, FaceSamples, Tree, UnitCells, comparisons, spanning_trees
 from cityflow.texture.linear_fit import RadiometryParameters, fitted
 from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
@@ -61,24 +61,46 @@ def face_samples(face: FacePlane, grid: FaceGrid, seen: Sequence[SeenFace], sour
     return FaceSamples(tuple(s.view.image for s in seen), colours, pixels)
 
 
-def balance(faces: Sequence[FaceSamples], parameters: RadiometryParameters | None = None) -> dict[int, LinearModel]:
+def balance(
+    faces: Sequence[FaceSamples], parameters: RadiometryParameters | None = None, followers: Container[int] = ()
+) -> dict[int, LinearModel]:
     """The model of every image of a unit that can be compared with another one.
 
     Each set of images that comparisons join has a root, the image with most pixels on the unit; models are handed on from it along the minimum spanning tree.
     All of them are then as bright as the middle one of the set was, so that a root of odd exposure changes nothing.
+
+    Parameters
+    ----------
+    followers : images that are made like others and join none: given orthos, which show roofs alone, smoother than photographs do, so that what they say of
+        contrast is wrong for walls
     """
     asked = parameters or RadiometryParameters()
     cells = UnitCells.of(faces)
     grey = {image for image, is_grey in zip(cells.images, cells.grey, strict=True) if is_grey}
     pixels = dict(zip(cells.images, cells.pixels.tolist(), strict=True))
     models: dict[int, LinearModel] = {}
-    for tree in spanning_trees(cells.images, comparisons(cells, asked)):
+    compared = comparisons(cells, asked)
+    free = [image for image in cells.images if image not in followers] or list(cells.images)
+    for tree in spanning_trees(free, [c for c in compared if c.first in free and c.second in free]):
         # colours made like grey would be none
         leading = {image: pixels[image] for image in tree if image not in grey} or {i: pixels[i] for i in tree}
         root = max(leading, key=lambda image: (leading[image], -image))
         found = _settled(cells, _handed_on(root, tree), set(leading), root, asked)
         models.update(_like_the_middle(found, leading, asked))
-    return models
+    return {**models, **_following(models, compared)}
+
+
+def _following(models: Models, compared: Sequence[Comparison]) -> dict[int, LinearModel]:
+    """Images without a model, by the best comparison with one that has a model."""
+    found: dict[int, tuple[float, LinearModel]] = {}
+    for c in compared:
+        if (c.first in models) == (c.second in models):
+            continue
+        image = c.second if c.first in models else c.first
+        model = models[c.first].after(c.model) if c.first in models else models[c.second].after(c.model.inverse)
+        if image not in found or c.length < found[image][0]:
+            found[image] = c.length, model
+    return {image: model for image, (_, model) in sorted(found.items())}
 
 
 def _cell_colours(source: Source, uv: FloatArray, pixels_per_cell: float) -> Float32Array:

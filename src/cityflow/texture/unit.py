@@ -17,6 +17,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
 from cityflow.errors import CityflowError
+from cityflow.texture.ortho_image import is_ortho
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
 from cityflow.texture.patches.parameters import PatchParameters
@@ -137,7 +138,10 @@ def _attempted(
     scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
     looked = [_looked_at(f, sources, scene, parameters) for f in faces]
     used = {f.seen[k].view.image for f in looked for k in f.kept}
-    models = balance([_samples(f, used, sources, parameters.rank) for f in looked if f.kept], parameters.radiometry)
+    orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
+    models = balance(
+        [_samples(f, used, sources, parameters.rank) for f in looked if f.kept], parameters.radiometry, orthos
+    )
     unit = UnitSources(sources, models)
     made = {f.plane.key: _patches(f, unit, scene, parameters) for f in looked}
     found = {key: p for key, p in made.items() if p is not None}

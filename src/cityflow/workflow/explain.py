@@ -24,7 +24,18 @@ from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.score_parts import ScoreParts, score_parts
 
-STAGES_OF_A_UNIT = ("reconstruct", "texture", "windows", "split", "units", "outline", "walls", "surface", "ingest", "export")
+STAGES_OF_A_UNIT = (
+    "reconstruct",
+    "texture",
+    "windows",
+    "split",
+    "units",
+    "outline",
+    "walls",
+    "surface",
+    "ingest",
+    "export",
+)
 
 
 def print_explanation(url: str, unit: str, console: Console, every_parameter: bool = False) -> None:
