@@ -13,8 +13,8 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections import Counter
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,8 +35,8 @@ LEAST_M2, LARGE_M2 = 0.2, 8.0
 
 def shares(world: World, done: Sequence[Done]) -> dict[str, object]:
     """Square metres, all units together, of roofs and walls."""
-    total: Counter[str] = Counter()
-    wrong: Counter[str] = Counter()
+    total: dict[str, float] = defaultdict(float)
+    wrong: dict[str, float] = defaultdict(float)
     for unit in done:
         judge, images = Judge(world, unit), range(len(unit.images))
         patches = {name: unit.patches(name) for name in SETS}
@@ -56,10 +56,13 @@ def shares(world: World, done: Sequence[Done]) -> dict[str, object]:
                     total[f"near {name} {kind}"] += near.right
                     total[f"house {name} {kind}"] += house.right
             _what_else(judge, face, texels_of(face, patches["raw"][key]), wrong) if key in patches["raw"] else None
-    return {**_ratios(total), "shown instead, m²": {k: round(v, 1) for k, v in wrong.most_common(6)}}
+    return {
+        **_ratios(total),
+        "shown instead, m²": {k: round(v, 1) for k, v in sorted(wrong.items(), key=lambda kv: -kv[1])[:6]},
+    }
 
 
-def _what_else(judge: Judge, face: FacePlane, texels, wrong: Counter[str]) -> None:  # type: ignore[no-untyped-def]
+def _what_else(judge: Judge, face: FacePlane, texels, wrong: dict[str, float]) -> None:  # type: ignore[no-untyped-def]
     for value in np.unique(texels.index[texels.index >= FIRST_IMAGE]).tolist():
         of = texels.index == value
         bad = ~judge.own(face, None)(value - FIRST_IMAGE, texels.xyz[of])
@@ -67,7 +70,7 @@ def _what_else(judge: Judge, face: FacePlane, texels, wrong: Counter[str]) -> No
             wrong[part_name(part)] += float(texels.area[0])
 
 
-def _ratios(total: Counter[str]) -> dict[str, object]:
+def _ratios(total: Mapping[str, float]) -> dict[str, object]:
     def of(top: str, bottom: str, kinds: Sequence[Semantic] = FACADES) -> float:
         return round(sum(total[f"{top} {k.value}"] for k in kinds) / max(sum(total[f"{bottom} {k.value}"] for k in kinds), 1e-9), 4)  # fmt: skip
 
@@ -134,9 +137,17 @@ def exposures(world: World, numbers: Sequence[int], p: TextureParameters, seed: 
         b = np.concatenate([one[k].pixels[inside[k]] for k in common]).astype(float)
         fits = [np.polyfit(a[:, band], b[:, band], 1) for band in range(3)]
         gain, offset = np.array(fits).T
-        parts = [(colours_off(two[k], one[k], gain, offset), np.where(inside[k], one[k].index, 0)) for k in common]
+        parts = [
+            (
+                colours_off(two[k], one[k], gain, offset).astype(np.float64),
+                np.where(inside[k], one[k].index, 0).astype(np.uint16),
+            )
+            for k in common
+        ]
         found = patchwork(parts)
-        seams.append(found.seams), jumps.append(found.jump), spreads.append(found.spread)
+        seams.append(found.seams)
+        jumps.append(found.jump)
+        spreads.append(found.spread)
         differences.append(float(np.median(np.abs(a * gain + offset - b))))
         print(number, found, round(differences[-1], 2), np.round(gain, 2), flush=True)
     return {"units": len(numbers), "jump at seams, values": round(float(np.average(jumps, weights=np.array(seams) + 1)), 2),

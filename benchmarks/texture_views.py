@@ -157,7 +157,9 @@ def drawn(image: OrientedImage, scene: TexturedTriangles) -> TexturedView:
     view = draw_textured(replace(image, camera=finer), scene)
     small = cv2.resize(view.colour, (c.width, c.height), interpolation=cv2.INTER_AREA)
     there = cv2.resize((view.triangle >= 0).astype(np.float32), (c.width, c.height), interpolation=cv2.INTER_AREA)
-    return TexturedView(small, view.depth[::FINER, ::FINER], np.where(there >= 0.5, 0, -1).astype(np.int32))
+    return TexturedView(
+        np.asarray(small, np.float32), view.depth[::FINER, ::FINER], np.where(there >= 0.5, 0, -1).astype(np.int32)
+    )
 
 
 def compared(seen: Seen, view: TexturedView, units: Sequence[int]) -> tuple[Likeness, BoolArray]:
@@ -180,7 +182,7 @@ def page_picture(path: Path, done: Sequence[Done]) -> None:
     """All raw patches on a page, and beside it which image each texel came from, a colour for each; white is free, black interpolated."""
     patches = [patch for unit in done for patch in unit.patches("raw").values()]
     names = sorted({i.image.name for unit in done for i in unit.images})
-    page = pages_of(patches, place([patch.mask for patch in patches]))[0]
+    page = next(pages_of(patches, place([patch.mask for patch in patches])))
     number = np.array([names.index(i.image.name) for unit in done for i in unit.images])
     first = np.cumsum([0, *(len(unit.images) for unit in done)])
     of_patch = np.concatenate([np.full(len(unit.patches("raw")), n) for unit, n in zip(done, first[:-1], strict=True)])

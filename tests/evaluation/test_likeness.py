@@ -40,7 +40,7 @@ def test_similarity_as_another_library_has_it() -> None:
 def test_gain_of_an_exposure_is_found_and_taken_out() -> None:
     rng = np.random.default_rng(1)
     reference = rng.uniform(10, 120, (40, 50, 3)).astype(np.float32)
-    picture = reference / np.array([0.5, 1.25, 0.8], np.float32)
+    picture = np.asarray(reference / np.array([0.5, 1.25, 0.8], np.float32), np.float32)
     assert fitted_gain(picture.reshape(-1, 3), reference.reshape(-1, 3)) == pytest.approx([0.5, 1.25, 0.8], rel=1e-5)
     found = likeness(picture, reference, np.ones(reference.shape[:2], bool))
     assert found.ssim > 0.9999

@@ -9,7 +9,7 @@ from cityflow.io.image_write import jpeg_bytes
 
 def after(pixels: np.ndarray, full_colour: bool) -> np.ndarray:
     data = np.frombuffer(jpeg_bytes(pixels, 92, full_colour), np.uint8)
-    return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1], np.int64)
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.int64)[..., ::-1]
 
 
 @pytest.mark.parametrize("full_colour", [False, True])

@@ -114,8 +114,7 @@ def test_what_a_file_does_not_show_is_black(tmp_path: Path, kind: str) -> None:
             with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), rasterio.open(path, "r+") as dataset:
                 dataset.write_mask(shown)
     tile_image(path, tmp_path / "out.tif")
-    image = open_image(tmp_path / "out.tif")
-    np.testing.assert_array_equal(image.window((0, 600), (0, 120)), truth)
+    np.testing.assert_array_equal(open_image(tmp_path / "out.tif").window((0, 600), (0, 120)), truth)
 
 
 @pytest.mark.parametrize("progressive", [False, True])

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels, PixelArray, Pixels
-from cityflow.core.texture import FIRST_IMAGE, FacePlane, UnitTexture
+from cityflow.core.texture import FIRST_IMAGE, FaceKey, FacePlane, UnitTexture
 from cityflow.errors import CatalogError
 from cityflow.texture.pages import pages_of
 from cityflow.texture.placement.place import place
@@ -22,8 +24,8 @@ from cityflow.texture.unit import HIDDEN, NO_IMAGE, Surroundings, TexturedUnit, 
 
 WALL_GREY, ROOF_GREY, GROUND_GREY = 150, 90, 60
 GRAIN = 12
-WALLS = {"south": ("solid", 2), "east": ("solid", 3), "north": ("solid", 4), "west": ("solid", 5)}
-ROOF = ("solid", 1)
+WALLS: dict[str, FaceKey] = {"south": ("solid", 2), "east": ("solid", 3), "north": ("solid", 4), "west": ("solid", 5)}
+ROOF: FaceKey = ("solid", 1)
 
 
 def house(wide: float = 10.0, deep: float = 8.0, tall: float = 6.0) -> Polyhedron:
@@ -63,7 +65,7 @@ def shot(image: OrientedImage, solid: Polyhedron, bands: int = 3, dtype: type = 
     value = np.clip(gain * (grey + grain), 0, 255)
     if dtype is np.uint16:
         value = value * 16.0
-    array = np.repeat(value.reshape(*rows.shape, 1), bands, axis=2).astype(dtype)
+    array: NDArray[Any] = np.repeat(value.reshape(*rows.shape, 1), bands, axis=2).astype(dtype)
     return ColourImage(image, ArrayPixels(array))
 
 
@@ -115,7 +117,7 @@ class Unreadable:
     bands = 3
 
     @property
-    def dtype(self) -> np.dtype:  # type: ignore[type-arg]
+    def dtype(self) -> np.dtype[Any]:
         return self.pixels.dtype
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:

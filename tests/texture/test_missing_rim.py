@@ -23,7 +23,7 @@ def turned(array: np.ndarray) -> np.ndarray:
 def missing(array: np.ndarray, white: float = 255.0) -> np.ndarray:
     """(rows, cols) bool, of every pixel."""
     rim, (row, col) = MissingRim(ArrayPixels(array), white), np.indices(array.shape[:2])
-    uv = np.column_stack([col.ravel(), row.ravel()]) + 0.5
+    uv = np.column_stack([col.ravel(), row.ravel()]).astype(np.float64) + 0.5
     return rim.holds(uv, array[..., :3].max(axis=2).ravel().astype(np.float32)).reshape(array.shape[:2])
 
 
@@ -50,7 +50,8 @@ def test_what_is_black_to_the_rim_is_missing_with_what_a_jpeg_makes_of_it(
     black = turned(array)
     array[black] = 0
     if quality is not None:
-        array = cv2.imdecode(cv2.imencode(".jpg", array, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+        decoded = cv2.imdecode(cv2.imencode(".jpg", array, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_COLOR)
+        array = np.asarray(decoded)
         assert array[black].max() > 8
     found = missing(array)
     assert found[black].all()

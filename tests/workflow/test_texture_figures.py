@@ -44,7 +44,7 @@ def square(size: float, z: float = 5.0) -> list[list[float]]:
 def leaf() -> dict[str, Any]:
     """A roof of 100 m² with a hole of 4 m² and a wall of 20 m², textured; a wall of 30 m² and a floor that want or have none."""
     hole = [[4, 4, 5.0], [4, 6, 5.0], [6, 6, 5.0], [6, 4, 5.0]]
-    seen = [[0, 0, 0], [10, 0, 0], [10, 0, 2], [0, 0, 2]]
+    seen = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
     hidden = [[0, 9, 0], [0, 9, 3], [10, 9, 3], [10, 9, 0]]
     faces = [face([square(10), hole], 0.08, 0.25), face([seen], 0.2, 0.0)]
     made = {"pages": [{"path": "products/textures/p.jpg"}], "faces": faces}

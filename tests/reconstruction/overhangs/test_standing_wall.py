@@ -24,7 +24,7 @@ def points(place: float, count: int = 200, z: tuple[float, float] = (1.0, 5.0), 
     """On a façade `place` metres outside the edge (south of it), 4 cm off."""
     rng = np.random.default_rng(seed)
     xyz = np.column_stack([rng.uniform(0, 6, count), rng.normal(-place, 0.04, count), rng.uniform(*z, count)])
-    normal = np.tile(np.float32([0.0, -1.0]), (count, 1))
+    normal = np.tile(np.array([0.0, -1.0], np.float32), (count, 1))
     return WallPoints(xyz, normal, np.full(count, 0.04, np.float32), np.full(count, 3, np.uint8))
 
 

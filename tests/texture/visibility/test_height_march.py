@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,12 @@ from cityflow.core.grid import Grid
 from cityflow.texture.visibility.height_march import column_pyramid, meets_column
 from cityflow.texture.visibility.obstacle_heights import LOWEST
 
+meets: Any = meets_column
 GRID = Grid(100.0, 220.0, 0.5, 90, 120)
 ORIGIN = np.array([130.0, 200.0, 10.0])
 
 
-def _columns(rng: np.random.Generator) -> np.ndarray:  # type: ignore[type-arg]
+def _columns(rng: np.random.Generator) -> np.ndarray:
     heights = np.full(GRID.shape, 10.0, np.float32)
     for _ in range(25):
         r, c = rng.integers(0, 85), rng.integers(0, 115)
@@ -22,7 +25,7 @@ def _columns(rng: np.random.Generator) -> np.ndarray:  # type: ignore[type-arg]
     return heights
 
 
-def _walked(heights: np.ndarray, p: np.ndarray, d: np.ndarray, length: float) -> tuple[bool, float]:  # type: ignore[type-arg]
+def _walked(heights: np.ndarray, p: np.ndarray, d: np.ndarray, length: float) -> tuple[bool, float]:
     """Whether the ray is below a column anywhere, and by how much it clears or cuts the columns at least."""
     s = np.arange(0.0, min(length, 120.0), 0.004)
     at = p + s[:, None] * d
@@ -45,7 +48,7 @@ def test_a_ray_meets_the_columns_that_a_walker_meets(seed: int) -> None:
         d, length = d / np.linalg.norm(d), float(rng.choice([8.0, 500.0]))
         expected, clear = _walked(heights, p, d, length)
         if clear > 0.02:
-            assert bool(meets_column(*pyramid, *(p - ORIGIN), *d, length)) == expected
+            assert bool(meets(*pyramid, *(p - ORIGIN), *d, length)) == expected
             judged, met = judged + 1, met + expected
     assert judged > 120
     assert 20 < met < judged - 10
@@ -56,10 +59,10 @@ def test_upright_rays_meet_their_own_column() -> None:
     heights[10, 20] = 15.0
     pyramid = column_pyramid(heights, GRID, ORIGIN)
     inside = np.array([110.25, 214.75]) - ORIGIN[:2]
-    assert meets_column(*pyramid, *inside, 4.9, 0.0, 0.0, 1.0, 1e7)
-    assert not meets_column(*pyramid, *inside, 5.1, 0.0, 0.0, 1.0, 1e7)
-    assert meets_column(*pyramid, *inside, 8.0, 0.0, 0.0, -1.0, 4.0)
-    assert not meets_column(*pyramid, *inside, 8.0, 0.0, 0.0, -1.0, 2.0)
+    assert meets(*pyramid, *inside, 4.9, 0.0, 0.0, 1.0, 1e7)
+    assert not meets(*pyramid, *inside, 5.1, 0.0, 0.0, 1.0, 1e7)
+    assert meets(*pyramid, *inside, 8.0, 0.0, 0.0, -1.0, 4.0)
+    assert not meets(*pyramid, *inside, 8.0, 0.0, 0.0, -1.0, 2.0)
 
 
 def test_a_camera_ten_thousand_kilometres_up_sees_past_what_is_beside() -> None:
@@ -69,9 +72,9 @@ def test_a_camera_ten_thousand_kilometres_up_sees_past_what_is_beside() -> None:
     for x, hidden in ((110.25, True), (110.6, False), (109.9, False)):
         d = np.array([300.0, 0.0, 1e7])
         d /= np.linalg.norm(d)
-        assert bool(meets_column(*pyramid, x - ORIGIN[0], 0.1, 1.0, *d, 1e7)) == hidden
+        assert bool(meets(*pyramid, x - ORIGIN[0], 0.1, 1.0, *d, 1e7)) == hidden
 
 
 def test_what_nobody_measured_hides_nothing() -> None:
     pyramid = column_pyramid(np.full(GRID.shape, LOWEST, np.float32), GRID, ORIGIN)
-    assert not meets_column(*pyramid, 0.1, 0.1, -50.0, 0.8, 0.0, 0.6, 1e3)
+    assert not meets(*pyramid, 0.1, 0.1, -50.0, 0.8, 0.0, 0.6, 1e3)

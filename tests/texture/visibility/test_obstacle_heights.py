@@ -22,7 +22,7 @@ def _at(grid: Grid, values: FloatArray, x: float, y: float) -> float:
 
 
 def _obstacles(heights: FloatArray, grid: Grid, others=(), parameters=PLAIN) -> FloatArray:  # type: ignore[no-untyped-def]
-    return obstacle_heights(heights, grid, [OWN], list(others), parameters)
+    return np.asarray(obstacle_heights(heights, grid, [OWN], list(others), parameters), np.float64)
 
 
 def test_the_roof_covers_the_cells_of_the_outline() -> None:
@@ -34,7 +34,7 @@ def test_the_roof_covers_the_cells_of_the_outline() -> None:
 
 def test_blurred_walls_and_eaves_are_the_units_own() -> None:
     grid, ground = surface()
-    blurred = cv2.blur(raised(grid, ground, (-0.5, -0.5, 10.5, 8.5), 6.0), (7, 7))
+    blurred = np.asarray(cv2.blur(raised(grid, ground, (-0.5, -0.5, 10.5, 8.5), 6.0), (7, 7)), np.float64)
     found = _obstacles(blurred, grid)
     assert _at(grid, found, 5, 4) == LOWEST
     for x, y in ((-0.3, 4), (-0.7, 4), (5, 8.6), (10.4, -0.4)):
