@@ -72,8 +72,8 @@ def ssim_map(one: FloatArray, two: FloatArray) -> FloatArray:
 def lab_of(srgb: FloatArray | Float32Array) -> FloatArray:
     """(…, 3) sRGB, 0 to 255 → CIELAB of D65 (IEC 61966-2-1, CIE 15).
 
-    >>> lab_of(np.array([255.0, 255.0, 255.0])).round(2).tolist()
-    [100.0, 0.0, -0.0]
+    >>> abs(lab_of(np.array([255.0, 255.0, 255.0]))).round(2).tolist()
+    [100.0, 0.0, 0.0]
     """
     c = np.asarray(srgb, np.float64) / 255.0
     light = np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.0) + 0.055) / 1.055) ** 2.4)
