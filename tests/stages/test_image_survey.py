@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from cityflow.io.stac import read_catalog
 from cityflow.stages.image_survey import ImageSurvey
 from cityflow.stages.parameters import CityParameters
+from cityflow.stages.survey import Survey
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight
 
 
@@ -42,3 +43,18 @@ def test_tiles_frames_and_cells_follow_from_the_flight(tmp_path: Path) -> None:
 def test_a_cell_that_fits_no_tile_is_refused_with_those_that_do(cell_m: float) -> None:
     with pytest.raises(ValidationError, match=r"images\.cell_m .* these do: .*0\.125"):
         CityParameters.model_validate({"images": {"cell_m": cell_m}, "tiles": {"tile_m": 50}})
+
+
+def test_a_workflow_read_back_from_a_run_asks_for_the_same(tmp_path: Path) -> None:
+    flight = make_flight(tmp_path / "flight", described=False)
+    flight.describe(gains=False)
+    catalog = read_catalog(flight.catalog)
+    asked = parameters()
+    again = CityParameters.model_validate(asked.model_dump(mode="json"))
+    first, second = Survey(catalog, asked, {}), Survey(catalog, again, {})
+    assert first.wall_parameters == second.wall_parameters
+    assert first.outline_parameters == second.outline_parameters
+    assert first.wall_parameters.gsd_m == first.images.cell_m != asked.walls.gsd_m
+    assert first.outline_parameters.found.walls.gsd_m == first.images.cell_m
+    stated = asked.model_copy(update={"walls": asked.walls.model_copy(update={"gsd_m": 0.11})})
+    assert Survey(catalog, stated, {}).wall_parameters.gsd_m == 0.11

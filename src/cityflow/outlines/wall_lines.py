@@ -22,7 +22,12 @@ from cityflow.outlines.wall_raster import CellRules, strips, wall_cells
 class WallLineParameters(Parameters):
     """How walls are found in plan."""
 
-    gsd_m: float = Field(0.08, gt=0.005, le=1, description="ground sampling distance of the images, metres")
+    gsd_m: float = Field(
+        0.08,
+        gt=0.005,
+        le=1,
+        description="ground sampling distance of the images, metres; in a run the default stands for the survey's own",
+    )
     cell_gsd: float = Field(1.5, ge=0.5, le=10, description="edge of the raster's cells, ground sampling distances")
     height_range_m: float = Field(2.5, ge=0.5, le=10, description="rule (a): least height of a wall, metres")
     reserve_range_m: float = Field(

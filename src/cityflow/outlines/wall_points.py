@@ -19,7 +19,12 @@ from cityflow.outlines.wall_thinning import Columns, Int32Array, Voxels, thinned
 class WallPointParameters(Parameters):
     """Which points stand on walls."""
 
-    gsd_m: float = Field(0.08, gt=0.005, le=1, description="ground sampling distance of the images, metres")
+    gsd_m: float = Field(
+        0.08,
+        gt=0.005,
+        le=1,
+        description="ground sampling distance of the images, metres; in a run the default stands for the survey's own",
+    )
     thin_gsd: float = Field(
         1.25, ge=0.5, le=10, description="edge of the voxels that points are thinned to, ground sampling distances"
     )

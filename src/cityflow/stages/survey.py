@@ -17,6 +17,7 @@ from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
 from cityflow.io.edits_gpkg import read_edits
 from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
+from cityflow.outlines.wall_lines import WallLineParameters
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.stages.image_survey import ImageSurvey, nearest_cell
 from cityflow.stages.parameters import CityParameters, OutlineParameters
@@ -151,7 +152,7 @@ class Survey:
     def outline_parameters(self) -> OutlineParameters:
         """Those of the workflow; lines of walls, too, go by the survey's own ground sampling distance unless the workflow states one."""
         asked = self.parameters.outline
-        if "gsd_m" in asked.found.walls.model_fields_set or self.door != IMAGES:
+        if states_gsd(asked.found.walls) or self.door != IMAGES:
             return asked
         lines = asked.found.walls.model_copy(update={"gsd_m": self.images.cell_m})
         return asked.model_copy(update={"found": asked.found.model_copy(update={"walls": lines})})
@@ -166,7 +167,7 @@ class Survey:
     def wall_parameters(self) -> WallPointParameters:
         """Those of the workflow, with the survey's own ground sampling distance unless the workflow states one."""
         asked = self.parameters.walls
-        return asked if "gsd_m" in asked.model_fields_set else asked.model_copy(update={"gsd_m": self.images.cell_m})
+        return asked if states_gsd(asked) else asked.model_copy(update={"gsd_m": self.images.cell_m})
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:
@@ -430,6 +431,11 @@ class Survey:
 
     def limits(self, stage: str) -> Limits:
         return self.parameters.execution.limits_of(stage)
+
+
+def states_gsd(parameters: WallPointParameters | WallLineParameters) -> bool:
+    """Whether a workflow states a sampling distance: the default stands for the survey's own, also where a run's description lists all defaults."""
+    return bool(parameters.gsd_m != type(parameters).model_fields["gsd_m"].default)
 
 
 def _stem(path: str) -> str:
