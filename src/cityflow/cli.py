@@ -16,7 +16,7 @@ from cityflow.errors import CityflowError
 
 app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False, rich_markup_mode=None,
-    help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as a task graph on Dask. Lengths are metres, times seconds, memory MB.",
+    help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as tasks on Dask. Lengths are metres, times seconds, memory MB.",
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
 app.add_typer(catalog_app, name="catalog")
