@@ -13,8 +13,7 @@ from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Grid
-
-LOWEST = np.float32(-1e9)
+from cityflow.geometry.maxima_pyramid import LOWEST, maxima_pyramid
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,17 +50,10 @@ def obstacles(
     sharp = np.where(np.isnan(heights), LOWEST, heights - origin[2]).astype(np.float32)
     size = 2 * widened_cells + 1
     wide = np.asarray(cv2.dilate(sharp, np.ones((size, size), np.uint8), borderType=cv2.BORDER_REPLICATE), np.float32)
-    levels, layout, start = [], [], 0
-    while True:
-        levels.append(wide.ravel())
-        layout.append((start, *wide.shape))
-        start += wide.size
-        if max(wide.shape) == 1:
-            break
-        wide = _maxima(wide)
+    levels, layout = maxima_pyramid(wide)
     radius = (widened_cells + 0.5) * grid.cell * np.sqrt(2.0)
     place = np.array([grid.x_min - origin[0], grid.y_max - origin[1], grid.cell, radius, tolerance_m, reach_m])
-    return Obstacles(np.concatenate(levels), np.array(layout, np.int64), place, np.ascontiguousarray(sharp))
+    return Obstacles(levels, layout, place, np.ascontiguousarray(sharp))
 
 
 def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, Float32Array]:
@@ -79,12 +71,6 @@ def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, 
     np.copyto(part, heights, where=~np.isnan(heights))
     most = full.reshape(wide.rows, factor, wide.cols, factor).max(axis=(1, 3))
     return wide, np.where(most > LOWEST, most, np.float32(np.nan))
-
-
-def _maxima(heights: Float32Array) -> Float32Array:
-    rows, cols = heights.shape
-    even = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=LOWEST)
-    return np.asarray(even.reshape((rows + 1) // 2, 2, (cols + 1) // 2, 2).max(axis=(1, 3)))
 
 
 @njit(cache=True, nogil=True)

@@ -28,11 +28,6 @@ def overview_factor(cell_m: float) -> int:
     return max(int(OVERVIEW_M[0] / cell_m), 1)
 
 
-def overview_grid(grid: Grid, factor: int) -> Grid:
-    """The coarse grid over a fine one whose edges lie on its lattice."""
-    return Grid(grid.x_min, grid.y_max, grid.cell * factor, grid.rows // factor, grid.cols // factor)
-
-
 def reduced_median(values: Float32Array, factor: int, least_share: float) -> FloatArray:
     """(rows, cols) upper median of each block of factor x factor cells; NaN where fewer than `least_share` of them are known."""
     return np.asarray(_block_medians(values, factor, max(least_share * factor * factor, 1.0)))

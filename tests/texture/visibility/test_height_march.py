@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.grid import Grid
+from cityflow.geometry.maxima_pyramid import LOWEST
 from cityflow.texture.visibility.height_march import column_pyramid, meets_column
-from cityflow.texture.visibility.obstacle_heights import LOWEST
 
 meets: Any = meets_column
 GRID = Grid(100.0, 220.0, 0.5, 90, 120)

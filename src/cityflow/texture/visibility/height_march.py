@@ -10,7 +10,7 @@ from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.grid import Grid
-from cityflow.texture.visibility.obstacle_heights import LOWEST
+from cityflow.geometry.maxima_pyramid import LOWEST, maxima_pyramid
 
 NUDGE = 1e-7
 """Of a cell; so far beyond a border a leap ends."""
@@ -28,22 +28,8 @@ def column_pyramid(heights: Float32Array, grid: Grid, origin: FloatArray) -> tup
     All levels in one row, the finest first; (levels, 3) start, rows and columns of each; (3,) x_min, y_max, cell
     """
     level = np.where(heights > LOWEST, heights - np.float64(origin[2]), LOWEST).astype(np.float32)
-    levels, layout, start = [], [], 0
-    while True:
-        levels.append(level.ravel())
-        layout.append((start, *level.shape))
-        start += level.size
-        if max(level.shape) == 1:
-            break
-        level = _maxima(level)
     place = np.array([grid.x_min - origin[0], grid.y_max - origin[1], grid.cell])
-    return np.concatenate(levels), np.array(layout, np.int64), place
-
-
-def _maxima(heights: Float32Array) -> Float32Array:
-    rows, cols = heights.shape
-    even = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=LOWEST)
-    return np.asarray(even.reshape((rows + 1) // 2, 2, (cols + 1) // 2, 2).max(axis=(1, 3)))
+    return *maxima_pyramid(level), place
 
 
 @njit(cache=True, nogil=True)

@@ -17,10 +17,10 @@ from numba import njit
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
+from cityflow.geometry.maxima_pyramid import LOWEST
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 
-LOWEST = np.float32(-1e9)
 STEP_SHARE = 0.4
 """Steps within a roof are blurred by less than walls with their eaves: so much of the reach around a unit."""
 LEAST_CELLS = 25
