@@ -21,8 +21,7 @@ from cityflow.core.texture import (
 )
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.polyhedron import face_areas
-from cityflow.stages.texture_files import Rings
-from cityflow.texture.planes import face_planes
+from cityflow.stages.texture_files import Rings, faces_of, rings_of
 
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
@@ -35,7 +34,7 @@ EAVES_M = 0.8
 def texture_sets(workspace: Workspace, leaves: Iterable[str], buildings: Mapping[str, Building]) -> dict[str, TextureSet]:  # fmt: skip
     """The sets ``raw`` and ``rectified``; `leaves` are paths of what the atlas tasks wrote."""
     manifests = [json.loads(workspace.read(path)) for path in leaves]
-    keys = {unit: _keys(buildings[unit]) for m in manifests for unit in m["plain"] if unit in buildings}
+    keys = {unit: faces_of(buildings[unit]) for m in manifests for unit in m["plain"] if unit in buildings}
     plain = {u: found for m in manifests for u, rows in m["plain"].items() if u in keys for found in [_plain(rows, keys[u])]}  # fmt: skip
     return {name: _set(name, manifests, keys, plain) for name in ("raw", "rectified")}
 
@@ -48,7 +47,7 @@ def _set(
     faces: dict[str, dict[FaceKey, FaceTexture]] = {unit: {} for unit in keys}
     for manifest in manifests:
         for row in manifest["sets"][name]["faces"]:
-            key = keys.get(row["unit"], {}).get(_rings(row["rings"]))
+            key = keys.get(row["unit"], {}).get(rings_of(row["rings"]))
             if key is not None:
                 uvd = tuple(np.array(r, np.float64).reshape(-1, 3) for r in row["uvd"])
                 faces[row["unit"]][key] = FaceTexture(len(pages) + row["page"], uvd, FaceFigures(**row["figures"]))
@@ -91,20 +90,10 @@ def _shells(building: Building) -> Iterable[tuple[Shell, Polyhedron]]:
         yield "beyond", building.beyond
 
 
-def _keys(building: Building) -> dict[Rings, FaceKey]:
-    """The faces of a building that can have a texture, by the world vertices of their rings."""
-    faces = face_planes(building.solids[Lod.LOD22], building.beyond)
-    return {_rings([ring.tolist() for ring in face.rings]): face.key for face in faces}
-
-
-def _rings(tree: Sequence[Sequence[Sequence[float]]]) -> Rings:
-    return tuple(tuple((p[0], p[1], p[2]) for p in ring) for ring in tree)
-
-
 def _plain(rows: Sequence[Any], keys: Mapping[Rings, FaceKey]) -> dict[FaceKey, PlainFace]:
     found = {}
     for rings, colour, reason in rows:
-        key = keys.get(_rings(rings))
+        key = keys.get(rings_of(rings))
         if key is not None:
             found[key] = PlainFace((colour[0], colour[1], colour[2]), reason)
     return found

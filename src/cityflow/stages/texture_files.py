@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cityflow.core.building import Building, Lod
 from cityflow.core.texture import FaceFigures, FaceKey, Patch, PlainFace, UnitTexture
 from cityflow.io.array_file import decode_arrays, encode_arrays
 from cityflow.texture.pages import Page, pages_of, trimmed
 from cityflow.texture.placement.place import Placement, PlacementParameters, Spot, place
+from cityflow.texture.planes import face_planes
 
 SETS = ("raw", "rectified")
 Rings = tuple[tuple[tuple[float, float, float], ...], ...]
@@ -54,9 +56,9 @@ def decode_unit(data: bytes) -> tuple[UnitTexture, dict[FaceKey, Rings]]:
     for name in SETS:
         pages = [Page(*(arrays[f"{name} {n} {part}"] for part in ("pixels", "index", "owner"))) for n in range(said[name]["pages"])]  # fmt: skip
         sets.append(tuple(_patch(n, tree, pages) for n, tree in enumerate(said[name]["patches"], start=1)))
-        rings.update({_key(tree["key"]): _rings(tree["rings"]) for tree in said[name]["patches"]})
+        rings.update({_key(tree["key"]): rings_of(tree["rings"]) for tree in said[name]["patches"]})
     plain = {_key((shell, face)): PlainFace((c[0], c[1], c[2]), why) for shell, face, _, c, why in said["plain"]}
-    rings.update({_key((shell, face)): _rings(world) for shell, face, world, _, _ in said["plain"]})
+    rings.update({_key((shell, face)): rings_of(world) for shell, face, world, _, _ in said["plain"]})
     return UnitTexture(tuple(said["images"]), sets[0], sets[1], plain), rings
 
 
@@ -87,5 +89,11 @@ def _world(rings: Rings) -> list[list[list[float]]]:
     return [[list(p) for p in ring] for ring in rings]
 
 
-def _rings(tree: Sequence[Sequence[Sequence[float]]]) -> Rings:
+def faces_of(building: Building) -> dict[Rings, FaceKey]:
+    """The faces of a building that can have a texture, by the world vertices of their rings."""
+    faces = face_planes(building.solids[Lod.LOD22], building.beyond)
+    return {rings_of([ring.tolist() for ring in face.rings]): face.key for face in faces}
+
+
+def rings_of(tree: Sequence[Sequence[Sequence[float]]]) -> Rings:
     return tuple(tuple((p[0], p[1], p[2]) for p in ring) for ring in tree)

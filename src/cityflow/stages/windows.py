@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.building import Building, Face, Polyhedron, Scalar, Semantic
 from cityflow.core.openings import FaceOpenings, UnitOpenings
-from cityflow.core.texture import FaceKey, FacePlane, Shell
+from cityflow.core.texture import FaceKey, FacePlane
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.stages.survey import Survey, UnitEntry
-from cityflow.stages.texture_files import Rings, decode_unit
+from cityflow.stages.texture_files import Rings, decode_unit, faces_of
 from cityflow.stages.window_files import decode_openings, encode_openings
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows
@@ -86,7 +86,7 @@ def figures(found: UnitOpenings) -> dict[str, Json]:
 def openings_on(data: bytes, building: Building) -> UnitOpenings:
     """What a task wrote, for the faces of a building that have the same vertices; walls that were cut in another way are left out."""
     found, rings = decode_openings(data)
-    keys = {world: key for key, world in _faces(building)}
+    keys = faces_of(building)
     known = {f.key: keys[rings[f.key]] for f in found.faces if rings[f.key] in keys}
     return UnitOpenings(
         tuple(_moved(f, known[f.key]) for f in found.faces if f.key in known), found.storeys, found.window_to_wall_ratio
@@ -103,23 +103,6 @@ def with_window_figures(building: Building, found: UnitOpenings | None) -> Build
     if found.window_to_wall_ratio is not None:
         more["window_to_wall_ratio"] = round(found.window_to_wall_ratio, 3)
     return building.with_attributes(more)
-
-
-def _faces(building: Building) -> list[tuple[FaceKey, Rings]]:
-    shells: list[tuple[Shell, Polyhedron | None]] = [
-        ("solid", building.solids.get(Lod.LOD22)),
-        ("beyond", building.beyond),
-    ]
-    return [
-        ((name, k), _world(shell, face))
-        for name, shell in shells
-        if shell is not None
-        for k, face in enumerate(shell.faces)
-    ]
-
-
-def _world(shell: Polyhedron, face: Face) -> Rings:
-    return tuple(tuple((x, y, z) for x, y, z in shell.ring(ring).tolist()) for ring in face.rings)
 
 
 def _moved(found: FaceOpenings, key: FaceKey) -> FaceOpenings:
