@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.pixels import level_shape
 
 PERSPECTIVE, FISHEYE = "perspective", "fisheye"
 UNDISTORT_STEPS = 20
@@ -51,6 +52,19 @@ class Camera:
     def pinhole(self) -> Camera:
         """The same camera without distortion."""
         return replace(self, distortion=(), kind=PERSPECTIVE)
+
+    def reduced(self, level: int) -> Camera:
+        """The same camera for pyramid level `level` of its pixels.
+
+        >>> half = Camera(1601, 1200, 900.0, 900.0, 800.0, 600.0).reduced(1)
+        >>> half.width, half.height, half.fx, half.cx
+        (801, 600, 450.0, 400.0)
+        """
+        height, width = level_shape(self.height, self.width, level)
+        scale = 0.5**level
+        return replace(
+            self, width=width, height=height, fx=self.fx * scale, fy=self.fy * scale, cx=self.cx * scale, cy=self.cy * scale
+        )
 
     def distort(self, normal: FloatArray) -> FloatArray:
         """(N, 2) coordinates x/z, y/z in the camera frame → (N, 2) image coordinates, pixels."""

@@ -81,6 +81,33 @@ class ArrayPixels:
         return part if level == 0 else reduced(part, level)
 
 
+@dataclass(frozen=True)
+class ReducedPixels:
+    """A pyramid level of an image as an image of its own."""
+
+    pixels: Pixels
+    of_level: int
+
+    @property
+    def height(self) -> int:
+        return level_shape(self.pixels.height, self.pixels.width, self.of_level)[0]
+
+    @property
+    def width(self) -> int:
+        return level_shape(self.pixels.height, self.pixels.width, self.of_level)[1]
+
+    @property
+    def bands(self) -> int:
+        return self.pixels.bands
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.pixels.dtype
+
+    def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:
+        return self.pixels.window(rows, cols, level + self.of_level)
+
+
 def reduced(array: PixelArray, level: int) -> PixelArray:
     """Means of blocks of 2**level pixels, rounded half up; blocks at the end may be smaller."""
     step = 1 << level

@@ -62,7 +62,7 @@ def task(survey: Survey, unit: str) -> Task:
         arguments={
             "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
             "frame_grid": list(survey.images.frame_grid(place.frame).bounds), "maps": [path for path, _ in maps.values()],
-            "bases": [to_json(survey.images.views[n].image) for n in bases], "images": shown,
+            "bases": [to_json(survey.images.flown[n].image) for n in bases], "images": shown,
             "pixels": {n: survey.tiled_image(n) for n in images}, "bands": survey.images.bands,
         },
         limits=survey.limits(STAGE),

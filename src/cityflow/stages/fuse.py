@@ -33,7 +33,7 @@ def task(survey: Survey, name: str) -> Task:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
     maps = survey.depth_maps(survey.near(name, survey.parameters.image_surface.fuse.halo_m))
     images = {
-        i: to_json(survey.images.views[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})
+        i: to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})
     }
     failed = survey.unmatched([name])
     return Task(

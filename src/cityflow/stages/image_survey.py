@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,7 +42,8 @@ class ImageSurvey:
     Attributes
     ----------
     views : of all images
-    flown : of those that surfaces are made of: photographs from the street, which see no ground, are for textures only
+    flown : of those that surfaces are made of, at the pyramid level that is matched: photographs from the street, which see no ground,
+        are for textures only
     """
 
     def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
@@ -50,7 +51,8 @@ class ImageSurvey:
         developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
         self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
-        self.flown = {n: v for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
+        level = parameters.images.level
+        self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
         self._units: dict[str, FlightTile] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
 
@@ -70,7 +72,7 @@ class ImageSurvey:
 
     @cached_property
     def gsd(self) -> float:
-        """Median ground sampling distance of the images that look down steepest, metres."""
+        """Median ground sampling distance of the images that look down steepest, at the level that is matched, metres."""
         steep = sorted(self.flown.values(), key=lambda v: (v.image.tilt, v.image.name))
         return float(np.median([gsd(v) for v in steep[: max(1, len(steep) // 5)]]))
 
@@ -205,7 +207,7 @@ class ImageSurvey:
 
     def frame_cell_m(self, frame: LocalFrame) -> float:
         """Cell of a frame's rasters: what its images resolve."""
-        return nearest_cell(float(np.median([gsd(self.views[n]) for n in frame.images])))
+        return nearest_cell(float(np.median([gsd(self.flown[n]) for n in frame.images])))
 
     def frame_grid(self, frame: LocalFrame) -> Grid:
         """The grid over all tiles of a frame."""
@@ -230,6 +232,11 @@ class ImageSurvey:
 
 def frame_unit(frame: LocalFrame, tile: Tile) -> str:
     return f"{frame.name}.{tile.name}"
+
+
+def _reduced(view: View, level: int) -> View:
+    image = view.image
+    return replace(view, image=replace(image, camera=image.camera.reduced(level))) if level else view
 
 
 def nearest_cell(gsd_m: float) -> float:

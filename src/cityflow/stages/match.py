@@ -9,6 +9,7 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.core.ground_cells import GroundCells
+from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -30,14 +31,15 @@ def task(survey: Survey, unit: str) -> Task:
     names = [flight_tile.base, *flight_tile.partners]
     read = {n: survey.tiled_image(n) for n in names}
     usable = [n for n in names if read[n] is not None]
-    cells, view = flight_tile.cells, survey.images.views[flight_tile.base]
+    cells, view = flight_tile.cells, survey.images.flown[flight_tile.base]
     place = {"tile": list(cells.tile), "cell_m": cells.cell_m, "chosen": [list(c) for c in cells.chosen],
-             "heights": list(view.heights), "images": [to_json(survey.images.views[n].image) for n in names]}  # fmt: skip
+             "heights": list(view.heights), "images": [to_json(survey.images.flown[n].image) for n in names]}  # fmt: skip
     return Task(
         STAGE, unit, "cityflow.stages.match:run", VERSION,
         parameters=survey.parameters_for(STAGE, unit, survey.parameters.match),
         inputs={**{f"image {n}": survey.digest_of_result("ingest", n) for n in names}, "place": digest_of(place)},
         arguments={**place, "pixels": {n: read[n] for n in usable}, "base": flight_tile.base,
+                   "level": survey.parameters.images.level,
                    "unread": [n for n in names if read[n] is None]},
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -47,7 +49,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """Match, and write the depths of the pixels whose points stand in the tile."""
     a = task.arguments
     images = {tree["name"]: of_json(tree) for tree in a["images"]}
-    pixels = {name: open_pixels(workspace.store, path) for name, path in a["pixels"].items()}
+    pixels = {name: ReducedPixels(open_pixels(workspace.store, path), a["level"]) for name, path in a["pixels"].items()}
     _refuse_unmatchable(a["base"], pixels.keys())
     keep = GroundCells(tuple(a["tile"]), a["cell_m"], tuple((int(c), int(r)) for c, r in a["chosen"]))
     partners = [(images[n], pixels[n]) for n in images if n in pixels and n != a["base"]]

@@ -76,6 +76,12 @@ class PointsParameters(Parameters):
 class ImagesParameters(Parameters):
     """What is made from oriented images."""
 
+    level: int = Field(
+        0,
+        ge=0,
+        le=4,
+        description="surfaces come from images of 1 / 2^level of their size: 1 takes a quarter of the time; textures keep all pixels",
+    )
     cell_m: float | None = Field(
         None, ge=0.02, le=1, description="cell of DSM and ortho, metres; null: from the ground sampling distance"
     )

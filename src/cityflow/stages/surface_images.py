@@ -32,7 +32,7 @@ def task(survey: Survey, name: str) -> Task:
     ring = survey.near(name, survey.parameters.image_surface.context_m)
     fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
     maps = survey.depth_maps([name])
-    images = [to_json(survey.images.views[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    images = [to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
         t: survey.records[fuse.STAGE, t].reason for t in ring if survey.records[fuse.STAGE, t].status is Status.FAILED

@@ -27,7 +27,7 @@ def task(survey: Survey, name: str) -> Task:
     """The wall points of one tile, from the depth maps of the tile and of its rim."""
     wanted = survey.wall_parameters
     maps = survey.depth_maps(survey.near(name, wanted.halo_m))
-    images = [to_json(survey.images.views[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    images = [to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
     return Task(
         STAGE, name, "cityflow.stages.walls:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, wanted),
