@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from browser.chromium import Chromium
 from cityflow.flow.store import Store
-from cityflow.viewer.server import server_for
+from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
 from view_city import write_city
 
@@ -48,7 +48,7 @@ TURN = """(stage, draw, k) => {
 
 @contextmanager
 def serving(folder: Path) -> Iterator[str]:
-    server = server_for(reader(Store.open(folder)), "RUN", "127.0.0.1", 0)
+    server = server_for([Served("run", "RUN", reader(Store.open(folder)))], "127.0.0.1", 0)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_address[1]}"
     server.shutdown()

@@ -151,14 +151,14 @@ def report(run_url: RunArgument) -> None:
 
 @app.command()
 def view(
-    run_url: RunArgument,
+    run_urls: Annotated[list[str], typer.Argument(metavar="RUN…", help="Folders or URLs of runs")],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free")] = 8123,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
 ) -> None:
-    """Walk through a run in the browser: the textured city, every building's figures, measuring, sections."""
-    from cityflow.workflow.serve import view_run
+    """Walk through runs in the browser: the textured city, every building's figures, measuring, sections."""
+    from cityflow.workflow.serve import view_runs
 
-    view_run(run_url, port, browser, console)
+    view_runs(run_urls, port, browser, console)
 
 
 @app.command()

@@ -11,7 +11,7 @@ import pytest
 
 from browser import chromium, painted_run
 from cityflow.flow.store import Store
-from cityflow.viewer.server import server_for
+from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
 
 NO_BROWSER = "no Chromium here (Debian: apt-get install chromium; elsewhere name it in the variable CHROMIUM)"
@@ -32,7 +32,7 @@ def painted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextmanager
 def served(run: Path) -> Iterator[str]:
     """Address of a run's page as long as the context lasts."""
-    server = server_for(reader(Store.open(run)), "runs/painted", "127.0.0.1", 0)
+    server = server_for([Served("painted", "runs/painted", reader(Store.open(run)))], "127.0.0.1", 0)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         yield f"http://127.0.0.1:{server.server_address[1]}/view/index.html"

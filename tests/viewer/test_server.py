@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import http.client
+import json
 import threading
 from collections.abc import Iterator
+from functools import partial
 
 import pytest
 
-from cityflow.viewer.server import path_of, server_for, span_of
+from cityflow.viewer.cities_page import cities_page
+from cityflow.viewer.server import Served, path_of, server_for, span_of
 
 FILES = {
     "view/index.html": b"<p>page",
@@ -20,7 +23,7 @@ FILES = {
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
-    server = server_for(FILES.get, "runs/x", "127.0.0.1", 0)
+    server = server_for([Served("x", "runs/x", FILES.get)], "127.0.0.1", 0)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield server.server_address[1]
     server.shutdown()
@@ -96,7 +99,7 @@ def test_the_page_learns_how_the_run_is_named_and_the_root_leads_to_it(port: int
 
 def test_a_taken_port_is_an_error(port: int) -> None:
     with pytest.raises(OSError, match="in use"):
-        server_for(FILES.get, "x", "127.0.0.1", port)
+        server_for([Served("x", "x", FILES.get)], "127.0.0.1", port)
 
 
 def test_paths_and_spans() -> None:
@@ -106,3 +109,53 @@ def test_paths_and_spans() -> None:
     assert span_of("bytes=0-0", 1) == (0, 1)
     with pytest.raises(ValueError, match="bytes"):
         span_of("bytes=3-2", 10)
+
+
+@pytest.fixture(scope="module")
+def several() -> Iterator[int]:
+    city = {"title": "Old <Town>", "verdict": "All 3 buildings are modelled as asked.", "texture_pixels": 9,
+            "pictures": [{"path": "pictures/0.jpg", "title": "Models"}, {"path": "pictures/1.jpg", "title": "From the south"}]}  # fmt: skip
+    files = {"view/index.html": b"other", "view/data/city.json": json.dumps(city).encode(), "run.json": b"secret"}
+    runs = [Served("x", "runs/x", FILES.get), Served("old town", "runs/old town", files.get)]
+    server = server_for(runs, "127.0.0.1", 0, partial(cities_page, runs))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield server.server_address[1]
+    server.shutdown()
+    server.server_close()
+
+
+def test_several_runs_stand_below_their_names_beside_a_page_that_leads_to_them(several: int) -> None:
+    assert _get(several, "/x/view/index.html")[1] == b"<p>page"
+    assert _get(several, "/old%20town/view/index.html")[1] == b"other"
+    assert json.loads(_get(several, "/old%20town/view/served.json")[1]) == {"run": "runs/old town", "cities": "/"}
+    assert _get(several, "/old%20town")[2]["Location"] == "/old%20town/view/index.html"
+    status, page, headers = _get(several, "/")
+    assert (status, headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+    text = page.decode()
+    assert "Old &lt;Town&gt;" in text
+    assert 'src="old%20town/view/pictures/1.jpg"' in text
+    assert {'href="old%20town/view/index.html"', 'href="old%20town/report.html"', 'href="x/view/index.html"'} <= set(
+        text.replace(">", " ").split()
+    )
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        "/x/run.json",
+        "/old%20town/../x/run.json",
+        "/run.json",
+        "/view/index.html",
+        "/x/../run.json",
+        "/other/view/index.html",
+    ],
+)
+def test_of_several_runs_nothing_else_is_served(several: int, target: str) -> None:
+    status, body, _ = _get(several, target)
+    assert status == 404
+    assert b"secret" not in body
+
+
+def test_one_run_says_of_no_others(port: int) -> None:
+    assert json.loads(_get(port, "/view/served.json")[1]) == {"run": "runs/x"}
+    assert _get(port, "/")[2]["Location"] == "/view/index.html"

@@ -1,14 +1,15 @@
-"""Serves the files of one run to a browser on this machine: whole or in ranges, and nothing else."""
+"""Serves the files of runs to a browser on this machine: whole or in ranges, and nothing else."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import quote, unquote, urlsplit
 
 SERVED = ("view/", "products/", "report.html", "report.json", "report/")
 SAID = "view/served.json"
@@ -24,15 +25,37 @@ Read = Callable[[str], bytes | None]
 """A path in RUN → its contents, or None where there is no such file."""
 
 
-def server_for(read: Read, run: str, host: str, port: int) -> ThreadingHTTPServer:
-    """A server that is bound, and serves when it is told to; `run` is how the run is named on the command line.
+@dataclass(frozen=True, slots=True)
+class Served:
+    """A run that is served.
+
+    Attributes
+    ----------
+    name : first part of its addresses where several are served
+    run : how it is named on the command line
+    """
+
+    name: str
+    run: str
+    read: Read
+
+
+def server_for(
+    runs: Sequence[Served], host: str, port: int, start: Callable[[], bytes] | None = None
+) -> ThreadingHTTPServer:
+    """A server that is bound, and serves when it is told to.
+
+    Parameters
+    ----------
+    runs : one, whose files stand at the root; or several, each below its name
+    start : makes the page from which several are reached
 
     Raises
     ------
     OSError
         The port is taken.
     """
-    server = _Server((host, port), _handler(read, run))
+    server = _Server((host, port), _handler(runs, start))
     server.daemon_threads = True
     return server
 
@@ -43,12 +66,24 @@ class _Server(ThreadingHTTPServer):
     request_queue_size = 64
 
 
-def _handler(read: Read, run: str) -> type[BaseHTTPRequestHandler]:
+def _handler(runs: Sequence[Served], start: Callable[[], bytes] | None) -> type[BaseHTTPRequestHandler]:
     class Handler(_Handler):
         pass
 
-    Handler.read, Handler.run = staticmethod(read), run
+    Handler.runs = {r.name if start else "": r for r in runs}
+    Handler.start = None if start is None else staticmethod(start)
     return Handler
+
+
+def place_of(target: str, names: Collection[str]) -> tuple[str, str]:
+    """The name of a run at the beginning of a request, empty where it has none, and the rest of the request.
+
+    >>> place_of("/a%20town/view/index.html?x", {"a town"}), place_of("/view/index.html", {""})
+    (('a town', '/view/index.html?x'), ('', '/view/index.html'))
+    """
+    first, _, rest = target.lstrip("/").partition("/")
+    name = unquote(first)
+    return (name, f"/{rest}") if name and name in names else ("", target)
 
 
 def path_of(target: str) -> str | None:
@@ -89,13 +124,13 @@ def span_of(header: str, size: int) -> tuple[int, int] | None:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One request; `read` and `run` belong to the server."""
+    """One request; `runs` and `start` belong to the server."""
 
     protocol_version = "HTTP/1.1"
     # without it small answers wait for the acknowledgement of the ones before
     disable_nagle_algorithm = True
-    read: Read
-    run: str
+    runs: Mapping[str, Served]
+    start: Callable[[], bytes] | None
 
     def do_GET(self) -> None:
         self._answer(with_body=True)
@@ -107,11 +142,19 @@ class _Handler(BaseHTTPRequestHandler):
         """Silence: a viewer asks for hundreds of files."""
 
     def _answer(self, with_body: bool) -> None:
-        if urlsplit(self.path).path in ("/", ""):
-            self._send(HTTPStatus.FOUND, b"", {"Location": "/view/index.html"}, with_body)
+        name, target = place_of(self.path, self.runs)
+        start = type(self).start
+        if urlsplit(target).path in ("/", ""):
+            if name or start is None:
+                place = f"/{quote(name)}" if name else ""
+                self._send(HTTPStatus.FOUND, b"", {"Location": f"{place}/view/index.html"}, with_body)
+            else:
+                self._send(
+                    HTTPStatus.OK, start(), {"Content-Type": TYPES["html"], "Cache-Control": "no-cache"}, with_body
+                )
             return
-        path = path_of(self.path)
-        data = None if path is None else self._contents(path)
+        path = path_of(target)
+        data = None if path is None or name not in self.runs else self._contents(self.runs[name], path)
         if data is None or path is None:
             self._send(
                 HTTPStatus.NOT_FOUND, b"There is no such file in this run.\n", {"Content-Type": TYPES["txt"]}, with_body
@@ -134,10 +177,10 @@ class _Handler(BaseHTTPRequestHandler):
             headers["Content-Range"] = f"bytes {span[0]}-{span[1] - 1}/{len(data)}"
             self._send(HTTPStatus.PARTIAL_CONTENT, data[span[0] : span[1]], headers, with_body)
 
-    def _contents(self, path: str) -> bytes | None:
+    def _contents(self, served: Served, path: str) -> bytes | None:
         if path == SAID:
-            return json.dumps({"run": self.run}).encode()
-        return type(self).read(path)
+            return json.dumps({"run": served.run, **({"cities": "/"} if type(self).start else {})}).encode()
+        return served.read(path)
 
     def _send(self, status: HTTPStatus, data: bytes, headers: dict[str, str], with_body: bool) -> None:
         try:

@@ -23,12 +23,17 @@ def page_files(title: str, attribution: str, pictures: Sequence[Picture]) -> Ite
         yield f"{FOLDER}/{name}", static(name)
     shown = []
     for number, picture in enumerate(pictures):
-        path = f"pictures/{number}.jpg"
+        path = picture_path(number)
         yield f"{FOLDER}/{path}", picture.jpeg
         shown.append({"path": path, "title": picture.title, "caption": picture.caption,
                       "width": picture.width, "height": picture.height})  # fmt: skip
     page = _environment().get_template("index.html.j2").render(title=title, attribution=attribution, pictures=shown)
     yield PAGE, page.encode()
+
+
+def picture_path(number: int) -> str:
+    """Of one of the report's pictures, seen from the page."""
+    return f"pictures/{number}.jpg"
 
 
 @cache

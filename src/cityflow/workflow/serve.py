@@ -1,10 +1,13 @@
-"""``cityflow view``: a run in the browser."""
+"""``cityflow view``: runs in the browser."""
 
 from __future__ import annotations
 
 import json
 import shlex
 import webbrowser
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from rich.console import Console
@@ -13,7 +16,8 @@ from cityflow.errors import CityflowError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.stages import reconstruct
-from cityflow.viewer.server import Read, server_for
+from cityflow.viewer.cities_page import cities_page
+from cityflow.viewer.server import Read, Served, server_for
 from cityflow.viewer.view_page import PAGE, STATIC, static
 from cityflow.workflow.current import current_records
 from cityflow.workflow.report import report_data
@@ -23,25 +27,28 @@ from cityflow.workflow.view import CITY, state_of, write_run_view
 HOST = "127.0.0.1"
 
 
-def view_run(url: str, port: int, with_browser: bool, console: Console) -> None:
-    """Serve a run until Ctrl+C; the page is written first where there is none, or where the run has gone on since.
+def view_runs(urls: Sequence[str], port: int, with_browser: bool, console: Console) -> None:
+    """Serve runs until Ctrl+C; a page is written first where there is none, or where the run has gone on since.
 
     Raises
     ------
     RunError
-        No run is there, or the port is taken.
+        One of them is no run, or the port is taken.
     """
-    bring_up_to_date(url, console)
-    read = reader(Store.open(url))
+    for url in urls:
+        bring_up_to_date(url, console)
+    names = distinct_names(urls)
+    runs = [Served(n, shlex.quote(u), reader(Store.open(u))) for n, u in zip(names, urls, strict=True)]
+    several = len(runs) > 1
     try:
-        server = server_for(read, shlex.quote(url), HOST, port)
+        server = server_for(runs, HOST, port, partial(cities_page, runs) if several else None)
     except OSError as error:
         raise RunError(
             f"port {port} is taken ({error})",
             where=HOST,
             remedy="name another one with --port, or 0 for any that is free",
         ) from error
-    address = f"http://{HOST}:{server.server_address[1]}/view/index.html"
+    address = f"http://{HOST}:{server.server_address[1]}/{'' if several else 'view/index.html'}"
     console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
     if with_browser:
         webbrowser.open(address)
@@ -51,6 +58,21 @@ def view_run(url: str, port: int, with_browser: bool, console: Console) -> None:
         console.print("Ended.")
     finally:
         server.server_close()
+
+
+def distinct_names(urls: Sequence[str]) -> list[str]:
+    """A name for each of several runs: the last part of its path, numbered where it is not the only one of that name.
+
+    >>> distinct_names(["runs/delft/", "s3://city/delft", "view"])
+    ['delft', 'delft-2', 'view-2']
+    """
+    # what a run at the root would be asked for is no name
+    count, names = Counter(("view", "products", "report")), []
+    for url in urls:
+        name = url.rstrip("/").rsplit("/", 1)[-1] or "run"
+        count[name] += 1
+        names.append(name if count[name] == 1 else f"{name}-{count[name]}")
+    return names
 
 
 def bring_up_to_date(url: str, console: Console) -> None:

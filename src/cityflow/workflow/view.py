@@ -23,7 +23,7 @@ from cityflow.stages.survey import Survey
 from cityflow.viewer.figures import finite
 from cityflow.viewer.report import verdict
 from cityflow.viewer.rows import ReportData, UnitRow
-from cityflow.viewer.view_page import DATA, FOLDER, page_files
+from cityflow.viewer.view_page import DATA, FOLDER, page_files, picture_path
 from cityflow.workflow import view_images, view_layers, view_units
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
@@ -186,6 +186,7 @@ class _View:
             "scales": {name: view_units.scale_of(units, name) for name in ("nmad", "rmse")},
             "tiles": tiles, "notes": [*self._notes()],
             "layers": {"points": bool(points), "dsm": any("dsm" in t for t in tiles), "cuts": cuts > 0, "failures": failed > 0},
+            "pictures": [{"path": picture_path(n), "title": p.title} for n, p in enumerate(self.data.pictures)],
             "missing": MISSING, "said": _said(points, cuts, failed),
         })  # fmt: skip
 
