@@ -9,10 +9,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.grid import Bounds, Grid
 from cityflow.geometry.polyhedron import FaceArrays, face_arrays, mesh_of
+from cityflow.viewer.model_view_shading import TERRAIN, shaded
 
 Int32Array = NDArray[np.int32]
 
@@ -29,9 +30,7 @@ LOOKING_DEG, DOWN_DEG = 20.0, 42.0
 """The viewer looks this far east of north, and this far down."""
 SUN_DEG, SUN_HEIGHT_DEG = 250.0, 42.0
 OVERSAMPLING = 2
-STRIP_ROWS = 128
-"""Finished at a time, so that little is in memory."""
-TERRAIN, NO_FACE = -1, -2
+NO_GROUND = Grid(0.0, 0.0, 1.0, 0, 0)
 MOST_TERRAIN_CELLS = 400
 EDGE_M = 0.3
 """Edges are drawn at full strength where a drawn pixel is no larger than this."""
@@ -132,45 +131,17 @@ def draw_models(
     faces = np.concatenate([terrain.faces, models.faces])
     view = _Projection.of(corners, looking_deg, DOWN_DEG, OVERSAMPLING * most)
     sun = _Projection.of(corners, SUN_DEG + 180.0, SUN_HEIGHT_DEG, OVERSAMPLING * most)
-    scene = _Scene(colours, light_of(corners), faces, view, sun, *view.rasterised(corners), sun.rasterised(corners)[0])
-    seen = ground and (ground[0], _moved(ground[1], origin))
-    rows = OVERSAMPLING * STRIP_ROWS
-    return np.concatenate([scene.strip(r, min(r + rows, view.shape[0]), seen) for r in range(0, view.shape[0], rows)])
+    depth, triangle = view.rasterised(corners)
+    scene = depth, triangle, colours, light_of(corners), faces, np.array(SKY, np.float64)
+    seen = (ground[0], _moved(ground[1], origin)) if ground is not None else (np.empty((0, 0, 3), np.uint8), NO_GROUND)
+    draped = np.ascontiguousarray(seen[0]), seen[1].x_min, seen[1].y_max, seen[1].cell
+    edge = min(EDGE_M / view.pixel, 1.0)
+    means = shaded(scene, view.plain, (*sun.plain, sun.rasterised(corners)[0]), draped, edge, OVERSAMPLING)
+    return np.clip(np.rint(means), 0, 255).astype(np.uint8)
 
 
 def _moved(grid: Grid, origin: FloatArray) -> Grid:
     return Grid(grid.x_min - float(origin[0]), grid.y_max - float(origin[1]), grid.cell, grid.rows, grid.cols)
-
-
-@dataclass(frozen=True, slots=True)
-class _Scene:
-    """What the viewer and the sun see of triangles with `colours` (T, 3) and `light` (T,); `shadow` is the sun's depth."""
-
-    colours: FloatArray
-    light: FloatArray
-    faces: IntArray
-    view: _Projection
-    sun: _Projection
-    depth: Float32Array
-    triangle: Int32Array
-    shadow: Float32Array
-
-    def strip(self, first: int, last: int, ground: tuple[ByteArray, Grid] | None) -> ByteArray:
-        """Finished pixels of some rows: colours of the triangles, shadows, edges."""
-        triangle = self.triangle[first:last]
-        hit, chosen = triangle >= 0, np.maximum(triangle, 0)
-        spots = self.view.spots(self.depth, first, last)
-        colour = self.colours[chosen]
-        face = np.where(hit, self.faces[chosen], NO_FACE)
-        if ground is not None:
-            _drape(colour, spots, face == TERRAIN, ground)
-        below = np.maximum(self.triangle[last : last + 1], 0)
-        more = np.where(self.triangle[last : last + 1] >= 0, self.faces[below], NO_FACE)
-        edge = _edges(np.concatenate([face, more]))[: last - first] * min(EDGE_M / self.view.pixel, 1.0)
-        light = (
-            self.light[chosen] * np.where(_in_shadow(self.sun, self.shadow, spots, hit), 0.62, 1.0) * (1 - 0.6 * edge)
-        )
-        return _downsampled(np.where(hit[..., None], colour * light[..., None], np.array(SKY, np.float64)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +165,11 @@ class _Projection:
         cols, rows = (max(int(np.ceil(s / pixel)), OVERSAMPLING) for s in high - low)
         return cls(axes, low, pixel, (rows - rows % OVERSAMPLING, cols - cols % OVERSAMPLING))
 
+    @property
+    def plain(self) -> tuple[FloatArray, FloatArray, float]:
+        """Axes, lowest right and up, pixel."""
+        return self.axes, self.low, self.pixel
+
     def seen(self, points: FloatArray) -> FloatArray:
         """(…, 3) column, row (from the top), depth in metres."""
         turned = points @ self.axes.T
@@ -206,15 +182,6 @@ class _Projection:
         depth, triangle = np.full(self.shape, np.inf, np.float32), np.full(self.shape, -1, np.int32)
         _rasterise(np.ascontiguousarray(self.seen(corners)), depth, triangle)
         return depth, triangle
-
-    def spots(self, depth: Float32Array, first: int, last: int) -> FloatArray:
-        """(last − first, cols, 3) points that rows of pixels show; NaN where they show none."""
-        rows, cols = self.shape
-        x = self.low[0] + (np.arange(cols) + 0.5) * self.pixel
-        y = self.low[1] + (rows - np.arange(first, last) - 0.5) * self.pixel
-        z = np.where(np.isfinite(depth[first:last]), depth[first:last], np.nan).astype(np.float64)
-        right, up, forward = self.axes
-        return np.asarray(x[None, :, None] * right + y[:, None, None] * up + z[..., None] * forward)
 
 
 @njit(cache=True, nogil=True)
@@ -254,35 +221,3 @@ def light_of(corners: FloatArray) -> FloatArray:
 def _to_sun() -> FloatArray:
     a, h = np.radians(SUN_DEG), np.radians(SUN_HEIGHT_DEG)
     return np.array([np.sin(a) * np.cos(h), np.cos(a) * np.cos(h), np.sin(h)])
-
-
-def _in_shadow(sun: _Projection, shadow: Float32Array, spots: FloatArray, hit: BoolArray) -> BoolArray:
-    """Which pixels the sun does not see: something is nearer to it, by more than a pixel of its own view can lie apart."""
-    seen = sun.seen(np.where(hit[..., None], spots, 0.0))
-    rows, cols = sun.shape
-    col = np.clip(np.floor(seen[..., 0]), 0, cols - 1).astype(np.int64)
-    row = np.clip(np.floor(seen[..., 1]), 0, rows - 1).astype(np.int64)
-    return np.asarray(hit & (seen[..., 2] - shadow[row, col] > 0.3 + 2.0 * sun.pixel))
-
-
-def _edges(faces: IntArray) -> FloatArray:
-    """1 where the pixel to the right or below shows another face, and one of both is a model's."""
-    edge = np.zeros(faces.shape)
-    for a, b, place in ((faces[:, :-1], faces[:, 1:], np.s_[:, :-1]), (faces[:-1], faces[1:], np.s_[:-1])):
-        edge[place] = np.maximum(edge[place], (a != b) & ((a >= 0) | (b >= 0)))
-    return edge
-
-
-def _drape(colour: FloatArray, spots: FloatArray, where: BoolArray, ground: tuple[ByteArray, Grid]) -> None:
-    """Give pixels of the terrain the ground's colours, lightened so that the models stand out."""
-    picture, grid = ground
-    rows, cols = grid.indices(spots[where][:, 0], spots[where][:, 1])
-    known = (rows >= 0) & (rows < grid.rows) & (cols >= 0) & (cols < grid.cols)
-    chosen = picture[np.clip(rows, 0, grid.rows - 1), np.clip(cols, 0, grid.cols - 1)].astype(np.float64)
-    colour[where] = np.where(known[:, None], 0.65 * chosen + 0.35 * 235.0, colour[where])
-
-
-def _downsampled(pixels: FloatArray) -> ByteArray:
-    rows, cols = (n // OVERSAMPLING for n in pixels.shape[:2])
-    mean = pixels.reshape(rows, OVERSAMPLING, cols, OVERSAMPLING, 3).mean(axis=(1, 3))
-    return np.clip(np.rint(mean), 0, 255).astype(np.uint8)
