@@ -1,7 +1,7 @@
 # Two commands matter: `make demo` and `make test`. Everything lives in .venv; nothing else on the machine is changed, except that as
 # root on Debian the shared libraries that open3d loads are installed where they are missing.
 VENV ?= .venv
-RUN ?= runs/delft
+RUN ?= runs/demo
 WORKERS ?= 2
 BIN = $(VENV)/bin
 export OMP_NUM_THREADS = 1
@@ -13,7 +13,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: demo test check lint types layers spelling bench view-bundle clean
 
 demo: $(VENV)/.runtime
-	$(BIN)/cityflow run workflows/lidar_city.yaml --catalog catalogs/delft --out $(RUN) --workers $(WORKERS)
+	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
 # A file's tests stay in one of two processes: what they share is compiled and made once. Those with a cluster have processes of their own
 test: $(VENV)/.dev

@@ -196,15 +196,22 @@ def synth(
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Argument(help="Folder for the made survey and its run")] = Path("runs/demo"),
-    seed: Annotated[int, typer.Option(min=0, help="Another town")] = 12,
+    out: Annotated[Path, typer.Option(help="Folder for the three runs")] = Path("runs/demo"),
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Another town under the made flight")] = 12,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
+    view: Annotated[
+        bool | None,
+        typer.Option("--view/--no-view", help="Show them in the browser in the end; by default at a terminal"),
+    ] = None,
 ) -> None:
-    """Without any data: make a small town, fly over it, and run the workflow for oblique images."""
+    """A made flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, from beginning to end."""
     from cityflow.workflow.demo import run_demo
 
-    run_demo(out, seed, scheduler, workers, console)
+    run_demo(out, only or [], seed, scheduler, workers, view, console)
 
 
 ReferenceArgument = Annotated[

@@ -1,57 +1,147 @@
-"""``cityflow demo``: a small made town, flown and reconstructed from beginning to end, without any data."""
+"""``cityflow demo``: three cities from beginning to end: a made flight, photographs of a village, a LiDAR survey."""
 
 from __future__ import annotations
 
+import json
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from cityflow.errors import WorkflowError
+from cityflow.flow.cluster import connect
+from cityflow.flow.store import Store
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.run import run_workflow
+from cityflow.workflow.serve import view_runs
 from cityflow.workflow.synth import make_survey
 from cityflow.workflow.synth_files import PoseNoise
+from cityflow.workflow.view import CITY
 
-WORKFLOW = "oblique_city.yaml"
-SURVEY, RUN = "survey", "run"
+SURVEY = "flight_survey"
 
 
-def demo_parameters(seed: int) -> SynthParameters:
-    """Five cameras over 60 x 60 m: about sixty small images, a few minutes in all."""
+@dataclass(frozen=True, slots=True)
+class City:
+    """One part of the demonstration.
+
+    Attributes
+    ----------
+    name : of its run;  said : what is shown
+    workflow, catalog : as on the command line
+    aoi : the part that is modelled; empty: all
+    """
+
+    name: str
+    said: str
+    workflow: str
+    catalog: str
+    aoi: str = ""
+
+
+FLIGHT = City("flight", "A made town, flown over with five cameras", "workflows/demo_flight.yaml", "")
+CITIES = (
+    FLIGHT,
+    City(
+        "boruszyn", "Barns of Boruszyn, from 28 photographs taken by a kite", "workflows/demo_boruszyn.yaml",
+        "catalogs/boruszyn", "340605,548050,340685,548155",
+    ),
+    City("delft", "Delft, from a LiDAR survey", "workflows/lidar_city.yaml", "catalogs/delft"),
+)  # fmt: skip
+
+
+def flight_parameters(seed: int) -> SynthParameters:
+    """Five cameras over 60 x 60 m: about sixty small images."""
     flight = preset("five_cameras", gsd_m=0.15, width_px=800, height_px=600, forward_overlap=0.6, side_overlap=0.4)
     return SynthParameters(seed=seed, size=(60.0, 60.0), flight=flight, truth_cell_m=0.15)
 
 
-def run_demo(out: Path, seed: int, scheduler: str, workers: int, console: Console) -> None:
-    """Make the town in ``out/survey``, run the workflow for oblique images to ``out/run``, and say where things are.
+def run_demo(
+    out: Path, only: Sequence[str], seed: int, scheduler: str, workers: int, view: bool | None, console: Console
+) -> None:
+    """Make the town in ``out/flight_survey``, run each city to ``out/NAME``, and show them in the browser.
+
+    Parameters
+    ----------
+    only : names of the cities that are wanted; empty: all
+    view : whether they are served in the end; None: where somebody sits at a terminal
 
     Raises
     ------
     WorkflowError, RunError
-        No workflow file is there, or a part of the demonstration failed.
+        The project's catalogs are not here, a name is unknown, or a part of the demonstration failed.
     """
-    workflow = workflow_file(WORKFLOW)
-    make_survey(out / SURVEY, demo_parameters(seed), PoseNoise(), scheduler, workers, console)
-    run = out / RUN
-    run_workflow(workflow, str(out / SURVEY / "catalog"), str(run), (), "", scheduler, workers, console)
-    lines = (
-        f"Report:    {run / 'report.html'}",
-        f"Products:  {run / 'products'} (models, surface, ortho), {run / 'surface.zarr'}",
-        f"Truth:     {out / SURVEY / 'truth'}",
-    )
-    console.print("\n".join(lines), markup=False, highlight=False, soft_wrap=True)
+    wanted = chosen_cities(only)
+    files = [(project_file(c.workflow), project_file(c.catalog) if c.catalog else Path()) for c in wanted]
+    said = []
+    with connect(scheduler or None, workers or os.cpu_count() or 1) as client:
+        address = scheduler or str(client.scheduler_info()["address"])
+        for city, (workflow, catalog) in zip(wanted, files, strict=True):
+            console.rule(city.said)
+            begun = time.monotonic()
+            if city is FLIGHT:
+                catalog = out / SURVEY / "catalog"
+                make_survey(
+                    out / SURVEY, flight_parameters(seed), PoseNoise(), address, workers, console, next_step=False
+                )
+            run_workflow(workflow, str(catalog), str(out / city.name), (), city.aoi, address, workers, console)
+            said.append(_said(city, out / city.name, time.monotonic() - begun))
+    runs = [str(out / c.name) for c in wanted]
+    _conclude(said, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)
 
 
-def workflow_file(name: str) -> Path:
-    """A workflow of this project: in the present folder, else beside the source.
+def _conclude(said: Sequence[str], runs: Sequence[str], view: bool, console: Console) -> None:
+    say: Callable[[str], None] = lambda text: console.print(text, markup=False, highlight=False, soft_wrap=True)  # noqa: E731
+    console.rule("Done")
+    for line in said:
+        say(line)
+    command = f"cityflow view {' '.join(map(shlex.quote, runs))}"
+    if view:
+        say(f"Again at any time: {command}")
+        view_runs(runs, 0, True, console)
+    else:
+        say(f"Look at them in a browser: {Path(sys.argv[0]).parent / command}")
+
+
+def _said(city: City, run: Path, seconds: float) -> str:
+    """What came of it, in a line."""
+    verdict = json.loads(Store.open(str(run)).read_bytes(CITY))["verdict"]
+    return f"{city.said} ({seconds / 60:.1f} min). {verdict} {run / 'report.html'}"
+
+
+def chosen_cities(names: Sequence[str]) -> tuple[City, ...]:
+    """Those of the names, in the order of the demonstration; all where there are none.
+
+    Raises
+    ------
+    WorkflowError
+        There is no such city.
+    """
+    unknown = sorted(set(names) - {c.name for c in CITIES})
+    if unknown:
+        raise WorkflowError(
+            f"no city '{unknown[0]}' in the demonstration",
+            where="--only",
+            remedy=f"one of {', '.join(c.name for c in CITIES)}",
+        )
+    return tuple(c for c in CITIES if not names or c.name in names)
+
+
+def project_file(path: str) -> Path:
+    """A workflow or catalog of this project: in the present folder, else beside the source.
 
     Raises
     ------
     WorkflowError
         It is in neither.
     """
-    for folder in (Path("workflows"), Path(__file__).resolve().parents[3] / "workflows"):
-        if (folder / name).is_file():
-            return folder / name
-    raise WorkflowError("no such workflow file", where=f"workflows/{name}", remedy="run this in the project's folder")
+    for folder in (Path(), Path(__file__).resolve().parents[3]):
+        if (folder / path).exists():
+            return folder / path
+    raise WorkflowError("no such file of the project", where=path, remedy="run this in the project's folder")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import sys
 import webbrowser
 from collections import Counter
 from collections.abc import Sequence
@@ -50,7 +52,7 @@ def view_runs(urls: Sequence[str], port: int, with_browser: bool, console: Conso
         ) from error
     address = f"http://{HOST}:{server.server_address[1]}/{'' if several else 'view/index.html'}"
     console.print(f"{address}  (Ctrl+C ends)", markup=False, highlight=False, soft_wrap=True)
-    if with_browser:
+    if with_browser and _has_screen():
         webbrowser.open(address)
     try:
         server.serve_forever()
@@ -58,6 +60,11 @@ def view_runs(urls: Sequence[str], port: int, with_browser: bool, console: Conso
         console.print("Ended.")
     finally:
         server.server_close()
+
+
+def _has_screen() -> bool:
+    """Without one, a browser for the terminal would be started in place of this program."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def distinct_names(urls: Sequence[str]) -> list[str]:

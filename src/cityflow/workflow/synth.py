@@ -83,9 +83,18 @@ def _flight(name: str) -> dict[str, Any] | None:
 
 
 def make_survey(
-    out: Path, parameters: SynthParameters, noise: PoseNoise, scheduler: str, workers: int, console: Console
+    out: Path,
+    parameters: SynthParameters,
+    noise: PoseNoise,
+    scheduler: str,
+    workers: int,
+    console: Console,
+    *,
+    next_step: bool = True,
 ) -> None:
     """Make pictures, scans and truth in the folder `out`, then its catalog; what is there already is kept.
+
+    `next_step`: say in the end what may be done with it.
 
     Raises
     ------
@@ -102,7 +111,7 @@ def make_survey(
     with Ledger.open(store) as ledger:
         missing = sum(not _is_made(ledger, task) for task in tasks)
         if not missing and store.exists(DESCRIPTION) and store.read_bytes(DESCRIPTION) == text.encode():
-            _say(console, f"Nothing to do: {out} has all {len(tasks)} parts of this survey.", out, source)
+            _say(console, f"Nothing to do: {out} has all {len(tasks)} parts of this survey.", out, source, next_step)
             return
         console.print(_announcement(source, missing, len(tasks)), markup=False, highlight=False, soft_wrap=True)
         if missing:
@@ -112,7 +121,7 @@ def make_survey(
     for note in describe_survey(out, source, noise):
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
     store.write_bytes(DESCRIPTION, text.encode())
-    _say(console, f"Made: {len(source.images)} images in {out}", out, source)
+    _say(console, f"Made: {len(source.images)} images in {out}", out, source, next_step)
 
 
 def _announcement(source: SynthSource, missing: int, total: int) -> str:
@@ -123,9 +132,11 @@ def _announcement(source: SynthSource, missing: int, total: int) -> str:
     )
 
 
-def _say(console: Console, what: str, out: Path, source: SynthSource) -> None:
+def _say(console: Console, what: str, out: Path, source: SynthSource, next_step: bool) -> None:
     kind = "oblique" if source.images else "lidar"
     console.print(what, markup=False, highlight=False, soft_wrap=True)
+    if not next_step:
+        return
     console.print(
         f"Next: cityflow run workflows/{kind}_city.yaml --catalog {out / 'catalog'} --out RUN",
         markup=False, highlight=False, soft_wrap=True,
