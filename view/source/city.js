@@ -1,10 +1,13 @@
 // The city from RUN's own 3D Tiles: loading, how buildings are coloured, what stands under the pointer.
 import { TilesRenderer } from '3d-tiles-renderer/three';
-import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Raycaster, SRGBColorSpace, Vector3 } from 'three';
+import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Object3D, Raycaster, SRGBColorSpace, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { CLASSES, rgb, scaled, STATUS, UNKNOWN } from './colours.js';
+import { byId } from './elements.js';
+import { edgesOf } from './highlight.js';
 import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
+import { trianglesOf } from './residuals.js';
 import { PageLoader, scaleFor, Sharpener } from './textures.js';
 
 const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT };
@@ -30,6 +33,7 @@ export class City {
     this.classColours = { value: colours };
     this.raycaster = new Raycaster();
     this.tiles = null;
+    this.edges = null;
     // what a lost context held is fetched again: pixels are let go of once they are drawn
     stage.canvas.addEventListener('webglcontextrestored', () => this.load());
     this.load();
@@ -74,6 +78,7 @@ export class City {
 
   update() {
     this.tiles?.update();
+    byId('loading').hidden = this.models.size > 0 || !this.isLoading;
   }
 
   get isLoading() {
@@ -101,13 +106,25 @@ export class City {
   show(part, isShown) {
     this.shown[part] = isShown;
     for (const model of this.models.values()) model.scene.visible = this.shown[model.part];
+    if (this.edges) this.edges.visible = this.shown.buildings;
     this.stage.changed();
   }
 
   select(id) {
     this.selected = id;
     for (const model of this.models.values()) this.#mark(model);
+    this.#outline();
     this.stage.changed();
+  }
+
+  #outline() {
+    this.stage.scene.remove(this.edges ?? new Object3D());
+    this.edges?.geometry.dispose();
+    this.edges?.material.dispose();
+    this.edges = this.selected === null ? null : edgesOf(trianglesOf(this, this.selected));
+    if (!this.edges) return;
+    this.edges.visible = this.shown.buildings;
+    this.stage.scene.add(this.edges);
   }
 
   /** What a ray from the camera meets first: place, part, building, class of surface. */
@@ -175,6 +192,7 @@ export class City {
     this.models.set(scene, model);
     this.#dress(model);
     this.#mark(model);
+    if (model.rows.has(this.selected)) this.#outline();
     this.stage.changed();
   }
 
@@ -191,6 +209,7 @@ export class City {
     if (mode === UNIT) this.#paint(model);
     for (const { material, geometry } of model.meshes) {
       define(material, 'MODE', mode);
+      define(material, 'IS_MUTED', model.tables || this.mode === 'photographs' ? undefined : '');
       define(material, 'HAS_TRIPLETS', geometry.attributes._uvd && this.isDivided ? '' : undefined);
     }
   }

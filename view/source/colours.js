@@ -9,7 +9,7 @@ export const CLASSES = [
 ];
 
 export const STATUS = {
-  done: ['Done', '#5a9e6f'],
+  done: ['Done', '#2f9e8f'],
   degraded: ['Simplified', '#e0a030'],
   failed: ['Failed', '#d62f2f'],
   refused: ['Refused', '#8a1c5c'],
@@ -18,11 +18,14 @@ export const STATUS = {
 export const UNKNOWN = '#9a9a9a';
 
 export const POINT_CLASSES = {
-  1: ['Unclassified', '#b0b0b0'], 2: ['Ground', '#a67c52'], 3: ['Vegetation', '#6aa84f'], 4: ['Vegetation', '#6aa84f'],
-  5: ['Vegetation', '#4f8f3a'], 6: ['Building', '#d9534f'], 7: ['Noise', '#ff00ff'], 9: ['Water', '#4a90d9'], 17: ['Bridge', '#888844'],
+  1: ['Unclassified', '#b0b0b0'], 2: ['Ground', '#b39b75'], 3: ['Vegetation', '#2e7d5b'], 4: ['Vegetation', '#2e7d5b'],
+  5: ['Vegetation', '#2e7d5b'], 6: ['Building', '#e8743b'], 7: ['Noise', '#ff00ff'], 9: ['Water', '#4a90d9'], 17: ['Bridge', '#888844'],
 };
 
+export const CUTS = { taken: ['Taken', '#0b6bff'], refused: ['Candidate, not taken', '#f59f00'] };
+
 const SCALE = ['#30216b', '#2f5f8f', '#1f948a', '#63c95b', '#fde33a'];
+const RELIEF = ['#4d8577', '#93a878', '#d3bf86', '#efe6da'];
 const DIVERGING = ['#2455a4', '#7fb2dd', '#f2f2f2', '#f0a070', '#b2182b'];
 
 export function rgb(hex) {
@@ -35,8 +38,12 @@ export const scaled = (share) => between(SCALE, share);
 /** A colour for what is too low (−1, blue) or too high (1, red). */
 export const diverging = (share) => between(DIVERGING, (share + 1) / 2);
 
+/** A colour for a height between the lowest, 0, and the highest, 1. */
+export const relief = (share) => between(RELIEF, share);
+
 export const gradient = (stops) => `linear-gradient(to right, ${stops.join(', ')})`;
 export const SCALE_GRADIENT = gradient(SCALE);
+export const RELIEF_GRADIENT = gradient(RELIEF);
 export const DIVERGING_GRADIENT = gradient(DIVERGING);
 
 function between(stops, share) {

@@ -14,6 +14,16 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** Whether a text could be put where pasting takes it from. */
+export async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
 /** A line at the foot of the page, which screen readers read. */
 export function say(text) {
   byId('status').textContent = text;

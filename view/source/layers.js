@@ -1,10 +1,11 @@
 // What can be laid over the city: points, surface, cut lines, failures. Each is fetched when it is first wanted.
 import {
-  BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, Points,
-  PointsMaterial, ShapeUtils, SRGBColorSpace, Vector2,
+  BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, Points,
+  PointsMaterial, ShapeUtils, Vector2,
 } from 'three';
-import { POINT_CLASSES, rgb, STATUS, UNKNOWN } from './colours.js';
+import { CUTS, POINT_CLASSES, relief, rgb, STATUS, UNKNOWN } from './colours.js';
 import { binary, json } from './data.js';
+import { linesOf } from './highlight.js';
 
 /** Points of a tile as written for this page: places relative to `origin`, colours, classes. */
 export async function tilePoints(tile) {
@@ -81,16 +82,17 @@ export class Layers {
   async _cuts(group) {
     const { fields, rows } = await json('data/cuts.json');
     const lines = rows.map((row) => Object.fromEntries(fields.map((field, i) => [field, row[i]])));
-    for (const isAccepted of [true, false]) {
+    for (const isAccepted of [false, true]) {
       const chosen = lines.filter((line) => line.accepted === isAccepted);
-      const places = new Float32Array(chosen.flatMap((line) => [...line.from, ...line.to]));
-      const geometry = new BufferGeometry();
-      geometry.setAttribute('position', new BufferAttribute(places, 3));
-      const material = new LineBasicMaterial({ color: isAccepted ? '#0b6bff' : '#f59f00', depthTest: false });
-      const drawn = new LineSegments(geometry, material);
-      drawn.renderOrder = 5;
+      if (!chosen.length) continue;
+      const places = chosen.flatMap((line) => [...line.from, ...line.to]);
+      // a light rim under each line, so that it is seen on a dark roof and on a bright one
+      const rim = linesOf(places, '#ffffff', isAccepted ? 6 : 4.5);
+      const drawn = linesOf(places, (isAccepted ? CUTS.taken : CUTS.refused)[1], isAccepted ? 3.5 : 2.5);
+      rim.renderOrder = isAccepted ? 5 : 4.6;
+      drawn.renderOrder = isAccepted ? 5.5 : 4.8;
       drawn.userData.cuts = chosen;
-      group.add(drawn);
+      group.add(rim, drawn);
     }
   }
 
@@ -167,9 +169,8 @@ function reliefColour(heights, i, r, c, rows, cols, cell, share) {
   const slopeX = (at(r, c + 1) - at(r, c - 1)) / (2 * cell) || 0;
   const slopeY = (at(r - 1, c) - at(r + 1, c)) / (2 * cell) || 0;
   const light = (0.5 * slopeX - 0.5 * slopeY + 0.707) / Math.sqrt(slopeX ** 2 + slopeY ** 2 + 1);
-  const tint = new Color().setHSL(0.33 - 0.28 * Math.min(Math.max(share || 0, 0), 1), 0.35, 0.62, SRGBColorSpace);
   const bright = 0.45 + 0.75 * Math.min(Math.max(light, 0), 1);
-  return tint.toArray().map((_, k) => Math.min(255, 255 * bright * [tint.r, tint.g, tint.b][k] ** (1 / 2.2)));
+  return relief(share || 0).map((v) => Math.min(255, bright * v));
 }
 
 function prism(rings, base, height) {

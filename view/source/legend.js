@@ -1,6 +1,6 @@
 // What the colours mean.
-import { CLASSES, POINT_CLASSES, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
-import { element } from './elements.js';
+import { CLASSES, CUTS, POINT_CLASSES, RELIEF_GRADIENT, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
+import { byId, element } from './elements.js';
 
 const TITLES = { nmad: 'NMAD of the points to their roof', rmse: 'RMSE of the points to their roof' };
 
@@ -21,13 +21,26 @@ function entries(mode, about, city) {
   ];
 }
 
-/** Colours of points by class; nothing where points have the colours of photographs. */
-export function drawPointLegend(box, isShown, { about }) {
-  const isByClass = about.tiles.some((tile) => tile.points && !tile.points.is_coloured);
-  const words = new Map(Object.values(POINT_CLASSES).map(([title, colour]) => [title, colour]));
-  box.replaceChildren(...[...words].map(([title, colour]) => key(colour, title)));
-  box.hidden = !isShown || !isByClass;
+/** What the colours of a layer mean, below its box; nothing where there is nothing to say. */
+export function drawLayerLegend(name, isShown, { about }) {
+  const box = byId(`${name}-legend`);
+  box.replaceChildren(...(isShown ? LAYERS[name](about) : []));
+  box.hidden = !box.childElementCount;
 }
+
+const LAYERS = {
+  points: (about) => {
+    const isByClass = about.tiles.some((tile) => tile.points && !tile.points.is_coloured);
+    const words = new Map(Object.values(POINT_CLASSES).map(([title, colour]) => [title, colour]));
+    return isByClass ? [...words].map(([title, colour]) => key(colour, title)) : [];
+  },
+  dsm: ({ heights: [low, high] }) => [
+    element('div', { class: 'scale', style: `background:${RELIEF_GRADIENT}` }),
+    element('p', { class: 'ends' }, element('span', {}, `${low.toFixed(0)} m`), element('span', {}, `${high.toFixed(0)} m`)),
+  ],
+  cuts: () => Object.values(CUTS).map(([title, colour]) => key(colour, title)),
+  failures: ({ counts }) => ['failed', 'refused'].filter((name) => counts[name]).map((name) => key(STATUS[name][1], `${STATUS[name][0]}: ${counts[name].toLocaleString('en')}`)),
+};
 
 export function key(colour, text) {
   return element('p', { class: 'key' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), text);

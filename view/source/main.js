@@ -1,24 +1,28 @@
 // The page comes together: what was written for it is read, and its controls are wired.
+import { Vector3 } from 'three';
 import { City } from './city.js';
+import { wireControls } from './controls.js';
+import { evidenceOf, pickCut } from './cuts.js';
 import { json, readUnits } from './data.js';
 import { byId, element, say } from './elements.js';
+import { keepClear } from './free.js';
+import { drawLayerLegend, drawLegend } from './legend.js';
 import { Layers } from './layers.js';
-import { drawLegend, drawPointLegend } from './legend.js';
 import { Link } from './link.js';
+import { endsOf } from './overview.js';
 import { Panel } from './panel.js';
 import { fillSearch } from './search.js';
 import { Stage } from './stage.js';
 import { Tools } from './tools.js';
-import { Vector3 } from 'three';
 
 const CLICK_PIXELS = 5;
 const OVERLAYS = ['points', 'dsm', 'cuts', 'failures'];
 
 window.cityflowView = {
   isReady: false, errors: [],
-  /** Whether anything is still being fetched or has yet to be drawn. */
+  /** Whether anything is still being fetched, moves, or has yet to be drawn. */
   get isBusy() {
-    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isWaiting || this.stage?.frames < 2;
+    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isGliding || this.stage?.isWaiting || this.stage?.frames < 2;
   },
 };
 window.addEventListener('error', (event) => window.cityflowView.errors.push(String(event.message)));
@@ -34,36 +38,39 @@ start().catch((error) => {
 
 async function start() {
   if (location.protocol === 'file:') return giveUp('Browsers do not let a page read files beside it: run `cityflow view RUN` to walk through the city.');
-  if (!hasWebGl()) return giveUp('This browser has no WebGL, which drawing a city needs; here are the pictures of the report instead.');
-  const [about, index, served] = await Promise.all([json('data/city.json'), readUnits(), servedRun()]);
+  const reading = Promise.all([json('data/city.json'), readUnits(), servedRun()]);
+  const stage = stageOrNull();
+  if (!stage) {
+    await reading.catch(() => null);
+    return giveUp('This browser has no WebGL, which drawing a city needs; here are the pictures of the report instead.');
+  }
+  const [about, index, served] = await reading;
   if (!about.sets.rectified && !about.sets.raw) {
     return giveUp('This run has no 3D Tiles: either nothing has been exported yet, or it was made by an earlier version. Run the workflow again, and then `cityflow view RUN`.');
   }
-  document.title = `${about.title} – city view`;
-  byId('title').textContent = about.title;
-  byId('subtitle').textContent = about.verdict;
-  byId('app').hidden = false;
-  const stage = new Stage(byId('canvas'), about.bounds);
+  head(about, served);
   const city = new City(about, index.byId, stage);
   stage.beforeFrame.push(() => city.update());
   const layers = new Layers(about, stage);
   const link = new Link();
   const tools = new Tools(city, layers, stage, about);
   const page = { about, index, stage, city, layers, link, tools };
-  page.panel = new Panel(index.byId, { run: served, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
+  page.panel = new Panel(index.byId, { run: served.run, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
   Object.assign(window.cityflowView, page, { choose: (id) => choose(page, id) });
   wireLayers(page);
   wireCanvas(page);
-  wireControls(page);
+  wireControls(page, { choose: (id) => choose(page, id) });
   fillSearch(index.units, (unit) => {
     choose(page, unit.id);
     approach(page, unit);
   });
   city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
+  keepClear(stage);
+  stage.show(about.bounds, endsOf(index.units));
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
-  if (!byId('status').textContent) say('Drag to move, right button to turn, wheel to come closer. Click a building to learn about it.');
+  if (!byId('status').textContent) say(hint());
   window.cityflowView.isReady = true;
   stage.changed();
   return undefined;
@@ -76,22 +83,35 @@ function giveUp(why) {
   byId('why').textContent = why;
 }
 
-function hasWebGl() {
+function stageOrNull() {
+  byId('app').hidden = false;
   try {
-    return Boolean(document.createElement('canvas').getContext('webgl2'));
+    return new Stage(byId('canvas'));
   } catch {
-    return false;
+    return null;
   }
 }
 
-/** How the run is named on the command line of whoever serves the page; RUN where nobody says. */
+/** How the run is named on the command line of whoever serves the page, RUN where nobody says; and where other cities are. */
 async function servedRun() {
   const said = await json('served.json').catch(() => null);
-  return said?.run ?? 'RUN';
+  return { run: said?.run ?? 'RUN', cities: said?.cities ?? null };
 }
 
+function head(about, { cities }) {
+  document.title = `${about.title} – city view`;
+  byId('title').textContent = about.title;
+  byId('subtitle').textContent = about.verdict;
+  byId('cities').hidden = !cities;
+  if (cities) byId('cities').href = cities;
+}
+
+const hint = () => (window.matchMedia?.('(pointer: coarse)').matches
+  ? 'Drag to move, two fingers turn and zoom. Tap a building to learn about it.'
+  : 'Drag to move, right button to turn, wheel to come closer. Click a building to learn about it.');
+
 function wireLayers(page) {
-  const { about, city, layers, link } = page;
+  const { about, city, link } = page;
   for (const radio of document.querySelectorAll('input[name="colour"]')) {
     radio.addEventListener('change', () => colourBy(page, radio.value));
   }
@@ -131,7 +151,7 @@ async function overlay(page, name, isShown) {
   byId(`layer-${name}`).checked = isShown;
   page.link.set(name, isShown ? 'on' : null);
   say(isShown ? 'Loading …' : '');
-  if (name === 'points') drawPointLegend(byId('points-legend'), isShown, page);
+  drawLayerLegend(name, isShown, page);
   await page.layers.show(name, isShown);
   say(isShown ? page.about.said[name] ?? '' : '');
 }
@@ -169,7 +189,7 @@ function clicked(page, event) {
   const hit = city.pick(ndc);
   if (tools.active) return tools.click(hit);
   const cut = pickCut(page, event);
-  if (cut) return say(cutText(cut));
+  if (cut) return tools.tell(...evidenceOf(cut));
   city.raycaster.setFromCamera(ndc, stage.camera);
   const [failure] = city.raycaster.intersectObjects(layers.objects('failures').filter((o) => o.userData.unit), false);
   return choose(page, failure ? failure.object.userData.unit : (hit?.unit ?? null), hit?.surface);
@@ -178,33 +198,6 @@ function clicked(page, event) {
 function chooseMiddle(page) {
   const hit = page.city.pick(page.stage.middle);
   choose(page, hit?.unit ?? null, hit?.surface);
-}
-
-/** The cut line that is drawn within some pixels of the pointer. */
-function pickCut({ layers, stage }, { clientX, clientY }) {
-  let best = 7;
-  let found = null;
-  for (const { userData } of layers.objects('cuts')) {
-    for (const cut of userData.cuts ?? []) {
-      const [a, b] = [cut.from, cut.to].map((p) => stage.onPage(new Vector3(...p)));
-      if (!a || !b) continue;
-      const away = distanceToSegment([clientX, clientY], a, b);
-      if (away < best) [best, found] = [away, cut];
-    }
-  }
-  return found;
-}
-
-function distanceToSegment(p, a, b) {
-  const way = [b[0] - a[0], b[1] - a[1]];
-  const t = Math.min(Math.max(((p[0] - a[0]) * way[0] + (p[1] - a[1]) * way[1]) / (way[0] ** 2 + way[1] ** 2 || 1), 0), 1);
-  return Math.hypot(p[0] - a[0] - t * way[0], p[1] - a[1] - t * way[1]);
-}
-
-function cutText(cut) {
-  const said = cut.accepted ? 'Cut line' : 'Candidate of a cut line, not taken';
-  return `${said} (${cut.kind}) in ${cut.outline}: confidence ${cut.confidence.toFixed(2)}; upright edges along ${(100 * cut.vertical).toFixed(0)} % of the façade's height, `
-    + `edges on the roof along ${(100 * cut.sloped).toFixed(0)} % of the line, roofs differ by ${cut.height_step_m.toFixed(2)} m${cut.gap_m ? `, gap of ${cut.gap_m.toFixed(2)} m` : ''}.`;
 }
 
 function choose(page, id, surface = null) {
@@ -219,57 +212,6 @@ function choose(page, id, surface = null) {
 
 function approach({ stage }, unit) {
   stage.approach(new Vector3(...unit.place), Math.max(30, 2.5 * unit.size));
-}
-
-function wireControls(page) {
-  const { stage, tools } = page;
-  const fly = byId('fly');
-  const setFlying = (isFlying) => {
-    stage.fly(isFlying);
-    fly.setAttribute('aria-pressed', String(isFlying));
-    byId('fly-hint').hidden = !isFlying;
-    stage.canvas.focus();
-  };
-  fly.addEventListener('click', () => setFlying(!stage.isFlying));
-  byId('home').addEventListener('click', () => {
-    setFlying(false);
-    stage.overview();
-  });
-  byId('share').addEventListener('click', () => share(page.link));
-  for (const name of ['distance', 'area', 'section', 'residuals']) byId(`tool-${name}`).addEventListener('click', () => tools.start(name));
-  const help = byId('help');
-  byId('help-open').addEventListener('click', () => help.showModal());
-  byId('help-close').addEventListener('click', () => help.close());
-  stage.afterMove.push(() => page.link.set('camera', stage.place.join(',')));
-  window.addEventListener('keydown', (event) => {
-    const isTyping = event.target.matches?.('input, select, textarea');
-    if (event.key === 'Escape') escape(page, setFlying);
-    else if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
-    else if (event.key === 'f') setFlying(!stage.isFlying);
-    else if (event.key === 'h') stage.overview();
-    else if (event.key === '?') help.showModal();
-    else if (event.key === '/') {
-      event.preventDefault();
-      byId('search').focus();
-    }
-  });
-}
-
-/** Esc leaves one thing at a time: the tool in hand, flying, then the panel. */
-function escape(page, setFlying) {
-  if (byId('help').open) return;
-  if (page.tools.active) page.tools.stop();
-  else if (page.stage.isFlying) setFlying(false);
-  else choose(page, null);
-}
-
-async function share(link) {
-  try {
-    await navigator.clipboard.writeText(link.address);
-    say('The link to this view is copied.');
-  } catch {
-    say(`The address of the page leads back to this view: ${link.address}`);
-  }
 }
 
 async function restore(page) {

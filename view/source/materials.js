@@ -31,7 +31,7 @@ varying vec3 shade;
 void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
   vec3 up = normalize(mat3(modelMatrix) * normal);
-  float light = 0.62 + 0.38 * max(dot(up, normalize(vec3(-0.45, -0.35, 0.82))), 0.0);
+  float light = 0.74 + 0.3 * dot(up, normalize(vec3(-0.45, -0.35, 0.82)));
   shade = vec3(1.0);
 #if MODE == 0
   #ifdef HAS_MAP
@@ -78,6 +78,9 @@ void main() {
 #else
   vec3 colour = abs(shade);
 #endif
+#ifdef IS_MUTED
+  colour = mix(vec3(dot(colour, vec3(0.2126, 0.7152, 0.0722))), colour, 0.2) * 0.7 + 0.12;
+#endif
 #ifdef HAS_SELECTION
   if (shade.r + shade.g + shade.b < 0.0) colour = mix(colour, vec3(0.03, 0.3, 0.9), 0.24);
 #endif
@@ -95,7 +98,7 @@ export function materialFor(mesh, shared) {
     defines: { MODE: PHOTOGRAPHS },
     uniforms: {
       page: { value: page },
-      plain: { value: mesh.material.color?.clone() ?? new Color('#8c9a76') },
+      plain: { value: plainOf(mesh, attributes) },
       selected: { value: -1 },
       classColours: shared.classColours,
       unitColours: { value: shared.unitColours },
@@ -103,9 +106,14 @@ export function materialFor(mesh, shared) {
     side: mesh.material.side,
   });
   if (page) material.defines.HAS_MAP = '';
-  if (attributes.color) material.defines.HAS_COLOUR = '';
+  if (attributes.color && attributes._feature_id_0) material.defines.HAS_COLOUR = '';
   if (attributes.surfaceClass) material.defines.IS_BUILDING = '';
   return material;
+}
+
+/** A mesh without photographs and colours of its own: the terrain of a run without orthos. */
+function plainOf(mesh, attributes) {
+  return attributes._feature_id_0 ? (mesh.material.color?.clone() ?? new Color('#cfc8bb')) : new Color('#a8b193');
 }
 
 /** Switch a variant on or off; the program changes only where something did. */

@@ -1,7 +1,8 @@
 // All that is known of a chosen building.
-import { STATUS } from './colours.js';
+import { grouped, words } from './attributes.js';
+import { CLASSES, STATUS } from './colours.js';
 import { json } from './data.js';
-import { byId, centimetres, element, percent, say } from './elements.js';
+import { byId, centimetres, copy, element, percent, say } from './elements.js';
 
 const LEAST_SHARE = 0.001;
 const SCORES = [
@@ -55,9 +56,13 @@ export class Panel {
     const [word, colour] = STATUS[unit.status];
     return element(
       'div', {},
-      element('p', { class: 'status' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), element('b', {}, word), known.reason ? `: ${known.reason}` : ''),
-      surface ? element('p', { class: 'muted' }, `You clicked a face of the class ${surface}.`) : null,
-      element('button', { type: 'button', onclick: () => this.wired.onfocus(unit) }, 'Go there'),
+      element('p', { class: 'status' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), element('b', {}, word), surface ? element('span', { class: 'muted' }, ` · you clicked: ${titleOf(surface)}`) : ''),
+      known.reason ? element('p', { class: 'reason', style: `border-color:${colour}` }, known.reason) : null,
+      element(
+        'div', { class: 'row' },
+        element('button', { type: 'button', onclick: () => this.wired.onfocus(unit) }, 'Go there'),
+        known.page ? element('a', { class: 'button', href: `../${known.page}` }, 'Its page in the report') : null,
+      ),
     );
   }
 
@@ -65,57 +70,57 @@ export class Panel {
     const quoted = /^[\w.@%+=:,/-]+$/.test(id) ? id : `'${id.replaceAll("'", "'\\''")}'`;
     const command = unit.status === 'refused' ? `cityflow explain ${this.wired.run} ${quoted}` : `cityflow rerun ${this.wired.run} --unit ${quoted}`;
     const field = element('input', { type: 'text', readonly: true, value: command, id: 'panel-command', 'aria-label': 'Command', onfocus: (event) => event.target.select() });
-    const copy = element('button', { type: 'button', onclick: () => copied(field) }, 'Copy');
-    const why = unit.status === 'refused' ? 'Mend it in the source. What is known of it:' : 'Run this building again (add --set key=value to change a parameter):';
-    return element('div', { class: 'command' }, element('label', { for: 'panel-command' }, why), element('div', { class: 'row' }, field, copy));
+    const button = element('button', { type: 'button', onclick: (event) => copied(field, event.target) }, 'Copy');
+    const why = unit.status === 'refused' ? 'Its outline must be mended in the source. What is known of it:' : 'Make this building again; --set key=value after it changes a parameter:';
+    return element('div', { class: 'command' }, element('label', { for: 'panel-command' }, why), element('div', { class: 'row' }, field, button));
   }
 
   #quality(unit, known) {
     const rows = [
-      ['Method', known.method], ['Level of detail', known.lod], ['Roof planes', known.planes], ['NMAD of points to roof', centimetres(unit.nmad)],
-      ['RMSE', centimetres(unit.rmse)], ['Points explained', percent(known.share_explained)],
-      ['Time', known.seconds === undefined ? null : `${known.seconds.toFixed(2)} s`],
+      ['Method', known.method && words(known.method)], ['Level of detail', known.lod], ['Roof planes', known.planes],
+      ['NMAD, scatter without outliers', unit.nmad === null ? null : centimetres(unit.nmad)], ['RMSE, all points', unit.rmse === null ? null : centimetres(unit.rmse)],
+      ['Points within 20 cm of the model', known.share_explained === null ? null : percent(known.share_explained)],
+      ['Time of reconstruction', known.seconds === undefined ? null : `${known.seconds.toFixed(2)} s`],
     ];
     return section('Quality', list(rows), true);
   }
 }
 
 function candidates(known) {
-  if (!known.scores?.length) return section('Candidates', element('p', { class: 'muted' }, 'No candidates are recorded.'));
+  if (!known.scores?.length) return section('Candidates of the methods', element('p', { class: 'muted' }, 'No method was tried on it.'), true);
   const head = element('tr', {}, ['Method', ...SCORES.map(([, title]) => title)].map((title) => element('th', { scope: 'col' }, title)));
   const rows = known.scores.flatMap((score, k) => {
-    const name = element('th', { scope: 'row' }, breakable(score.method), k === known.kept ? element('b', {}, ' (kept)') : '');
+    const name = element('th', { scope: 'row' }, words(score.method), k === known.kept ? element('b', {}, ' (kept)') : '');
     const fault = score.valid ? '' : element('tr', {}, element('td', { colspan: SCORES.length + 1, class: 'fault' }, score.fault || 'no solid'));
     const shown = element('tr', { class: k === known.kept ? 'kept' : null, title: partsOf(score) }, name, SCORES.map(([key, , form]) => element('td', {}, form(score[key]))));
     return [shown, fault];
   });
-  const note = element('p', { class: 'muted' }, 'A penalty is better the lower it is; validity comes first. Point at a row to see what its penalty is made of.');
+  const made = known.scores[known.kept] && partsOf(known.scores[known.kept]);
+  const note = element('p', { class: 'muted' }, `The lower the penalty the better; solids that are not valid come last. ${made ? `Of the kept one: ${made}.` : ''}`);
   return section('Candidates of the methods', element('div', {}, element('div', { class: 'scroll' }, element('table', {}, element('thead', {}, head), element('tbody', {}, rows))), note), true);
 }
 
-/** A name that may be broken after its underscores, and nowhere else. */
-function breakable(name) {
-  return name.split(/(?<=[_/])/).flatMap((part) => [part, element('wbr')]);
-}
+const titleOf = (surface) => (CLASSES.find(([name]) => name === surface)?.[1] ?? surface).toLowerCase();
 
 function partsOf(score) {
   if (!score.parts) return null;
-  const told = PARTS.filter(([key]) => score.parts[key]).map(([key, title]) => `${score.parts[key].toFixed(4)} ${title}`);
-  return `${score.penalty.toFixed(4)} = ${told.join(' + ')}`;
+  const told = PARTS.filter(([key]) => score.parts[key]).map(([key, title]) => `${score.parts[key].toFixed(3)} ${title}`);
+  return told.length && score.penalty !== null ? `${score.penalty.toFixed(3)} = ${told.join(' + ')}` : null;
 }
 
 function sources(known, images) {
-  if (!known.texture) return section('Images', element('p', { class: 'muted' }, 'The run has no textures for this building.'));
+  if (!known.texture) return section('Images that textured it', element('p', { class: 'muted' }, 'The run has no textures for this building.'));
   const seen = (images ?? []).filter(([, share]) => share >= LEAST_SHARE);
   const rest = (images ?? []).length - seen.length;
   const rows = [...seen.map(([name, share]) => [name, percent(share)]), ...(rest ? [[`${rest} more`, `less than ${percent(LEAST_SHARE)} each`]] : [])];
-  const said = `${percent(known.texture.textured_share)} of ${known.texture.area_m2} m² have a texture; ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
+  const said = `${percent(known.texture.textured_share)} of ${known.texture.area_m2.toLocaleString('en', { maximumFractionDigits: 0 })} m² have a texture. ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
   return section('Images that textured it', element('div', {}, element('p', { class: 'muted' }, said), rows.length ? list(rows) : ''), true);
 }
 
 function attributes(known) {
-  const rows = Object.entries(known.attributes ?? {}).map(([key, value]) => [key, typeof value === 'number' ? String(Math.round(value * 1e4) / 1e4) : value]);
-  return section('All attributes', rows.length ? list(rows) : element('p', { class: 'muted' }, 'None.'));
+  const groups = grouped(known.attributes ?? {});
+  const shown = groups.flatMap(([title, rows]) => [element('h3', {}, title), list(rows)]);
+  return section('All attributes', shown.length ? element('div', {}, shown) : element('p', { class: 'muted' }, 'None.'));
 }
 
 function section(title, content, isOpen = false) {
@@ -126,12 +131,11 @@ function list(rows) {
   return element('dl', {}, rows.filter(([, value]) => value !== undefined && value !== null && value !== '').flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, String(value))]));
 }
 
-async function copied(field) {
+async function copied(field, button) {
   field.select();
-  try {
-    await navigator.clipboard.writeText(field.value);
-    say('Copied.');
-  } catch {
-    say('Press Ctrl+C to copy the command.');
-  }
+  const isCopied = await copy(field.value);
+  say(isCopied ? 'The command is copied.' : 'Press Ctrl+C to copy the command.');
+  if (!isCopied) return;
+  button.textContent = 'Copied';
+  setTimeout(() => (button.textContent = 'Copy'), 1500);
 }

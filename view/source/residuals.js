@@ -6,8 +6,17 @@ const ROOFS = new Set(['RoofSurface']);
 
 /** Triangles of a building's roof, in the page's frame, and their box in plan. */
 export function roofTriangles(city, unit) {
+  const triangles = trianglesOf(city, unit, ROOFS);
+  const [x, y] = [0, 1].map((k) => triangles.flat().map((corner) => corner[k]));
+  return { triangles, box: [lowest(x), lowest(y), highest(x), highest(y)] };
+}
+
+const lowest = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
+const highest = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity);
+
+/** Triangles of a building, in the page's frame; of some classes of surfaces where these are named. */
+export function trianglesOf(city, unit, classes = null) {
   const triangles = [];
-  const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (const { mesh, model } of city.meshes('buildings')) {
     const row = model.rows.get(unit);
     if (row === undefined) continue;
@@ -15,18 +24,11 @@ export function roofTriangles(city, unit) {
     const { index } = mesh.geometry;
     for (let i = 0; i < index.count; i += 3) {
       const first = index.getX(i);
-      if (rows.getX(first) !== row || !ROOFS.has(model.tables.words[surfaceClass.getX(first)])) continue;
-      const corners = [0, 1, 2].map((k) => new Vector3().fromBufferAttribute(position, index.getX(i + k)).applyMatrix4(mesh.matrixWorld).toArray());
-      triangles.push(corners);
-      for (const [x, y] of corners) {
-        box[0] = Math.min(box[0], x);
-        box[1] = Math.min(box[1], y);
-        box[2] = Math.max(box[2], x);
-        box[3] = Math.max(box[3], y);
-      }
+      if (rows.getX(first) !== row || (classes && !classes.has(model.tables.words[surfaceClass.getX(first)]))) continue;
+      triangles.push([0, 1, 2].map((k) => new Vector3().fromBufferAttribute(position, index.getX(i + k)).applyMatrix4(mesh.matrixWorld).toArray()));
     }
   }
-  return { triangles, box };
+  return triangles;
 }
 
 /** Height of every point over the roof below or above it; points beside the roof are left out. */

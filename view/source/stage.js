@@ -1,21 +1,28 @@
 // Canvas, camera and how one moves: orbit about a place on the ground, or fly.
-import { Box3, PerspectiveCamera, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from 'three';
+import { Box3, MathUtils, PerspectiveCamera, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from 'three';
 import { MapControls } from 'three/addons/controls/MapControls.js';
+import { fitted } from './overview.js';
 
 const SKY = '#dfe8ee';
 const SKY_DARK = '#1d242b';
 const FOV_DEG = 45;
 const KEYS = { KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0] };
-const LAYERS_PX = 240;
-const NARROW_PX = 760;
 const LOOK_PER_PIXEL = 0.003;
+const GLIDE_MS = 450;
+const ASIDE_MS = 200;
 
 export class Stage {
-  /** @param {HTMLCanvasElement} canvas  @param {number[]} bounds e0, n0, u0, e1, n1, u1 of the city */
-  constructor(canvas, bounds) {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
     this.canvas = canvas;
-    this.box = new Box3(new Vector3(...bounds.slice(0, 3)), new Vector3(...bounds.slice(3)));
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.box = new Box3(new Vector3(-100, -100, 0), new Vector3(100, 100, 10));
+    this.corners = [];
+    this.covered = { left: 0, right: 0, top: 0, bottom: 0 };
+    this.glides = new Map();
+    const wanted = { alpha: true, antialias: true, powerPreference: 'high-performance', stencil: false };
+    const context = canvas.getContext('webgl2', wanted);
+    if (!context) throw new Error('no WebGL');
+    this.renderer = new WebGLRenderer({ canvas, context, ...wanted });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const isDark = window.matchMedia?.('(prefers-color-scheme: dark)').matches;
     this.renderer.setClearColor(isDark ? SKY_DARK : SKY);
@@ -36,19 +43,29 @@ export class Stage {
     this.controls.addEventListener('change', () => this.#moved());
     this.#listen();
     this.resize();
-    this.overview();
   }
 
-  /** The whole city, seen from the south. */
-  overview() {
-    const middle = this.box.getCenter(new Vector3());
-    const size = this.box.getSize(new Vector3());
-    const away = 0.75 * Math.max(size.x, size.y, 40) + size.z;
-    this.look([middle.x, middle.y - away * 0.8, middle.z + away * 0.75], [middle.x, middle.y, this.box.min.z]);
+  /** What there is to see: `bounds` e0, n0, u0, e1, n1, u1, and (x, y, z) corners that an overview must hold. */
+  show(bounds, corners) {
+    this.box.set(new Vector3(...bounds.slice(0, 3)), new Vector3(...bounds.slice(3)));
+    this.corners = corners;
+    this.overview(false);
+  }
+
+  /** The whole city, obliquely from the south or the west: as near as it fits beside the panels. */
+  overview(isGliding = true) {
+    const { from, at } = fitted(this.corners, this.box, this.camera, this.size, this.covered);
+    if (isGliding) this.#glideTo(from, at);
+    else this.look(from, at);
   }
 
   /** Stand at `from`, and look at `at`. */
   look(from, at) {
+    this.glides.delete('look');
+    this.#stand(from, at);
+  }
+
+  #stand(from, at) {
     this.camera.position.set(...from);
     this.controls.target.set(...at);
     this.camera.lookAt(this.controls.target);
@@ -60,7 +77,54 @@ export class Stage {
   approach(place, distance) {
     const back = this.camera.position.clone().sub(this.controls.target).setLength(distance);
     if (back.z < 0.35 * distance) back.setZ(0.5 * distance).setLength(distance);
-    this.look(back.add(place).toArray(), place.toArray());
+    this.#glideTo(back.add(place).toArray(), place.toArray());
+  }
+
+  #glideTo(from, at) {
+    const [from0, at0] = [this.camera.position.clone(), this.#ahead()];
+    const [from1, at1] = [new Vector3(...from), new Vector3(...at)];
+    this.#glide('look', GLIDE_MS, (t) => this.#stand(from0.clone().lerp(from1, t).toArray(), at0.clone().lerp(at1, t).toArray()));
+  }
+
+  /** Do `step` with 0 < t ≤ 1, eased, frame by frame; at once for those who want no motion. */
+  #glide(name, ms, step) {
+    this.glides.delete(name);
+    if (window.matchMedia?.('(prefers-reduced-motion: reduce)').matches) return step(1);
+    this.glides.set(name, { begun: performance.now(), ms, step });
+    return this.changed();
+  }
+
+  #glideOn() {
+    for (const [name, { begun, ms, step }] of [...this.glides]) {
+      const t = Math.min((performance.now() - begun) / ms, 1);
+      if (t >= 1) this.glides.delete(name);
+      step(t * t * (3 - 2 * t));
+    }
+    if (this.glides.size) this.changed();
+  }
+
+  get isGliding() {
+    return this.glides.size > 0;
+  }
+
+  /** How many pixels of each side stand under panels: what one looks at is in the middle of the rest. */
+  coverBy(covered, isAtOnce = false) {
+    const names = Object.keys(this.covered);
+    if (names.every((name) => Math.abs((this.aim ?? this.covered)[name] - covered[name]) < 1)) return;
+    this.aim = covered;
+    const before = { ...this.covered };
+    const step = (t) => {
+      for (const name of names) this.covered[name] = MathUtils.lerp(before[name], covered[name], t);
+      this.#aside();
+    };
+    if (isAtOnce) step(1);
+    else this.#glide('aside', ASIDE_MS, step);
+  }
+
+  #aside() {
+    const { left, right, top, bottom } = this.covered;
+    this.camera.setViewOffset(...this.size, (right - left) / 2, (bottom - top) / 2, ...this.size);
+    this.changed();
   }
 
   /** Camera and what it looks at, six numbers to the centimetre. */
@@ -80,11 +144,10 @@ export class Stage {
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / Math.max(height, 1);
-    // the middle of what the layers leave free, not of the window
-    this.camera.setViewOffset(width, height, width > NARROW_PX ? -LAYERS_PX / 2 : 0, 0, width, height);
-    this.changed();
+    this.size = [Math.max(width, 1), Math.max(height, 1)];
+    this.renderer.setSize(...this.size, false);
+    this.camera.aspect = this.size[0] / this.size[1];
+    this.#aside();
   }
 
   /** Normalised device coordinates of a pointer event. */
@@ -124,6 +187,7 @@ export class Stage {
     this.isWaiting = true;
     requestAnimationFrame((now) => {
       this.isWaiting = false;
+      this.#glideOn();
       if (this.isFlying && this.pressed.size) this.#flyOn(now);
       else this.flownAt = null;
       this.render();
@@ -162,6 +226,7 @@ export class Stage {
     });
     window.addEventListener('keyup', (event) => this.pressed.delete(event.code));
     window.addEventListener('blur', () => this.pressed.clear());
+    for (const kind of ['pointerdown', 'wheel', 'keydown']) this.canvas.addEventListener(kind, () => this.glides.delete('look'));
     let last = null;
     this.canvas.addEventListener('pointerdown', (event) => {
       if (this.isFlying) last = [event.clientX, event.clientY];

@@ -23,6 +23,7 @@ export class Tools {
   constructor(city, layers, stage, about) {
     Object.assign(this, { city, layers, stage, about });
     this.active = null;
+    this.isTelling = false;
     this.places = [];
     this.group = new Group();
     this.width = 1;
@@ -33,7 +34,7 @@ export class Tools {
       byId('section-width-value').textContent = metres(this.width, 1);
       if (this.active === 'section' && this.places.length === 2) this.#section();
     });
-    window.addEventListener('resize', () => this.profile && drawProfile(byId('profile'), this.profile));
+    new ResizeObserver(() => this.profile && drawProfile(byId('profile'), this.profile)).observe(byId('profile'));
   }
 
   start(name) {
@@ -41,6 +42,7 @@ export class Tools {
     this.stop();
     if (isSame) return;
     this.active = name;
+    this.#widen();
     byId(`tool-${name}`).setAttribute('aria-pressed', 'true');
     byId('section-settings').hidden = name !== 'section';
     this.#result(element('p', { class: 'muted' }, TOOLS[name].hint));
@@ -48,11 +50,26 @@ export class Tools {
     say(TOOLS[name].hint);
   }
 
+  /** Something that was clicked says what it is, without a tool in hand. */
+  tell(title, rows) {
+    this.stop();
+    this.isTelling = true;
+    this.#figures(rows, element('h2', {}, title));
+    return undefined;
+  }
+
+  /** A narrow screen has no room for a building's panel beside a tool. */
+  #widen() {
+    if (window.matchMedia('(max-width: 760px)').matches) byId('panel').hidden = true;
+  }
+
   stop() {
     if (this.active) byId(`tool-${this.active}`).setAttribute('aria-pressed', 'false');
     this.active = null;
+    this.isTelling = false;
     this.places = [];
     this.profile = null;
+    byId('section-settings').hidden = true;
     this.#clear();
     byId('tool-panel').hidden = true;
     byId('profile').hidden = true;
@@ -85,8 +102,8 @@ export class Tools {
     byId('tool-result').replaceChildren(...content);
   }
 
-  #figures(rows) {
-    this.#result(element('dl', {}, rows.flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, value)])));
+  #figures(rows, ...before) {
+    this.#result(...before, element('dl', {}, rows.flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, value)])));
     say(rows.map(([key, value]) => `${key} ${value}`).join(', '));
   }
 
