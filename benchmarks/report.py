@@ -27,7 +27,7 @@ from cityflow.flow.task import Record
 from cityflow.stages import export, outline, reconstruct, texture, units
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.report import write_report_files
+from cityflow.workflow.report import uncollected, write_report_files
 from cityflow.workflow.run_folder import open_run
 
 TRACEBACK = (
@@ -60,7 +60,7 @@ def _arguments() -> argparse.Namespace:
 
 def _measure(run: Prepared, folder: Path, what: str) -> None:
     cpu, wall = time.process_time(), time.perf_counter()
-    with Ledger.open(run.store) as ledger:
+    with uncollected(), Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
     walked = time.process_time() - cpu
     data = write_report_files(run, records)

@@ -188,24 +188,26 @@ class _Projection:
 def _rasterise(seen: FloatArray, depth: Float32Array, triangle: Int32Array) -> None:
     rows, cols = depth.shape
     for t in range(len(seen)):
-        a, b, c = seen[t, 0], seen[t, 1], seen[t, 2]
-        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        ax, ay, az = seen[t, 0, 0], seen[t, 0, 1], seen[t, 0, 2]
+        bx, by, bz = seen[t, 1, 0], seen[t, 1, 1], seen[t, 1, 2]
+        cx, cy, cz = seen[t, 2, 0], seen[t, 2, 1], seen[t, 2, 2]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         if abs(area) < 1e-12:
             continue
-        first_row = max(int(np.floor(min(a[1], b[1], c[1]) - 0.5)), 0)
-        last_row = min(int(np.ceil(max(a[1], b[1], c[1]) - 0.5)), rows - 1)
-        first_col = max(int(np.floor(min(a[0], b[0], c[0]) - 0.5)), 0)
-        last_col = min(int(np.ceil(max(a[0], b[0], c[0]) - 0.5)), cols - 1)
+        first_row = max(int(np.floor(min(ay, by, cy) - 0.5)), 0)
+        last_row = min(int(np.ceil(max(ay, by, cy) - 0.5)), rows - 1)
+        first_col = max(int(np.floor(min(ax, bx, cx) - 0.5)), 0)
+        last_col = min(int(np.ceil(max(ax, bx, cx) - 0.5)), cols - 1)
+        # shares of the corners change by the same steps from pixel to pixel
+        u_col, u_row, v_col, v_row = (by - cy) / area, (cx - bx) / area, (cy - ay) / area, (ax - cx) / area
         for row in range(first_row, last_row + 1):
-            y = row + 0.5
+            u_here = u_col * (0.5 - cx) + u_row * (row + 0.5 - cy)
+            v_here = v_col * (0.5 - cx) + v_row * (row + 0.5 - cy)
             for col in range(first_col, last_col + 1):
-                x = col + 0.5
-                u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
-                v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
-                w = 1.0 - u - v
-                if u < 0 or v < 0 or w < 0:
+                u, v = u_here + u_col * col, v_here + v_col * col
+                if u < 0 or v < 0 or u + v > 1:
                     continue
-                z = u * a[2] + v * b[2] + w * c[2]
+                z = cz + u * (az - cz) + v * (bz - cz)
                 if z < depth[row, col]:
                     depth[row, col] = z
                     triangle[row, col] = t

@@ -29,7 +29,7 @@ from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.raster_pictures import CityRasters
 
-MOST_MODELS = 1000
+MOST_MODELS = 600
 """More would be specks and take long to read."""
 MARGIN_M = 12.0
 """Ground shown around the models."""

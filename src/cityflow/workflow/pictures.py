@@ -21,7 +21,7 @@ from cityflow.workflow.outline_pictures import outline_pictures
 from cityflow.workflow.raster_pictures import city_rasters, frame_pictures
 from cityflow.workflow.side_pictures import GROUND_M, side_pictures, viewed_spot
 
-MOST_AROUND = 500
+MOST_AROUND = 300
 """Models around the densest spot; more would be behind those in front."""
 
 
