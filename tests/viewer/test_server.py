@@ -159,3 +159,11 @@ def test_of_several_runs_nothing_else_is_served(several: int, target: str) -> No
 def test_one_run_says_of_no_others(port: int) -> None:
     assert json.loads(_get(port, "/view/served.json")[1]) == {"run": "runs/x"}
     assert _get(port, "/")[2]["Location"] == "/view/index.html"
+
+
+def test_a_page_from_elsewhere_reads_nothing(port: int) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection.request("GET", "/view/index.html", headers={"Host": "city.example"})
+    answer = connection.getresponse()
+    assert (answer.status, b"page" in answer.read()) == (403, False)
+    connection.close()

@@ -86,6 +86,15 @@ def place_of(target: str, names: Collection[str]) -> tuple[str, str]:
     return (name, f"/{rest}") if name and name in names else ("", target)
 
 
+def is_local(host: str) -> bool:
+    """Whether a request names this machine as such: a page from elsewhere, whose name was made to lead here, does not.
+
+    >>> is_local("127.0.0.1:8123"), is_local("localhost"), is_local("[::1]:80"), is_local("city.example:8123")
+    (True, True, True, False)
+    """
+    return urlsplit(f"//{host}").hostname in ("127.0.0.1", "localhost", "::1")
+
+
 def path_of(target: str) -> str | None:
     """The path in RUN that a request names; None where it is none of those that are served.
 
@@ -142,6 +151,10 @@ class _Handler(BaseHTTPRequestHandler):
         """Silence: a viewer asks for hundreds of files."""
 
     def _answer(self, with_body: bool) -> None:
+        if not is_local(self.headers.get("Host", "")):
+            refused = b"Only reached as 127.0.0.1 or localhost.\n"
+            self._send(HTTPStatus.FORBIDDEN, refused, {"Content-Type": TYPES["txt"]}, with_body)
+            return
         name, target = place_of(self.path, self.runs)
         start = type(self).start
         if urlsplit(target).path in ("/", ""):
