@@ -23,7 +23,7 @@ from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
 STAGE = "windows"
-VERSION = 1
+VERSION = 2
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
 """Sine of the tilt up to which a face is a wall."""

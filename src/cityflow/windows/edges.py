@@ -76,16 +76,19 @@ def edges_of(picture: Picture, values: Float32Array, sign: int, parameters: Wind
 
 def without_bars(picture: Picture, values: Float32Array, sign: int, parameters: WindowParameters) -> Float32Array:
     """Brightness without thin bright things within dark windows, or thin dark ones within bright windows."""
-    light = cv2.medianBlur(values, 3)
+    light: Float32Array = np.asarray(cv2.medianBlur(values, 3), np.float32)
     size = round(picture.pixels(parameters.bars_m))
     if size < 1:
-        return np.asarray(light)
-    kernel = np.ones((size + 1, size + 1), np.uint8)
-    return np.asarray(
-        cv2.morphologyEx(
-            light, cv2.MORPH_OPEN if sign == DARK else cv2.MORPH_CLOSE, kernel, borderType=cv2.BORDER_REPLICATE
-        )
-    )
+        return light
+    return np.asarray(_opened(light, size + 1) if sign == DARK else -_opened(-light, size + 1))
+
+
+def _opened(light: Float32Array, size: int) -> Float32Array:
+    """Grey-value opening by a square; its two halves have mirrored anchors, else squares of even size would shift the picture by a cell."""
+    kernel, edge = np.ones((size, size), np.uint8), cv2.BORDER_REPLICATE
+    first, second = size // 2, size - 1 - size // 2
+    low = cv2.erode(light, kernel, anchor=(first, first), borderType=edge)
+    return np.asarray(cv2.dilate(low, kernel, anchor=(second, second), borderType=edge))
 
 
 def completeness(edges: Edges, boxes: IntArray) -> FloatArray:
@@ -131,14 +134,6 @@ def strength(edges: Edges, boxes: IntArray) -> FloatArray:
         axis=1,
     )  # fmt: skip
     return np.asarray(steps / edges.threshold, np.float64)
-
-
-def step_any(looks: Sequence[Edges], at: IntArray, boxes: IntArray) -> FloatArray:
-    """(N,) strongest mean step, of whatever sign and in whatever look, along the upright line at column `at` through each box; in thresholds."""
-    steps = [
-        np.abs(e._strength[0][boxes[:, 3], at] - e._strength[0][boxes[:, 1], at]) / (np.maximum(boxes[:, 3] - boxes[:, 1], 1) * e.threshold) for e in looks
-    ]  # fmt: skip
-    return np.asarray(np.max(steps, axis=0))
 
 
 def contrast(edges: Edges, boxes: IntArray, rim: int) -> FloatArray:

@@ -16,8 +16,9 @@ from cityflow.windows.confidence import confidence
 from cityflow.windows.edges import Edges
 from cityflow.windows.fitting import bounds_of, fitted
 from cityflow.windows.picture import Picture, picture_of
-from cityflow.windows.proposals import WHOLE, between_shutters, framed, fused, hold_panes
+from cityflow.windows.proposals import WHOLE, framed, fused, hold_panes
 from cityflow.windows.rows import aligned, in_column, overlap, places
+from cityflow.windows.shutters import between_shutters
 from cityflow.windows.storeys import door_like, storeys_of
 from cityflow.windows.window_parameters import WindowParameters
 

@@ -1,0 +1,208 @@
+"""Windows between the wings of open shutters: all boxes of one size on a façade are asked together whether they have wings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.windows.candidates import Candidates, judged, sized
+from cityflow.windows.edges import Edges, box_sums, integral
+from cityflow.windows.picture import Picture
+from cityflow.windows.proposals import WHOLE
+from cityflow.windows.rows import in_row, overlap
+from cityflow.windows.window_parameters import WindowParameters
+
+SHARES = np.linspace(0.06, 0.44, 25)
+"""Of the width of both wings and the window, where a wing may end; a frame ends before `WING`, a leaf of the window behind it."""
+WING = (0.165, 0.345)
+WING_PX = 2.0
+LEAST_STEP = 0.3
+"""Mean step from wing to window over all boxes of a size, in thresholds of the façade's edges."""
+EVEN = 1.6
+"""By that which differs from the left to the right wing: shutters are a pair."""
+LEVEL = 0.8
+"""Step from the middle of the window to the wall above and below it, in the same measure."""
+APART_M = 0.12
+VALLEY = 0.75
+"""Least step between the outer and the inner edge of a wing by that at its inner one: the blurred edge of a window has no second edge within it."""
+BAND = 0.1
+"""Width of what is compared on both sides of a wing's end, as a share."""
+
+
+def between_shutters(
+    found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
+) -> tuple[Candidates, IntArray]:
+    """What stands between the wings of open shutters, half as wide as itself each; and the boxes of both wings and all.
+
+    One window alone seldom says whether it has wings: they may be as dark as its glass, and a curtain looks like one. But shutters are a pair, and the
+    same at all windows of a size, so the steps at equal places in all these are looked at together.
+
+    Returns
+    -------
+    candidates, (N, 4) boxes from the outer edge of the one wing to that of the other
+    """
+    shut = np.unique(
+        np.concatenate([_around(found, picture, parameters), _between(found, picture, parameters)]), axis=0
+    )
+    shut = shut[_filled(shut, picture, looks)]
+    if len(shut) == 0:
+        return found.of(np.zeros(0, np.int64)), shut
+    company = _alike(shut)
+    share, good = _wings(shut, company, picture, looks)
+    wide = shut[:, 2] - shut[:, 0]
+    wing = np.rint(share * wide).astype(np.int64)
+    pane = np.stack([shut[:, 0] + wing, shut[:, 1], shut[:, 2] - wing, shut[:, 3]], axis=1)
+    good &= (wing >= WING_PX) & sized(pane, picture, parameters)
+    good &= _mean(_holds_a_window(pane, found, picture, parameters), company) < 0.3
+    return _with_wings(pane[good], shut[good], picture, looks), shut[good]
+
+
+def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, looks: Sequence[Edges]) -> Candidates:
+    """Panes as candidates: what speaks for the whole with its wings speaks for them."""
+    made = [judged(picture, looks, k, pane) for k in range(len(looks))]
+    whole = [judged(picture, looks, k, shut) for k in range(len(looks))]
+    best = np.stack([w.sides.mean(axis=1) + np.clip(w.steps.mean(axis=1), 0, 3) / 3 for w in whole]).argmax(axis=0)
+    out, around = (
+        Candidates.joined([m.of(best == k) for k, m in enumerate(parts)]).of(np.argsort(_order(best), kind="stable"))
+        for parts in (made, whole)
+    )
+    return replace(
+        out, sides=np.maximum(out.sides, around.sides), steps=np.maximum(out.steps, around.steps),
+        contrast=np.maximum(out.contrast, around.contrast),
+    )  # fmt: skip
+
+
+def _order(best: IntArray) -> IntArray:
+    """Where each stood before it was sorted by its look."""
+    return np.argsort(best, kind="stable")
+
+
+def _alike(shut: IntArray) -> FloatArray:
+    """(N, N) weights of boxes of the same size as each; those that lie upon one another share one."""
+    size = (shut[:, 2:] - shut[:, :2]).astype(np.float64)
+    off = np.abs(size[:, None] - size[None])
+    alike = (off <= np.maximum(0.12 * size[:, None], 2.0)).all(axis=2)
+    same = overlap(shut, shut)[0] > 0.5
+    return np.asarray(alike / np.maximum((alike & same).sum(axis=0), 1), np.float64)
+
+
+def _mean(values: FloatArray | BoolArray, company: FloatArray) -> FloatArray:
+    """Means of values (N, …) over all boxes of the size of each."""
+    return np.asarray(company @ values / company.sum(axis=1)[:, *[None] * (values.ndim - 1)])
+
+
+def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
+    """(N,) whether a whole box as high as the pane stands in it, with wall on both sides: then the wings are windows themselves."""
+    whole = found.boxes[found.sides.min(axis=1) >= WHOLE]
+    tolerance = max(picture.pixels(parameters.align_m), 1.5)
+    level = (np.abs(pane[:, None, [1, 3]] - whole[None, :, [1, 3]]) <= tolerance).all(axis=2)
+    least = max(picture.pixels(APART_M), 2.0)
+    apart = (whole[None, :, 0] - pane[:, None, 0] >= least) & (pane[:, None, 2] - whole[None, :, 2] >= least)
+    wide = (whole[:, 2] - whole[:, 0])[None] >= 0.4 * (pane[:, 2] - pane[:, 0])[:, None]
+    return np.asarray((level & apart & wide).any(axis=1))
+
+
+def _wings(
+    shut: IntArray, company: FloatArray, picture: Picture, looks: Sequence[Edges]
+) -> tuple[FloatArray, BoolArray]:
+    """(N,) share of the width that a wing takes, and whether there are wings."""
+    share, rows = SHARES, np.arange(len(shut))
+    even, uneven = np.zeros((len(shut), len(share))), np.zeros((len(shut), len(share)))
+    for values, threshold in _values(picture, looks):
+        left, right = _steps_at(shut, values)
+        even += _mean(((left + right) / 2 / threshold) ** 2, company)
+        uneven += _mean(((left - right) / 2 / threshold) ** 2, company)
+    at = np.where((share >= WING[0]) & (share <= WING[1]), even, -1).argmax(axis=1)
+    top, side = np.sqrt(even[rows, at]), np.sqrt(uneven[rows, at])
+    outside = np.sqrt(np.where(share[at][:, None] > share, even, np.inf).min(axis=1))
+    inside = np.sqrt(np.where(share > WING[1], even, 0).max(axis=1))
+    good = (top >= LEAST_STEP) & (top >= EVEN * side) & (outside <= VALLEY * top) & (inside <= top)
+    return share[at], np.asarray(good)
+
+
+def _values(picture: Picture, looks: Sequence[Edges]) -> list[tuple[Float32Array, float]]:
+    """Sums of brightness, and of hue where it tells something, with the threshold of their edges."""
+    values = [picture.light, picture.hue][: len(looks) // 2]
+    return [(integral(v), looks[2 * k].threshold) for k, v in enumerate(values)]
+
+
+def _steps_at(shut: IntArray, values: Float32Array) -> tuple[FloatArray, FloatArray]:
+    """(N, S) and (N, S): brightness inside less that outside of each share of the width, from the left and from the right; lintel and sill left out."""
+    x_0, x_1 = shut[:, [0]].astype(np.float64), shut[:, [2]].astype(np.float64)
+    wide, high = x_1 - x_0, shut[:, 3] - shut[:, 1]
+    top, bottom = shut[:, 1] + high // 6, shut[:, 3] - high // 6
+    band = np.maximum(BAND * wide, 1.0)
+    below, above = values[bottom], values[top]
+    columns = np.arange(values.shape[1])
+    steps = []
+    for start, way in ((x_0, 1.0), (x_1, -1.0)):
+        edge = start + way * SHARES * wide
+        total = [_between_columns(below - above, columns, edge, edge + way * d * band) for d in (1, -1)]
+        steps.append((total[0] - total[1]) / (band * np.maximum(bottom - top, 1)[:, None]))
+    return steps[0], steps[1]
+
+
+def _between_columns(sums: Float32Array, columns: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N, S) of sums (N, C) that grow from column to column: what lies between columns a and b, which need not be whole."""
+    at = [_interpolated(sums, np.clip(v, 0, columns[-1])) for v in (np.minimum(a, b), np.maximum(a, b))]
+    return at[1] - at[0]
+
+
+def _interpolated(sums: Float32Array, at: FloatArray) -> FloatArray:
+    low = np.minimum(np.floor(at).astype(np.int64), sums.shape[1] - 2)
+    rows, part = np.arange(len(sums))[:, None], at - low
+    return np.asarray((1 - part) * sums[rows, low] + part * sums[rows, low + 1])
+
+
+def _filled(shut: IntArray, picture: Picture, looks: Sequence[Edges]) -> BoolArray:
+    """(N,) whether the middle differs from the wall above and below: else it is wall, and the wings belong to the next windows, or are windows themselves."""
+    side = (3 * (shut[:, 2] - shut[:, 0])) // 8
+    middle = np.stack([shut[:, 0] + side, shut[:, 1], shut[:, 2] - side, shut[:, 3]], axis=1)
+    level, size = np.zeros(len(shut)), max(round(picture.pixels(0.25)), 2)
+    for values, threshold in _values(picture, looks):
+        steps = [_across(middle, values, side, size) / threshold for side in (1, 3)]
+        level = np.maximum(level, np.where(steps[0] * steps[1] > 0, np.minimum(*np.abs(steps)), 0.0))
+    return np.asarray(level >= LEVEL)
+
+
+def _across(boxes: IntArray, values: Float32Array, side: int, size: int) -> FloatArray:
+    """(N,) mean of a strip within boxes along their top (1) or bottom (3) less that of one outside, with the edge itself left out."""
+    way = 1 if side == 1 else -1
+    strips = []
+    for near, far in ((1, 1 + size), (-1 - size, -1)):
+        strip = boxes.copy()
+        ends = np.sort(np.stack([boxes[:, side] + way * near, boxes[:, side] + way * far]), axis=0)
+        strip[:, 1], strip[:, 3] = ends
+        strip[:, [1, 3]] = np.clip(strip[:, [1, 3]], 0, values.shape[0] - 1)
+        area = (strip[:, 2] - strip[:, 0]) * (strip[:, 3] - strip[:, 1])
+        strips.append(box_sums(values, strip) / np.maximum(area, 1))
+    return strips[0] - strips[1]
+
+
+def _around(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
+    """Whole wide boxes: windows with their shutters, at a brightness where both are one."""
+    wide, high = ((found.boxes[:, k + 2] - found.boxes[:, k]).astype(np.float64) for k in (0, 1))
+    return found.boxes[
+        (wide >= 0.55 * high)
+        & (wide <= 3 * high)
+        & (found.sides.min(axis=1) >= WHOLE)
+        & (wide * picture.cell >= 2 * parameters.least_m)
+    ]
+
+
+def _between(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
+    """From wing to wing of pairs of equal narrow boxes, with twice their width between them."""
+    tolerance = max(picture.pixels(parameters.align_m) / 2, 1.0)
+    parts = [np.empty((0, 4), np.int64)]
+    for look in np.unique(found.look):
+        b = found.boxes[found.look == look]
+        one, other = np.nonzero(in_row(b, b, tolerance) & (b[:, None, 0] < b[None, :, 0]))
+        gap, wide = b[other, 0] - b[one, 2], 0.5 * (b[one, 2] - b[one, 0] + b[other, 2] - b[other, 0])
+        pair: BoolArray = (gap >= 1.5 * wide) & (gap <= 2.6 * wide)
+        parts.append(
+            np.concatenate([np.minimum(b[one, :2], b[other, :2]), np.maximum(b[one, 2:], b[other, 2:])], axis=1)[pair]
+        )
+    return np.concatenate(parts)
