@@ -1,10 +1,10 @@
 // The city from RUN's own 3D Tiles: loading, how buildings are coloured, what stands under the pointer.
 import { TilesRenderer } from '3d-tiles-renderer/three';
-import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Object3D, Raycaster, SRGBColorSpace, Vector3 } from 'three';
+import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Raycaster, SRGBColorSpace, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { CLASSES, rgb, scaled, STATUS, UNKNOWN } from './colours.js';
 import { byId } from './elements.js';
-import { edgesOf } from './highlight.js';
+import { disposed, edgesOf } from './highlight.js';
 import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
 import { trianglesOf } from './residuals.js';
@@ -118,9 +118,10 @@ export class City {
   }
 
   #outline() {
-    this.stage.scene.remove(this.edges ?? new Object3D());
-    this.edges?.geometry.dispose();
-    this.edges?.material.dispose();
+    if (this.edges) {
+      this.stage.scene.remove(this.edges);
+      disposed(this.edges);
+    }
     this.edges = this.selected === null ? null : edgesOf(trianglesOf(this, this.selected));
     if (!this.edges) return;
     this.edges.visible = this.shown.buildings;

@@ -1,9 +1,8 @@
 // The edges of the chosen building, drawn over it: a tint alone is lost in a photograph.
-import { BufferAttribute, BufferGeometry } from 'three';
+import { BufferAttribute, BufferGeometry, EdgesGeometry, Group } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
-import { EdgesGeometry } from 'three';
 
 const CREASE_DEG = 12;
 export const CHOSEN = '#00b4ff';
@@ -18,14 +17,34 @@ export function edgesOf(triangles) {
   solid.setAttribute('position', new BufferAttribute(places, 3));
   const edges = new EdgesGeometry(solid, CREASE_DEG).attributes.position.array;
   solid.dispose();
-  const drawn = linesOf(edges, CHOSEN, 2.5);
-  drawn.position.set(...origin);
-  drawn.renderOrder = 6;
-  return drawn;
+  const [behind, before] = [linesOf(edges, CHOSEN, 1.5, 0.3), linesOf(edges, CHOSEN, 2.5)];
+  before.material.depthTest = true;
+  before.material.onBeforeCompile = drawnNearer;
+  behind.renderOrder = 5.9;
+  before.renderOrder = 6;
+  const both = new Group().add(behind, before);
+  both.position.set(...origin);
+  return both;
 }
 
 /** Lines of a width in pixels between pairs of places, seen through whatever stands before them. */
-export function linesOf(places, color, linewidth) {
+export function linesOf(places, color, linewidth, opacity = 0.95) {
   const geometry = new LineSegmentsGeometry().setPositions(places);
-  return new LineSegments2(geometry, new LineMaterial({ color, linewidth, depthTest: false, transparent: true, opacity: 0.95 }));
+  return new LineSegments2(geometry, new LineMaterial({ color, linewidth, depthTest: false, transparent: true, opacity }));
+}
+
+/** Let go of what was drawn. */
+export function disposed(lines) {
+  for (const { geometry, material } of lines.children) {
+    geometry.dispose();
+    material.dispose();
+  }
+}
+
+/** Edges lie in the faces that they bound: both ends come a little towards the eye, along the ray that they are seen by. */
+function drawnNearer(shader) {
+  for (const end of ['Start', 'End']) {
+    const found = `modelViewMatrix * vec4( instance${end}, 1.0 )`;
+    shader.vertexShader = shader.vertexShader.replace(found, `vec4( 0.996 * ( ${found} ).xyz, 1.0 )`);
+  }
 }

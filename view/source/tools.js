@@ -27,7 +27,9 @@ export class Tools {
     this.places = [];
     this.group = new Group();
     this.width = 1;
+    this.tag = null;
     stage.scene.add(this.group);
+    stage.beforeFrame.push(() => this.#placeTag());
     byId('tool-close').addEventListener('click', () => this.stop());
     byId('section-width').addEventListener('input', (event) => {
       this.width = Number(event.target.value);
@@ -107,9 +109,25 @@ export class Tools {
     say(rows.map(([key, value]) => `${key} ${value}`).join(', '));
   }
 
+  /** A figure that stands in the city beside what it measures. */
+  #label(text, place) {
+    this.tag = { place };
+    byId('tag').textContent = text;
+    this.stage.changed();
+  }
+
+  #placeTag() {
+    const at = this.tag && this.stage.onPage(this.tag.place);
+    byId('tag').hidden = !at;
+    if (!at) return;
+    const { left, top } = this.stage.canvas.getBoundingClientRect();
+    byId('tag').style.transform = `translate(${at[0] - left + 10}px, ${at[1] - top - 12}px)`;
+  }
+
   #distance() {
     const [a, b] = this.places;
     const way = b.clone().sub(a);
+    this.#label(metres(way.length()), a.clone().lerp(b, 0.5));
     const lower = a.z < b.z ? a : b;
     const ground = this.city.below(lower.x, lower.y, 'terrain');
     const world = this.places.map((p) => toWorld(this.about, p.toArray()).map((v) => v.toFixed(2)).join(', '));
@@ -128,6 +146,7 @@ export class Tools {
     }
     const round = this.places.reduce((length, p, i) => length + p.distanceTo(this.places[(i + 1) % this.places.length]), 0);
     this.#drawWay(true);
+    this.#label(`${(sum.length() / 2).toFixed(1)} m²`, this.places.reduce((at, p) => at.add(p), new Vector3()).divideScalar(this.places.length));
     this.#figures([['Area', `${(sum.length() / 2).toFixed(2)} m²`], ['In plan', `${(Math.abs(sum.z) / 2).toFixed(2)} m²`], ['Way around', metres(round)]]);
   }
 
@@ -165,15 +184,17 @@ export class Tools {
     this.group.add(residualCloud(found));
     this.stage.changed();
     const nearest = nearestValue(found, hit.place);
+    const known = this.city.units.get(hit.unit)?.nmad;
     this.#figures([
       ['Building', hit.unit], ['Points over the roof', figures.count.toLocaleString('en')],
       ['At the click', nearest === null ? 'no point within 1 m' : `${(100 * nearest).toFixed(1)} cm`],
       ['Median', `${(100 * figures.median).toFixed(1)} cm`], ['NMAD', `${(100 * figures.nmad).toFixed(1)} cm`], ['RMSE', `${(100 * figures.rmse).toFixed(1)} cm`],
-      ['Within 20 cm', percent(figures.within)],
+      ['Within 20 cm', percent(figures.within)], ...(known ? [['NMAD of the run', `${(100 * known).toFixed(1)} cm`]] : []),
     ]);
     byId('tool-result').append(
       element('div', { class: 'scale', style: `background:${DIVERGING_GRADIENT}` }),
       element('p', { class: 'ends' }, element('span', {}, '−30 cm below'), element('span', {}, 'above +30 cm')),
+      known ? element('p', { class: 'muted' }, 'All points over the roof count here; the run leaves out crowns and what stands beside the outline.') : '',
     );
     return undefined;
   }
@@ -200,6 +221,7 @@ export class Tools {
   }
 
   #clear() {
+    this.tag = null;
     for (const child of [...this.group.children]) {
       child.geometry.dispose();
       child.material.dispose();

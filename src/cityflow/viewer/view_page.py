@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache
+from hashlib import sha256
 from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -40,6 +41,14 @@ def picture_path(number: int) -> str:
 def static(name: str) -> bytes:
     """A file of the page that is the same for every run."""
     return (files("cityflow.viewer") / "web" / name).read_bytes()
+
+
+@cache
+def page_version() -> str:
+    """Changes with every change of the page's fixed files: a page of before does not go with a program of now."""
+    web = files("cityflow.viewer") / "web"
+    names = (*STATIC, "index.html.j2")
+    return sha256(b"".join((web / name).read_bytes() for name in names)).hexdigest()
 
 
 @cache

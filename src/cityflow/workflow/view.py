@@ -23,7 +23,8 @@ from cityflow.stages.survey import Survey
 from cityflow.viewer.figures import finite
 from cityflow.viewer.report import verdict
 from cityflow.viewer.rows import ReportData, UnitRow
-from cityflow.viewer.view_page import DATA, FOLDER, page_files, picture_path
+from cityflow.viewer.unit_page import FOLDER as REPORT_PAGES
+from cityflow.viewer.view_page import DATA, FOLDER, page_files, page_version, picture_path
 from cityflow.workflow import view_images, view_layers, view_units
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
@@ -54,8 +55,9 @@ def write_run_view(run: Prepared, records: CurrentRecords, data: ReportData) -> 
 
 
 def state_of(records: CurrentRecords) -> str:
-    """A digest that changes when anything has been made again."""
-    return digest_of([[r.stage, r.unit, r.attempt] for stage in records.stages() for r in records.of(stage)])
+    """A digest that changes when anything has been made again, or the page itself is another one."""
+    made = [[r.stage, r.unit, r.attempt] for stage in records.stages() for r in records.of(stage)]
+    return digest_of([page_version(), made])
 
 
 def _remove_others(store: Store, current: set[str]) -> None:
@@ -162,7 +164,8 @@ class _View:
         return (None, {}) if relief is None else (relief.heights.tobytes(), relief.said())
 
     def _units(self, leaf_of: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
-        for tile, known in view_units.unit_files(self.data.units, self.records, leaf_of):
+        pages = frozenset(self.run.store.find(REPORT_PAGES))
+        for tile, known in view_units.unit_files(self.data.units, self.records, leaf_of, pages):
             yield f"{DATA}/units/{quoted(tile)}.json", _text(known)
         yield f"{DATA}/index.json", _text(view_units.index_table(self.data.units, self.frame, self.heights))
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import asdict
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from cityflow.viewer.figures import finite
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.score_parts import ScoreParts, score_parts
+from cityflow.workflow.unit_pages import page_path
 from cityflow.workflow.view_frame import PageFrame
 
 Json = Any
@@ -63,9 +65,9 @@ def scale_of(units: Sequence[UnitRow], name: str) -> float:
 
 
 def unit_files(
-    units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str]
+    units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str], pages: Set[str] = frozenset()
 ) -> Iterator[tuple[str, Json]]:
-    """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit."""
+    """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit, `pages` are those that the report has."""
     made = {r.unit: r for r in records.of(reconstruct.STAGE)}
     textured = {r.unit: r for r in records.of(texture.STAGE)}
     by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
@@ -73,6 +75,8 @@ def unit_files(
         said = _known(unit, made[unit.id], textured.get(unit.id))
         if unit.id in leaves:
             said["leaf"] = leaves[unit.id]
+        if page_path(unit.id) in pages:
+            said["page"] = quote(page_path(unit.id))
         by_tile[unit.tile or NO_TILE][unit.id] = said
     for tile, known in sorted(by_tile.items()):
         yield tile, finite(known)
