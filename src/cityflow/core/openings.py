@@ -48,7 +48,7 @@ class FaceOpenings:
     Attributes
     ----------
     openings : row by row from below, from left to right
-    storeys : rows of windows, counted with those between that show none; 0 where there is no window
+    storeys : rows of windows, counted with those between that show none; 0 where too few windows tell of them
     area_m2 : of the wall;  seen_m2 : of it, with true texture (not interpolated)
     window_to_wall : area of the windows by `seen_m2`; None where too little of the wall is seen to say
     reason : why no window was looked for, or none believed; else empty
@@ -70,13 +70,15 @@ class UnitOpenings:
     Attributes
     ----------
     faces : walls that have a texture, in their order
-    storeys : rows of windows over all walls at their heights; None where no wall shows any
-    window_to_wall_ratio : area of windows by area of walls, both where the texture is true; None where too little is seen
+    storeys : rows of windows over all walls at their heights; None where too few windows tell of them
+    window_to_wall_ratio : area of windows by area of walls, both where the texture is true; None where too little is seen, 0 where walls have none
+    seen_share : of the area of all walls, what was looked at: true texture that is fine enough
     """
 
     faces: tuple[FaceOpenings, ...]
     storeys: int | None
     window_to_wall_ratio: float | None
+    seen_share: float = 0.0
 
     @property
     def openings(self) -> tuple[Opening, ...]:

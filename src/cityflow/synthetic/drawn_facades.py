@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -31,6 +32,8 @@ class ImageErrors:
     trees : crowns that stand before the wall
     shadow : whether a neighbour's shadow falls on it
     hidden_m : height of what is interpolated at its foot
+    jpeg : quality of the compression, 0 for none
+    wave_px, turn_deg : rectification that is off: displacements that change along the wall, and a rotation; openings move with what is seen of them
     """
 
     gsd_m: float = 0.08
@@ -42,6 +45,19 @@ class ImageErrors:
     trees: int = 0
     shadow: bool = False
     hidden_m: float = 0.0
+    jpeg: int = 0
+    wave_px: float = 0.0
+    turn_deg: float = 0.0
+
+    @classmethod
+    def rough(cls, rng: np.random.Generator) -> ImageErrors:
+        """Errors of poor flights: coarse, blurred by up to two pixels, compressed, rectified with errors of one to two pixels."""
+        return cls(
+            gsd_m=float(rng.uniform(0.05, 0.17)), foreshortening=float(rng.uniform(0.5, 0.95)), blur_px=float(rng.uniform(0.8, 1.8)),
+            noise=float(rng.uniform(1.0, 6.0)), exposure=float(rng.uniform(0.5, 1.3)), gamma=float(rng.uniform(0.75, 1.3)),
+            trees=int(rng.choice([0, 0, 1])), shadow=bool(rng.random() < 0.3), jpeg=int(rng.integers(40, 95)),
+            wave_px=float(rng.uniform(0, 2)), turn_deg=float(rng.uniform(-1.2, 1.2)),
+        )  # fmt: skip
 
     @classmethod
     def at_random(cls, rng: np.random.Generator) -> ImageErrors:
@@ -78,12 +94,17 @@ class DrawnFacade:
 
 def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator) -> DrawnFacade:
     """One façade with windows of one style; ``blank`` has none, ``glass`` is panes from end to end."""
-    layout = _layout(style, rng)
-    fine = _painted(layout, style, rng)
+    layout = layout_of(style, rng)
+    return pictured_facade(layout, _painted(layout, style, rng), errors, rng)
+
+
+def pictured_facade(layout: Layout, fine: Float32Array, errors: ImageErrors, rng: np.random.Generator) -> DrawnFacade:
+    """What a picture shows of a painted façade, (rows, cols, 3) on cells of `FINE_M`, 0 to 255."""
     crowns = _crowns((int(fine.shape[0]), int(fine.shape[1])), errors.trees, rng)
     if errors.shadow:
-        fine *= _shadow(crowns.shape, rng)[..., None]
-    fine = np.where(crowns[..., None], _leaves(crowns.shape, rng), fine)
+        fine = np.asarray(fine * _shadow(crowns.shape, rng)[..., None], np.float32)
+    fine = np.where(crowns[..., None], _leaves(crowns.shape, rng), fine).astype(np.float32)
+    fine, shift = _misplaced(fine, errors, rng)
     pixels = _pictured(fine, errors, rng)
     hidden = _hidden_rows(fine.shape[0], errors)
     free = ~crowns
@@ -91,18 +112,45 @@ def draw_facade(style: WallStyle, errors: ImageErrors, rng: np.random.Generator)
     seen: BoolArray = np.ones((len(pixels), len(pixels[0])), bool)
     seen[_hidden_rows(len(pixels), errors, errors.gsd_m)] = False
     pixels[~seen] = pixels[seen].mean(axis=0) if seen.any() else 128
-    visible = np.array([_window(free, layout.size_m[1], o).mean() for o in layout.openings])
-    return DrawnFacade(pixels, seen, errors.gsd_m, layout.size_m, layout.openings, visible, layout.storeys)
+    visible = np.array([window_part(free, layout.size_m[1], o).mean() for o in layout.openings])
+    visible = visible * layout.whole if layout.whole is not None else visible
+    openings = layout.openings.copy()
+    for o in openings:
+        dx, dy = window_part(shift, layout.size_m[1], o).reshape(-1, 2).mean(axis=0)
+        o[:4] += FINE_M * np.array([dx, dx, -dy, -dy])
+    return DrawnFacade(pixels, seen, errors.gsd_m, layout.size_m, openings, visible, layout.storeys)
+
+
+def _misplaced(fine: Float32Array, errors: ImageErrors, rng: np.random.Generator) -> tuple[Float32Array, Float32Array]:
+    """The façade as a rectification with errors shows it, and by how many cells (rows, cols, 2: across, down) everything is moved."""
+    rows, cols = fine.shape[:2]
+    shift = np.zeros((rows, cols, 2), np.float32)
+    if errors.wave_px == 0 and errors.turn_deg == 0:
+        return fine, shift
+    y, x = np.mgrid[:rows, :cols].astype(np.float32)
+    turn = np.radians(errors.turn_deg)
+    shift[..., 0], shift[..., 1] = -turn * (y - rows / 2), turn * (x - cols / 2)
+    step = errors.wave_px * errors.gsd_m / FINE_M
+    for axis in range(2):
+        phase, length = rng.uniform(0, 6.28, 2), rng.uniform(6, 15, 2) / FINE_M
+        shift[..., axis] += step * np.sin(x * 6.28 / length[0] + phase[0]) * np.sin(y * 6.28 / length[1] + phase[1])
+    moved = cv2.remap(
+        np.asarray(fine, np.float32), x - shift[..., 0], y - shift[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )  # fmt: skip
+    return np.asarray(moved), shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Layout:
+class Layout:
+    """Size of a wall, its openings as in `DrawnFacade`, its rows of windows, and, (W,), the share of each opening that nothing built stands before."""
+
     size_m: tuple[float, float]
     openings: FloatArray
     storeys: int
+    whole: FloatArray | None = None
 
 
-def _layout(style: WallStyle, rng: np.random.Generator) -> _Layout:
+def layout_of(style: WallStyle, rng: np.random.Generator) -> Layout:
     """Rows and columns, a few of them blank, and a door in front of every second façade."""
     storeys, storey = int(rng.integers(1, 6)), rng.uniform(2.6, 3.6)
     columns, pitch = int(rng.integers(1, 8)), rng.uniform(1.7, 3.4)
@@ -113,7 +161,7 @@ def _layout(style: WallStyle, rng: np.random.Generator) -> _Layout:
     margin, sill = rng.uniform(0.5, 1.2), rng.uniform(0.8, 1.1)
     size = (round(columns * pitch + 2 * margin, 2), round(storeys * storey + rng.uniform(0.3, 1.2), 2))
     if style in ("blank", "glass"):
-        return _Layout(size, np.empty((0, 5)), 0)
+        return Layout(size, np.empty((0, 5)), 0)
     centres = margin + (np.arange(columns) + 0.5) * pitch
     rows = [
         [c - width / 2, c + width / 2, k * storey + sill, k * storey + sill + height, WINDOW]
@@ -125,26 +173,27 @@ def _layout(style: WallStyle, rng: np.random.Generator) -> _Layout:
         rows.append([c - 0.5, c + 0.5, 0.05, 2.15, DOOR])
     openings = np.array(rows).reshape(-1, 5)
     windows = openings[openings[:, 4] == WINDOW]
-    return _Layout(size, openings, len(np.unique(np.rint((windows[:, 2] - sill) / storey))))
+    return Layout(size, openings, len(np.unique(np.rint((windows[:, 2] - sill) / storey))))
 
 
-def _window(raster: NDArray[Any], height_m: float, opening: FloatArray) -> NDArray[Any]:
+def window_part(raster: NDArray[Any], height_m: float, opening: FloatArray) -> NDArray[Any]:
+    """View of what of a raster on cells of `FINE_M` is in an opening."""
     left, right, bottom, top = opening[:4]
     at = [max(round(v / FINE_M), 0) for v in (height_m - top, height_m - bottom, left, right)]
     return raster[at[0] : at[1], at[2] : at[3]]
 
 
-def _painted(layout: _Layout, style: WallStyle, rng: np.random.Generator) -> Float32Array:
+def _painted(layout: Layout, style: WallStyle, rng: np.random.Generator) -> Float32Array:
     """(rows, cols, 3) float32 of 0 to 255, the façade as it is."""
     rows, cols = (round(v / FINE_M) for v in layout.size_m[::-1])
-    image = _wall(rows, cols, style, rng)
+    image = wall_surface(rows, cols, style, rng)
     if style == "glass":
         return _glass(image, rng)
     frame, shutter = rng.uniform(200, 245) * np.ones(3), rng.choice([[60, 90, 60], [110, 50, 40], [70, 80, 110]])
     pane = rng.uniform(25, 75) * np.array([0.95, 1.0, 1.08])
     sills = bool(rng.random() < 0.5)
     for o in layout.openings:
-        part = _window(image, layout.size_m[1], o)
+        part = window_part(image, layout.size_m[1], o)
         if o[4] == DOOR:
             part[:] = rng.choice([[84, 54, 36], [40, 66, 52], [52, 58, 84], [120, 40, 36]])
             continue
@@ -152,12 +201,12 @@ def _painted(layout: _Layout, style: WallStyle, rng: np.random.Generator) -> Flo
             _shutters(image, layout.size_m[1], o, np.asarray(shutter, float))
         _fitting(part, style, frame, pane * rng.uniform(0.75, 1.3), rng)
         if sills and style != "blinds":
-            ledge = _window(image, layout.size_m[1], np.array([o[0] - 0.06, o[1] + 0.06, o[2] - 0.09, o[2]]))
+            ledge = window_part(image, layout.size_m[1], np.array([o[0] - 0.06, o[1] + 0.06, o[2] - 0.09, o[2]]))
             ledge[:] = 0.4 * ledge + 0.6 * 215
     return image
 
 
-def _wall(rows: int, cols: int, style: WallStyle, rng: np.random.Generator) -> Float32Array:
+def wall_surface(rows: int, cols: int, style: WallStyle, rng: np.random.Generator) -> Float32Array:
     """Plaster or brick with stains, darker where light things are wanted on it, and a shade under the eaves."""
     brick = rng.random() < 0.45
     dark = style in ("blinds", "bright frames")
@@ -165,7 +214,7 @@ def _wall(rows: int, cols: int, style: WallStyle, rng: np.random.Generator) -> F
     tint = np.array([1.25, 0.9, 0.75]) if brick else 1 + rng.uniform(-0.08, 0.08, 3)
     if brick and not dark:
         tone = rng.uniform(95, 150)
-    factor = 1 + rng.uniform(0.01, 0.04) * _smooth_noise(rows, cols, 0.6, rng)
+    factor = 1 + rng.uniform(0.01, 0.04) * smooth_noise(rows, cols, 0.6, rng)
     if brick:
         factor *= (
             1 + 0.07 * rng.standard_normal((rows // 4 + 1, cols // 12 + 1)).repeat(4, 0).repeat(12, 1)[:rows, :cols]
@@ -202,20 +251,20 @@ def _fitting(
 def _shutters(image: Float32Array, height_m: float, o: FloatArray, colour: FloatArray) -> None:
     wide = (o[1] - o[0]) / 2
     for left in (o[0] - wide, o[1]):
-        _window(image, height_m, np.array([left, left + wide, o[2], o[3]]))[:] = colour
+        window_part(image, height_m, np.array([left, left + wide, o[2], o[3]]))[:] = colour
 
 
 def _glass(image: Float32Array, rng: np.random.Generator) -> Float32Array:
     """Panes from end to end, thin bars between, and what they mirror."""
     rows, cols = image.shape[:2]
-    sky = 110 + 45 * _smooth_noise(rows, cols, 2.0, rng)
+    sky = 110 + 45 * smooth_noise(rows, cols, 2.0, rng)
     glass = sky[..., None] * np.array([0.85, 0.95, 1.1])
     glass[np.arange(rows) % round(rng.uniform(1.2, 1.8) / FINE_M) < 3] = 70
     glass[:, np.arange(cols) % round(rng.uniform(0.9, 1.5) / FINE_M) < 3] = 70
     return np.asarray(glass, np.float32)
 
 
-def _smooth_noise(rows: int, cols: int, size_m: float, rng: np.random.Generator) -> FloatArray:
+def smooth_noise(rows: int, cols: int, size_m: float, rng: np.random.Generator) -> FloatArray:
     k = max(round(size_m / FINE_M), 2)
     coarse = rng.standard_normal((rows // k + 3, cols // k + 3))
     return np.asarray(
@@ -230,13 +279,13 @@ def _crowns(shape: tuple[int, int], count: int, rng: np.random.Generator) -> Boo
     for _ in range(count):
         radius, at = rng.uniform(0.8, 1.8), rng.uniform(0, shape[1] * FINE_M)
         middle = shape[0] * FINE_M - rng.uniform(0.8, 3.0)
-        ragged = 1 + 0.22 * _smooth_noise(*shape, 0.3, rng)
+        ragged = 1 + 0.22 * smooth_noise(*shape, 0.3, rng)
         out |= np.hypot(x - at, y - middle) < radius * ragged
     return out
 
 
 def _leaves(shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
-    light = 60 * (1 + 0.45 * _smooth_noise(shape[0], shape[1], 0.12, rng))
+    light = 60 * (1 + 0.45 * smooth_noise(shape[0], shape[1], 0.12, rng))
     return np.asarray(light[..., None] * np.array([0.8, 1.15, 0.6]))
 
 
@@ -248,15 +297,23 @@ def _shadow(shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
 
 
 def _pictured(fine: Float32Array, errors: ImageErrors, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Foreshortened, blurred, with noise, exposed, and rectified again."""
+    """Foreshortened, blurred, with noise, exposed, and rectified again, on whole cells of the picture."""
     rows, cols = (max(round(n * FINE_M / errors.gsd_m), 2) for n in fine.shape[:2])
+    scale = errors.gsd_m / FINE_M
+    wide, high = (max(math.ceil(n * scale), 1) for n in (cols, rows))
+    more = ((0, max(high - fine.shape[0], 0)), (0, max(wide - fine.shape[1], 0)), (0, 0))
+    fine = np.pad(fine, more, mode="edge")[:high, :wide]
     low = max(round(rows * errors.foreshortening), 2)
     image = cv2.resize(fine, (cols, low), interpolation=cv2.INTER_AREA)
     image = cv2.GaussianBlur(image, (0, 0), errors.blur_px)
     image = 255 * errors.exposure * (np.clip(image, 0, 255) / 255) ** errors.gamma
     image = image + errors.noise * rng.standard_normal(image.shape)
     image = cv2.resize(np.clip(image, 0, 255).astype(np.float32), (cols, rows), interpolation=cv2.INTER_LINEAR)
-    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    whole = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    if errors.jpeg == 0:
+        return whole
+    _, data = cv2.imencode(".jpg", whole, [cv2.IMWRITE_JPEG_QUALITY, errors.jpeg])
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR), np.uint8)
 
 
 def _hidden_rows(rows: int, errors: ImageErrors, cell: float = FINE_M) -> slice:

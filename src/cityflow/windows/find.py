@@ -26,6 +26,8 @@ TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 LEAST_SEEN_M2 = 0.5
+LEAST_SEEN_SHARE = 0.25
+"""Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
 BONUS = (0.0, 0.2, 0.1, 0.35)
 """What speaks for plain boxes, fused ones, those with their frames, and those between shutters, beside the parts that they hold."""
 PANE = 0.6
@@ -38,11 +40,24 @@ def find_unit_windows(
     faces: Iterable[FacePlane], patches: Mapping[FaceKey, Patch], parameters: WindowParameters
 ) -> UnitOpenings:
     """Openings of all walls of a unit that have a texture; `patches` are its rectified ones."""
-    walls = [f for f in faces if f.semantic is Semantic.WALL and f.key in patches]
-    found = [find_windows(f, patches[f.key], parameters) for f in walls]
-    seen = sum(f.seen_m2 for f in found if f.window_to_wall is not None)
-    windows = sum(f.window_to_wall * f.seen_m2 for f in found if f.window_to_wall is not None)
-    return UnitOpenings(tuple(found), _unit_storeys(walls, found), windows / seen if seen > 0 else None)
+    walls = [f for f in faces if f.semantic is Semantic.WALL]
+    return unit_openings(walls, [find_windows(f, patches[f.key], parameters) for f in walls if f.key in patches])
+
+
+def unit_openings(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> UnitOpenings:
+    """A unit from what its walls show: the share of windows and the storeys are said only where enough of all its walls was looked at.
+
+    Parameters
+    ----------
+    walls : all walls, also those without a texture
+    """
+    area = sum(float(w.polygon.area) for w in walls)
+    judged = [f for f in found if not f.reason]
+    seen = sum(min(f.seen_m2, f.area_m2) for f in judged)
+    share = seen / area if area > 0 else 0.0
+    windows = sum(o.area for f in judged for o in f.openings if o.kind == "window")
+    ratio = windows / seen if share >= LEAST_SEEN_SHARE and seen > 0 else None
+    return UnitOpenings(tuple(found), _unit_storeys(walls, found), ratio, min(share, 1.0))
 
 
 def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) -> FaceOpenings:
@@ -59,11 +74,11 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, TOO_COARSE)
     openings = _openings(face, picture, parameters)
     windows = [o for o in openings if o.kind == "window"]
-    share = sum(o.area for o in openings) / seen_m2
-    if share > parameters.most_glass:
+    if sum(o.area for o in openings) / seen_m2 > parameters.most_glass:
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
-    return FaceOpenings(face.key, openings, storeys, area, seen_m2, sum(o.area for o in windows) / seen_m2)
+    ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None
+    return FaceOpenings(face.key, openings, storeys, area, seen_m2, ratio)
 
 
 def _openings(face: FacePlane, picture: Picture, parameters: WindowParameters) -> tuple[Opening, ...]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.texture import FIRST_IMAGE, FacePlane, Patch
@@ -85,12 +86,18 @@ def _resized(raster: Float32Array, rows: int, cols: int) -> Float32Array:
 def _inside(
     face: FacePlane, s_min: float, t_max: float, shape: tuple[int, int], cell: tuple[float, float]
 ) -> BoolArray:
-    """Cells of the wall: whole ones and those that are more than half in it."""
-    raster: NDArray[np.uint8] = np.zeros(shape, np.uint8)
-    rings = [np.asarray(r.coords)[:-1, :2] for r in (face.polygon.exterior, *face.polygon.interiors)]
-    flat = [np.rint(16 * ((r - (s_min, t_max)) / (cell[0], -cell[1]) - 0.5)).astype(np.int32) for r in rings]
-    cv2.fillPoly(raster, flat, 1, shift=4)
-    return raster.astype(bool)
+    """Cells whose centre is in the wall: left of them an odd number of its edges crosses the middle of their row."""
+    rows, cols = shape
+    crossings = np.zeros((rows, cols + 1), np.int32)
+    for ring in (face.polygon.exterior, *face.polygon.interiors):
+        at = (np.asarray(ring.coords)[:, :2] - (s_min, t_max)) / (cell[0], -cell[1])
+        for (x_0, y_0), (x_1, y_1) in pairwise(at.tolist()):
+            low, high = sorted((y_0, y_1))
+            row = np.arange(max(math.ceil(low - 0.5), 0), min(math.ceil(high - 0.5), rows))
+            if len(row):
+                x = x_0 + (row + 0.5 - y_0) * (x_1 - x_0) / (y_1 - y_0)
+                crossings[row, np.clip(np.ceil(x - 0.5), 0, cols).astype(int)] += 1
+    return np.asarray(np.cumsum(crossings[:, :cols], axis=1) % 2 == 1)
 
 
 def _hue(pixels: Float32Array, seen: BoolArray) -> Float32Array:

@@ -14,14 +14,17 @@ DOOR_M = 1.8
 
 
 def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float) -> int:
-    """Storeys that rows of windows tell of, with those between or below that show none.
+    """Storeys that rows of windows tell of, with those between or below that show none; 0 where they tell too little.
+
+    Two rows are asked for, or one of two windows above the ground. What is only inferred, from the height of rows above the foot and above one another,
+    is never more than what is seen.
 
     Parameters
     ----------
     bounds : lower left and upper right corner of windows; only the heights count
     foot : height of the foot of the wall
     """
-    if not bounds:
+    if len(bounds) < 2:
         return 0
     middles = np.sort([(b[1] + b[3]) / 2 for b in bounds])
     rows = [float(np.mean(part)) for part in np.split(middles, np.flatnonzero(np.diff(middles) > 0.5) + 1)]
@@ -33,8 +36,9 @@ def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float)
     usual = gaps[gaps <= MOST_STOREY_M]
     pitch = float(np.median(usual)) if len(usual) else USUAL_STOREY_M
     between = int(np.sum(np.maximum(np.rint(gaps / pitch).astype(int) - 1, 0))) if len(gaps) else 0
-    below = max(int((levels[0] - foot - 0.7) / pitch), 0)
-    return len(levels) + between + below
+    inferred = between + max(int((levels[0] - foot - 0.7) / pitch), 0)
+    least = len(levels) if len(levels) > 1 else 0
+    return len(levels) + inferred if inferred <= least else 0
 
 
 def door_like(boxes: FloatArray, picture: Picture) -> BoolArray:
