@@ -255,14 +255,21 @@ def evaluate_units(run_url: RunArgument, reference: ReferenceArgument, layer: La
 
 @app.command()
 def parameters(
+    wanted: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="Only keys of this section, with this in them, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+        ),
+    ] = "",
     made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead")] = False,
 ) -> None:
-    """Every key that a workflow may set, with its default, bounds and unit."""
+    """Every key that a workflow may set: its default, its meaning and unit, what it may be."""
     from cityflow.stages.parameters import CityParameters
     from cityflow.stages.synth_survey import SynthParameters
-    from cityflow.workflow.settings import described_parameters
+    from cityflow.workflow.parameters import described_parameters
 
-    text = described_parameters(SynthParameters if made else CityParameters)
+    text = described_parameters(SynthParameters if made else CityParameters, wanted)
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 

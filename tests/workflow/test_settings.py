@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cityflow.errors import WorkflowError
-from cityflow.workflow.settings import described_parameters, load_workflow, parse_setting
+from cityflow.workflow.settings import load_workflow, parse_setting
 
 ROOT = Path(__file__).parents[2]
 
@@ -75,10 +75,3 @@ def test_settings_change_one_leaf_and_leave_the_others(tmp_path: Path) -> None:
 def test_what_is_no_setting_is_refused(text: str) -> None:
     with pytest.raises(WorkflowError, match="--set"):
         parse_setting(text)
-
-
-def test_every_parameter_is_described_with_its_bounds() -> None:
-    lines = described_parameters().splitlines()
-    assert any(line.startswith("surface.cell_m = 0.5") and "m" in line for line in lines)
-    undescribed = [line for line in lines if not line.split(" = ", 1)[1].strip(")").split("  ")[1].strip()]
-    assert not undescribed

@@ -45,24 +45,6 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
         raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
 
 
-def described_parameters(model: type[BaseModel] = CityParameters) -> str:
-    """All keys with default, bounds and unit, a line each."""
-    return "\n".join(_described(model, ""))
-
-
-def _described(model: type[BaseModel], prefix: str) -> list[str]:
-    rows = []
-    for name, field in model.model_fields.items():
-        below = _model_at(model, [name])
-        if below is not model:
-            rows += _described(below, f"{prefix}{name}.")
-            continue
-        bounds = ", ".join(str(m) for m in field.metadata)
-        default = field.get_default(call_default_factory=True)
-        rows.append(f"{prefix}{name} = {default!r}  {field.description or ''}{f'  ({bounds})' if bounds else ''}")
-    return rows
-
-
 def _with_city(tree: Mapping[str, Any]) -> dict[str, Any]:
     """In files the stages stand at the top level, beside name and catalog."""
     top = {"name", "catalog"}
@@ -110,14 +92,20 @@ def _explain_one(entry: Mapping[str, Any], root: type[BaseModel]) -> str:
     if entry["type"] != "extra_forbidden":
         message = str(entry["msg"]).removeprefix("Value error, ")
         return f"{key} = {entry['input']!r}: {message}" if key else message
-    model = _model_at(root, location[:-1])
+    model = model_at(root, location[:-1])
     at_top = len(location) == 1 and root is CityParameters
     known = [*model.model_fields] + (["name", "catalog"] if at_top else [])
-    near = difflib.get_close_matches(location[-1], known, n=1, cutoff=0.0)
-    return f"unknown key '{key}'; the nearest known one is '{'.'.join([*location[:-1], *near])}'"
+    near = nearest(location[-1], known)
+    return f"unknown key '{key}'; the nearest known one is '{'.'.join([*location[:-1], near])}'"
 
 
-def _model_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel]:
+def nearest(name: str, known: Sequence[str]) -> str:
+    """The name that is most like another one."""
+    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.0)), "")
+
+
+def model_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel]:
+    """The model of a section below another one, as far as there are sections on the way."""
     for part in path:
         field = model.model_fields.get(part)
         kinds = [field.annotation, *get_args(field.annotation)] if field else []
