@@ -16,7 +16,7 @@ import pytest
 from lxml import etree
 
 from cityflow.core.building import Building, Lod
-from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
+from cityflow.core.openings import TOO_LITTLE, FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.reference import Reference
 from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line, read_feature
@@ -28,7 +28,7 @@ HREF = "{http://www.w3.org/1999/xlink}href"
 GML_ID = f"{{{NS['gml']}}}id"
 SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 SURVEY = Transform(84000, 447000, 0)
-WALL = 1
+WALL, COARSE, LITTLE_SEEN = 1, 3, 4
 AREA_M2 = 2 * 1.2 * 1.4 + 1.0 * 2.1
 
 
@@ -48,7 +48,9 @@ def found(gable: Building) -> UnitOpenings:
         opening(3.5, -1.2, 1, 2.1, "door"),
     )
     party = FaceOpenings(("solid", 2), (opening(1, 0, 1, 1, "window"),), 1, 50.0, 40.0, 0.1)
-    return UnitOpenings((FaceOpenings(wall, openings, 1, 52.0, 50.0, 0.07), party), 2, 0.07)  # type: ignore[arg-type]
+    little = FaceOpenings(("solid", LITTLE_SEEN), (), 0, 40.0, 4.0, None)
+    coarse = FaceOpenings(("solid", COARSE), (), 0, 40.0, 10.0, None, "too coarse")
+    return UnitOpenings((FaceOpenings(wall, openings, 1, 52.0, 50.0, 0.07), party, coarse, little), 2, 0.07)  # type: ignore[arg-type]
 
 
 def _gml(buildings: list[Building], reference: Reference, **more: Any) -> bytes:
@@ -89,6 +91,47 @@ def test_walls_have_holes_that_their_windows_fill(gable: Building, amersfoort: R
     assert sum(filled, start=np.zeros(3)) == pytest.approx(np.array([0, -AREA_M2, 0]), abs=1e-3)
     assert _area(holed) + sum(filled, start=np.zeros(3)) == pytest.approx(_area(plain), abs=1e-3)
     assert [e.text for e in house.iterfind(".//b:Window//g:doubleAttribute/g:value", NS)] == ["0.91", "0.91"]
+
+
+SAID = {"windows": 2, "window_to_wall_ratio": 0.07, "windows_confidence": 0.91, "windows_seen_share": 0.962}
+LITTLE = {"windows_missing": TOO_LITTLE, "windows_seen_share": 0.1}
+UNKNOWN = {"windows_missing": "too coarse", "windows_seen_share": 0.25}
+
+
+def _said(surface: etree._Element) -> dict[str, Any]:
+    kinds: dict[str, Any] = {"double": float, "int": int, "string": str}
+    return {
+        str(a.get("name")): read(a.findtext("g:value", namespaces=NS))
+        for kind, read in kinds.items()
+        for a in surface.iterfind(f"g:{kind}Attribute", NS)
+        if "window" in str(a.get("name"))
+    }
+
+
+def test_walls_say_how_much_of_them_is_windows_or_why_nobody_knows(
+    gable: Building, amersfoort: Reference, found: UnitOpenings
+) -> None:
+    root = etree.fromstring(_gml([gable], amersfoort, openings={gable.id: found}))
+    surfaces = [_said(s[0]) for s in root.iterfind(".//b:Building/b:boundedBy", NS)]
+    assert [s for s in surfaces if s] == [SAID, UNKNOWN, LITTLE]
+    feature = json.loads(feature_line(gable, SURVEY, openings={gable.id: found}))
+    for lod in ("2.2", "3"):
+        geometry = next(g for g in feature["CityObjects"][gable.id]["geometry"] if g["lod"] == lod)
+        values = geometry["semantics"]["values"][0] if lod == "2.2" else geometry["semantics"]["values"]
+        said = [geometry["semantics"]["surfaces"][v] for v in values]
+        told = [{k: v for k, v in s.items() if "window" in k} for s in said if s["type"] != "Window"]
+        assert [t for t in told if t] == [SAID, UNKNOWN, LITTLE], lod
+        assert all("windows" not in s for s in said if s.get("is_party_wall"))
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"), [({}, "2"), ({"storeys": 3}, "3"), ({"storeysAboveGround": 4.0}, "4"), ({"storeys": "two"}, "2"), ({"storeys": 2.5}, "2")]
+)  # fmt: skip
+def test_one_figure_of_storeys_the_source_s_own_first(
+    gable: Building, amersfoort: Reference, found: UnitOpenings, source: dict[str, Any], expected: str
+) -> None:
+    house = etree.fromstring(_gml([gable.with_attributes(source)], amersfoort, openings={gable.id: found}))
+    assert [e.text for e in house.iterfind(".//b:storeysAboveGround", NS)] == [expected]
 
 
 def test_lod3_is_closed_like_the_solid(gable: Building, amersfoort: Reference, found: UnitOpenings) -> None:

@@ -7,7 +7,7 @@ import pytest
 from shapely import Polygon
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic
-from cityflow.core.openings import UnitOpenings
+from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FIRST_IMAGE, FaceFigures, FaceKey, FacePlane, Patch, UnitTexture
 from cityflow.stages.texture_files import Rings, decode_unit, encode_unit
 from cityflow.stages.window_files import decode_openings, encode_openings
@@ -97,9 +97,45 @@ def test_walls_are_known_by_their_vertices(found: tuple[UnitOpenings, dict[FaceK
 
 def test_the_building_says_its_figures(found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building) -> None:
     said = with_window_figures(house, found[0]).attributes
-    assert said["storeys"] == found[0].storeys
-    assert said["window_to_wall_ratio"] == round(found[0].window_to_wall_ratio or 0, 3)
-    assert said["windows"] == sum(o.kind == "window" for o in found[0].openings)
-    assert with_window_figures(house, None) is house
+    windows = [o for o in found[0].openings if o.kind == "window"]
+    assert said.get("storeys_by_windows") == found[0].storeys
+    assert said.get("window_to_wall_ratio") == (
+        None if found[0].window_to_wall_ratio is None else round(found[0].window_to_wall_ratio, 3)
+    )
+    assert said["windows"] == len(windows) >= 4
+    assert said["windows_confidence"] == round(float(np.mean([o.confidence for o in windows])), 3)
     given = house.with_attributes({"storeys": 7})
-    assert with_window_figures(given, found[0]).attributes["storeys"] == 7
+    assert with_window_figures(given, found[0]).attributes["storeys"] == 7, "the source's own figure stays"
+
+
+def wall(number: int, area_m2: float, reason: str) -> FaceOpenings:
+    return FaceOpenings(("solid", number), (), 0, area_m2, area_m2, None if reason else 0.0, reason)
+
+
+def test_a_building_at_which_nobody_looked_counts_no_windows(house: Building) -> None:
+    assert with_window_figures(house, None) is house
+    assert with_window_figures(house, UnitOpenings((), None, None)) is house
+    unseen = UnitOpenings((wall(1, 30, "unseen"), wall(2, 50, "too coarse"), wall(3, 30, "unseen")), None, None)
+    none = {"windows_missing": "unseen", "windows_seen_share": 0.0}
+    assert with_window_figures(house, unseen).attributes == {**house.attributes, **none}
+    little = UnitOpenings((wall(1, 30, "unseen"), wall(2, 5, "")), None, None, 0.04)
+    none = {"windows_missing": TOO_LITTLE, "windows_seen_share": 0.04}
+    assert with_window_figures(house, little).attributes == {**house.attributes, **none}
+    looked = UnitOpenings((wall(1, 30, "unseen"), wall(2, 50, "")), None, 0.0, 0.5)
+    assert with_window_figures(house, looked).attributes["windows"] == 0, (
+        "half of the walls were looked at and have none"
+    )
+
+
+def test_figures_are_those_of_the_walls_that_are_left(
+    found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building
+) -> None:
+    """A wall that became a party wall takes its windows, its share and its rows with it."""
+    solid = house.solids[Lod.LOD22]
+    party = tuple(replace(f, neighbour="b") if k == 1 else f for k, f in enumerate(solid.faces))
+    data = encode_openings(*found)
+    whole = openings_on(data, house)
+    assert (whole.storeys, whole.window_to_wall_ratio) == (found[0].storeys, found[0].window_to_wall_ratio)
+    left = openings_on(data, replace(house, solids={Lod.LOD22: replace(solid, faces=party)}))
+    assert (left.faces, left.storeys, left.window_to_wall_ratio) == ((), None, None)
+    assert "windows" not in with_window_figures(house, left).attributes

@@ -10,6 +10,8 @@ from cityflow.core.texture import FaceKey
 
 OpeningKind = Literal["window", "door"]
 
+TOO_LITTLE = "too little of the wall is seen to say what share of it is windows"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Opening:

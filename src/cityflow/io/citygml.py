@@ -17,7 +17,7 @@ from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Sema
 from cityflow.core.openings import UnitOpenings
 from cityflow.core.reference import Reference
 from cityflow.core.texture import FaceTexture
-from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
+from cityflow.io.appearance import BARE, Appearance, Looks
 from cityflow.io.attributes import described, ncname, scalars
 from cityflow.io.citygml_appearance import (
     BEYOND_MARK,
@@ -30,9 +30,9 @@ from cityflow.io.citygml_appearance import (
 )  # fmt: skip
 from cityflow.io.citygml_openings import WallsWithOpenings
 from cityflow.io.citygml_pieces import generic_xml, members_xml, polygon_xml, positions, text_xml
-from cityflow.io.cityjson import plane_attributes
 from cityflow.io.cityjson_sequence import Bounds3, extent_of
-from cityflow.io.openings import NO_OPENINGS, Openings
+from cityflow.io.openings import NO_OPENINGS, Openings, said_of_faces
+from cityflow.io.roof_planes import plane_attributes
 from cityflow.io.roof_type import ROOF_TYPE_CODES, roof_type_code
 
 Tin = tuple[str, FloatArray, IntArray]
@@ -151,7 +151,7 @@ def _boundary_surfaces(
 ) -> Iterator[str]:
     """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the other one."""
     polygons = list(_polygons(building.id, mark, shell, looks))
-    said = {i: found for i, look in looks.items() if (found := said_of_look(look))}
+    said = said_of_faces(looks, walls.said(mark))
     stem = f"{ncname('s', building.id)}-{'' if mark == SOLID_MARK else mark}"
     for number, faces in enumerate(_surfaces(shell.faces, said)):
         first = shell.faces[faces[0]]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from cityflow.core.building import Building, Lod, Polyhedron
+from cityflow.core.building import Building, Lod, Polyhedron, Scalar
 from cityflow.core.openings import Opening, UnitOpenings
 from cityflow.io.attributes import ncname
 from cityflow.io.citygml_appearance import BEYOND_MARK, SOLID_MARK, polygon_stem
 from cityflow.io.citygml_pieces import generic_xml, polygon_xml, positions
-from cityflow.io.openings import SEMANTICS, holes, openings_of, said_of_opening
+from cityflow.io.openings import SEMANTICS, holes, openings_of, said_of_opening, said_of_walls, source_storeys
 
 
 class WallsWithOpenings:
@@ -20,15 +20,25 @@ class WallsWithOpenings:
 
     def __init__(self, building: Building, found: UnitOpenings | None) -> None:
         self._id = building.id
-        self._storeys = None if found is None else found.storeys
+        counted = None if found is None else found.storeys
+        # what the source says of storeys stands among the generic attributes: two figures that differ would help nobody
+        self._storeys = source_storeys(building) or counted
+        self._said: Mapping[str, Mapping[int, Mapping[str, Scalar]]] = {
+            SOLID_MARK: said_of_walls(found, "solid", building.solids.get(Lod.LOD22)),
+            BEYOND_MARK: said_of_walls(found, "beyond", building.beyond),
+        }
         self._openings: Mapping[str, Mapping[int, tuple[Opening, ...]]] = {
             SOLID_MARK: openings_of(found, "solid", building.solids.get(Lod.LOD22)),
             BEYOND_MARK: openings_of(found, "beyond", building.beyond),
         }
         self._any = any(self._openings.values())
 
+    def said(self, mark: str) -> Mapping[int, Mapping[str, Scalar]]:
+        """Attributes of the walls of a shell, by the number of the face."""
+        return self._said[mark]
+
     def storeys_xml(self) -> str:
-        """Storeys, as far as rows of windows tell of them."""
+        """Storeys as the source says them, else as far as rows of windows tell of them."""
         return "" if not self._storeys else f"<bldg:storeysAboveGround>{self._storeys}</bldg:storeysAboveGround>\n"
 
     def xml(self, mark: str, faces: Sequence[int], shell: Polyhedron) -> str:

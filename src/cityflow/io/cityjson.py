@@ -16,12 +16,14 @@ import numpy as np
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Building, EdgeOverhang, Face, Lod, Polyhedron, RoofPlane, Scalar, Semantic, Status
-from cityflow.io.appearance import BARE, Appearance, Looks, said_of_look
+from cityflow.core.building import Building, EdgeOverhang, Face, Lod, Polyhedron, RoofPlane, Semantic, Status
+from cityflow.core.openings import UnitOpenings
+from cityflow.io.appearance import BARE, Appearance, Looks
 from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON_KEY, STATUS_KEY, described
 from cityflow.io.cityjson_appearance import FeatureAppearance
 from cityflow.io.cityjson_openings import geometry_with_openings
-from cityflow.io.openings import NO_OPENINGS, Openings
+from cityflow.io.openings import NO_OPENINGS, Openings, SaidOfFaces, said_of_faces, said_of_walls
+from cityflow.io.roof_planes import number_or_none, plane_attributes, plane_json, plane_of
 
 Json = Any
 UNITS_PER_METRE = 10_000
@@ -112,11 +114,14 @@ def feature_line(
     windows its surfaces are there once more at LoD 3, without textures.
     """
     vertices, look = _Vertices(transform), FeatureAppearance(appearance, building)
-    solids = {lod: _solid(building, lod, vertices, look) for lod in reversed(_SOLID_LODS) if lod in building.solids}
+    found = openings.get(building.id)
+    solids = {
+        lod: _solid(building, lod, vertices, look, found) for lod in reversed(_SOLID_LODS) if lod in building.solids
+    }
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
-    beyond = [] if building.beyond is None else [_beyond(building, building.beyond, vertices, look)]
-    opened = geometry_with_openings(building, openings.get(building.id), vertices.add)
-    attributes: dict[str, Json] = {**described(building), PLANES_KEY: [_plane_json(p) for p in building.planes]}
+    beyond = [] if building.beyond is None else [_beyond(building, building.beyond, vertices, look, found)]
+    opened = geometry_with_openings(building, found, vertices.add)
+    attributes: dict[str, Json] = {**described(building), PLANES_KEY: [plane_json(p) for p in building.planes]}
     if building.overhangs:
         attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
     city_object: dict[str, Json] = {
@@ -141,7 +146,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
     city_object = feature["CityObjects"][feature["id"]]
     vertices = transform.decode(feature["vertices"])
     attributes = dict(city_object["attributes"])
-    planes = tuple(_plane(p) for p in attributes.pop(PLANES_KEY))
+    planes = tuple(plane_of(p) for p in attributes.pop(PLANES_KEY))
     overhangs = tuple(map(_overhang, attributes.pop(OVERHANGS_KEY, ())))
     geometry = {g["lod"]: g for g in city_object["geometry"] if g["lod"] == "0" or g["type"] == "Solid"}
     beyond = [g for g in city_object["geometry"] if g["lod"] == Lod.LOD22.value and g["type"] == "MultiSurface"]
@@ -162,7 +167,7 @@ def read_feature(line: bytes | str, transform: Transform = ORIGIN) -> Building:
 def overhang_rows(overhangs: Sequence[EdgeOverhang]) -> list[Json]:
     """x, y of both ends of an edge, reach, standard deviation (null where unknown) and share seen."""
     return [
-        [*map(float, (*o.line.coords[0], *o.line.coords[-1])), o.reach_m, _or_none(o.sigma_m), o.seen]
+        [*map(float, (*o.line.coords[0], *o.line.coords[-1])), o.reach_m, number_or_none(o.sigma_m), o.seen]
         for o in overhangs
     ]
 
@@ -171,25 +176,32 @@ def _overhang(row: Sequence[Json]) -> EdgeOverhang:
     return EdgeOverhang(LineString([row[0:2], row[2:4]]), row[4], math.nan if row[5] is None else row[5], row[6])
 
 
-def _solid(building: Building, lod: Lod, vertices: _Vertices, look: FeatureAppearance) -> Json:
+def _solid(
+    building: Building, lod: Lod, vertices: _Vertices, look: FeatureAppearance, found: UnitOpenings | None
+) -> Json:
     looks = look.of("solid") if lod is Lod.LOD22 else {}
-    surfaces = _surfaces_of(building.solids[lod], building, lod, vertices, looks)
+    walls = said_of_walls(found, "solid", building.solids[lod]) if lod is Lod.LOD22 else {}
+    surfaces = _surfaces_of(building.solids[lod], building, lod, vertices, looks, walls)
     semantics = {**surfaces["semantics"], "values": [surfaces["semantics"]["values"]]}
     members = look.members(building.solids[lod].faces, looks, in_shell=True)
     return {**surfaces, "type": "Solid", "boundaries": [surfaces["boundaries"]], "semantics": semantics, **members}
 
 
-def _beyond(building: Building, shell: Polyhedron, vertices: _Vertices, look: FeatureAppearance) -> Json:
+def _beyond(
+    building: Building, shell: Polyhedron, vertices: _Vertices, look: FeatureAppearance, found: UnitOpenings | None
+) -> Json:
     looks = look.of("beyond")
-    surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks)
+    surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks, said_of_walls(found, "beyond", shell))
     return {**surfaces, **look.members(shell.faces, looks)}
 
 
-def _surfaces_of(solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices, looks: Looks) -> dict[str, Json]:
-    """The faces as a MultiSurface with their semantics; a face of which the textures say something has one of its own."""
+def _surfaces_of(
+    solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices, looks: Looks, walls: SaidOfFaces
+) -> dict[str, Json]:
+    """The faces as a MultiSurface with their semantics; a face of which textures or windows say something has one of its own."""
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
-    said = {i: found for i, look in looks.items() if (found := said_of_look(look))}
+    said = said_of_faces(looks, walls)
     kinds: dict[tuple[Semantic, int, str | None, int], int] = {}
     values = [
         kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in said else -1), len(kinds))
@@ -213,16 +225,6 @@ def _surface(semantic: Semantic, plane: int, neighbour: str | None, planes: Sequ
     if neighbour is not None:
         surface |= {"is_party_wall": True, "neighbour": neighbour}
     return surface
-
-
-def plane_attributes(plane: RoofPlane) -> dict[str, Scalar]:
-    """What a roof surface says of its plane; a level plane has no aspect."""
-    known: dict[str, Scalar] = {"slope_deg": round(plane.slope_deg, 4), "points": int(plane.points)}
-    if math.isfinite(plane.aspect_deg):
-        known["aspect_deg"] = round(plane.aspect_deg, 4)
-    figures = (("rmse", plane.rmse), ("sigma_height_m", plane.sigma_height), ("sigma_slope_deg", plane.sigma_slope_deg))
-    known |= {name: round(float(value), 4) for name, value in figures if math.isfinite(value)}
-    return known if plane.seen == 1.0 else known | {"seen_share": round(float(plane.seen), 3)}
 
 
 def _footprint(building: Building, vertices: _Vertices) -> Json:
@@ -256,33 +258,6 @@ def _polyhedron(geometry: Json, vertices: FloatArray) -> Polyhedron:
         for face, surface in zip(shell, surfaces, strict=True)
     )
     return Polyhedron(vertices[used], faces)
-
-
-def _plane_json(plane: RoofPlane) -> dict[str, Json]:
-    return {
-        "slope_x": float(plane.slope_x),
-        "slope_y": float(plane.slope_y),
-        "height": float(plane.height),
-        "origin": [float(plane.origin[0]), float(plane.origin[1])],
-        "points": int(plane.points),
-        "rmse": _or_none(plane.rmse),
-        "sigma_height": _or_none(plane.sigma_height),
-        "sigma_slope_deg": _or_none(plane.sigma_slope_deg),
-        "seen": float(plane.seen),
-    }
-
-
-def _plane(plane: Json) -> RoofPlane:
-    rmse, height, slope = (
-        math.nan if plane.get(k) is None else plane[k] for k in ("rmse", "sigma_height", "sigma_slope_deg")
-    )
-    x, y = plane["origin"]
-    first = plane["slope_x"], plane["slope_y"], plane["height"], (x, y), plane["points"]
-    return RoofPlane(*first, rmse, height, slope, plane.get("seen", 1.0))
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 def object_line(name: str, city_object: Json, vertices: list[list[int]], appearance: Json = None) -> bytes:

@@ -9,7 +9,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Polyhedron
 from cityflow.core.openings import Opening, UnitOpenings
 from cityflow.core.texture import Shell
-from cityflow.io.openings import SEMANTICS, holes, openings_of, said_of_opening
+from cityflow.io.openings import SEMANTICS, SaidOfFaces, holes, openings_of, said_of_opening, said_of_walls
 
 LOD = "3"
 Add = Callable[[FloatArray], list[int]]
@@ -25,7 +25,7 @@ def geometry_with_openings(building: Building, found: UnitOpenings | None, add: 
     made = _Surfaces(add)
     for name, shell in shells.items():
         if shell is not None:
-            made.shell(shell, opened[name])
+            made.shell(shell, opened[name], said_of_walls(found, name, shell))
     return {
         "type": "MultiSurface", "lod": LOD, "boundaries": made.boundaries,
         "semantics": {"surfaces": made.surfaces, "values": list(range(len(made.surfaces)))},
@@ -40,16 +40,15 @@ class _Surfaces:
         self.boundaries: list[list[list[int]]] = []
         self.surfaces: list[dict[str, Any]] = []
 
-    def shell(self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]]) -> None:
+    def shell(self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]], said: SaidOfFaces) -> None:
         used = sorted({i for face in shell.faces for ring in face.rings for i in ring})
         index = dict(zip(used, self._add(shell.vertices[used]), strict=True))
         for number, face in enumerate(shell.faces):
             openings = opened.get(number, ())
             rings = [[index[i] for i in ring] for ring in face.rings]
             self.boundaries.append([*rings, *(self._add(ring) for ring in holes(openings))])
-            self.surfaces.append(
-                {"type": face.semantic.value, **({"is_party_wall": True} if face.neighbour is not None else {})}
-            )
+            party = {"is_party_wall": True} if face.neighbour is not None else {}
+            self.surfaces.append({"type": face.semantic.value, **party, **said.get(number, {})})
             self._fill(openings)
 
     def _fill(self, openings: tuple[Opening, ...]) -> None:

@@ -238,7 +238,7 @@ class CitySource:
         self._leaves.update(found)
         self._leaves_of[tile] = sorted(found)
         under = [(ortho.STAGE, tile)] if self.survey.door == IMAGES else []
-        looked = [(windows.STAGE, u) for u in self._chosen[tile]]
+        looked = [(windows.STAGE, u) for u in self._chosen[tile]] if windows.are_wanted(self.survey) else []
         return [*((atlas.STAGE, leaf) for leaf in self._leaves_of[tile]), *looked, *under]
 
     def _needs_of_texture(self, unit: UnitEntry) -> list[Node]:

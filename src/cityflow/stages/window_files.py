@@ -16,7 +16,7 @@ from cityflow.stages.texture_files import Rings
 def encode_openings(found: UnitOpenings, rings: Mapping[FaceKey, Rings]) -> bytes:
     """All walls with their openings; `rings`, the world vertices of every face, are what a face is known by."""
     tree = {
-        "storeys": found.storeys, "window_to_wall_ratio": found.window_to_wall_ratio,
+        "storeys": found.storeys, "window_to_wall_ratio": found.window_to_wall_ratio, "seen_share": found.seen_share,
         "faces": [{**_face(f), "rings": [[list(p) for p in ring] for ring in rings[f.key]]} for f in found.faces],
     }  # fmt: skip
     return (json.dumps(tree, allow_nan=False, separators=(",", ":")) + "\n").encode()
@@ -30,7 +30,7 @@ def decode_openings(data: bytes) -> tuple[UnitOpenings, dict[FaceKey, Rings]]:
         face.key: tuple(tuple((p[0], p[1], p[2]) for p in ring) for ring in f["rings"])
         for face, f in zip(faces, tree["faces"], strict=True)
     }
-    return UnitOpenings(faces, tree["storeys"], tree["window_to_wall_ratio"]), rings
+    return UnitOpenings(faces, tree["storeys"], tree["window_to_wall_ratio"], tree["seen_share"]), rings
 
 
 def _face(found: FaceOpenings) -> dict[str, Any]:

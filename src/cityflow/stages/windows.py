@@ -10,29 +10,35 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, Face, Polyhedron, Scalar, Semantic
-from cityflow.core.openings import FaceOpenings, UnitOpenings
+from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
+from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.stages.texture import images_of
 from cityflow.stages.texture_files import Rings, decode_unit, faces_of
 from cityflow.stages.window_files import decode_openings, encode_openings
 from cityflow.texture.planes import face_planes
-from cityflow.windows.find import find_unit_windows
+from cityflow.windows.find import find_unit_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters
 
 STAGE = "windows"
-VERSION = 2
+VERSION = 3
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
 """Sine of the tilt up to which a face is a wall."""
 
 
+def are_wanted(survey: Survey) -> bool:
+    """Whether anybody looks for windows: an ortho alone shows no wall."""
+    return survey.textures and survey.parameters.windows.when == "auto" and bool(survey.images.assets)
+
+
 def task(survey: Survey, unit: UnitEntry) -> Task | None:
-    """The windows of one unit; None where it has no textures."""
+    """The windows of one unit; None where it has no textures, or where only an ortho can have shown it."""
     textures = survey.outputs_of("texture", unit.id)
-    if not textures:
+    if not textures or not images_of(survey, unit):
         return None
     path, digest = next(iter(textures.items()))
     return Task(
@@ -79,7 +85,7 @@ def figures(found: UnitOpenings) -> dict[str, Json]:
         "windows": len(windows), "doors": len(found.openings) - len(windows), "walls": len(found.faces),
         "confidence": round(float(np.mean([o.confidence for o in windows])), 3) if windows else None,
         "completed": sum(o.completed for o in windows), "storeys": found.storeys,
-        "window_to_wall_ratio": _rounded(found.window_to_wall_ratio), "reasons": dict(sorted(reasons.items())),
+        "window_to_wall_ratio": _rounded(found.window_to_wall_ratio), "seen_share": _rounded(found.seen_share), "reasons": dict(sorted(reasons.items())),
     }  # fmt: skip
 
 
@@ -87,22 +93,36 @@ def openings_on(data: bytes, building: Building) -> UnitOpenings:
     """What a task wrote, for the faces of a building that have the same vertices; walls that were cut in another way are left out."""
     found, rings = decode_openings(data)
     keys = faces_of(building)
-    known = {f.key: keys[rings[f.key]] for f in found.faces if rings[f.key] in keys}
-    return UnitOpenings(
-        tuple(_moved(f, known[f.key]) for f in found.faces if f.key in known), found.storeys, found.window_to_wall_ratio
-    )
+    kept = [_moved(f, keys[rings[f.key]]) for f in found.faces if rings[f.key] in keys]
+    planes = face_planes(building.solids[Lod.LOD22], building.beyond)
+    return unit_openings([f for f in planes if f.semantic is Semantic.WALL], kept)
 
 
 def with_window_figures(building: Building, found: UnitOpenings | None) -> Building:
-    """Attributes: windows, their share of the walls, and storeys by their rows, where the source says nothing of storeys."""
-    if found is None:
+    """Attributes: windows, how sure they are, their share of the walls, storeys by their rows; or why nobody could look."""
+    if found is None or not found.faces:
         return building
-    more: dict[str, Scalar] = {"windows": sum(o.kind == "window" for o in found.openings)}
-    if found.storeys is not None and "storeys" not in building.attributes:
-        more["storeys"] = found.storeys
+    sure = [o.confidence for o in found.openings if o.kind == "window"]
+    more: dict[str, Scalar] = {}
+    if sure or found.window_to_wall_ratio is not None:
+        more["windows"] = len(sure)
+    if sure:
+        more["windows_confidence"] = round(float(np.mean(sure)), 3)
+    if found.storeys is not None:
+        more["storeys_by_windows"] = found.storeys
     if found.window_to_wall_ratio is not None:
         more["window_to_wall_ratio"] = round(found.window_to_wall_ratio, 3)
-    return building.with_attributes(more)
+    else:
+        more["windows_missing"] = _usual_reason(found)
+    return building.with_attributes({**more, "windows_seen_share": round(found.seen_share, 3)})
+
+
+def _usual_reason(found: UnitOpenings) -> str:
+    """Why there is no share of windows: what holds for most of the walls' area, if nobody could look at any."""
+    reasons = sorted({f.reason for f in found.faces})
+    if "" in reasons:
+        return TOO_LITTLE
+    return max(reasons, key=lambda reason: sum(f.area_m2 for f in found.faces if f.reason == reason))
 
 
 def _moved(found: FaceOpenings, key: FaceKey) -> FaceOpenings:

@@ -10,25 +10,34 @@ import numpy as np
 
 from cityflow.viewer.rows import UnitRow
 
-RATIO, STOREYS, COUNT = "window_to_wall_ratio", "storeys", "windows"
+RATIO, STOREYS, COUNT, MISSING = "window_to_wall_ratio", "storeys_by_windows", "windows", "windows_missing"
 MANY_STOREYS = 8
 
 
 def window_figures(units: Sequence[UnitRow]) -> dict[str, Any] | None:
-    """Buildings with windows, their number, the ratio of window to wall, and buildings by storeys; None where no building says."""
+    """Buildings at which one could look, their windows, the ratio of window to wall, buildings by storeys, and why others say nothing.
+
+    None where nobody has looked for windows: what a source says of storeys is no window.
+    """
     ratios, storeys, counts = (_known(units, key) for key in (RATIO, STOREYS, COUNT))
-    if not ratios and not storeys:
+    missing = Counter(str(why) for u in units if (why := u.attributes.get(MISSING)))
+    if not counts and not missing:
         return None
     rows = Counter(round(s) for s in storeys if s > 0)
     low = [{"storeys": str(n), "count": rows[n]} for n in range(1, MANY_STOREYS) if rows[n]]
     high = sum(n for s, n in rows.items() if s >= MANY_STOREYS)
     return {
-        "buildings": len(ratios) or len(storeys),
-        "windows": int(sum(counts)) if counts else None,
+        "buildings": len(counts),
+        "with_windows": sum(n > 0 for n in counts),
+        "windows": int(sum(counts)),
+        "with_ratio": len(ratios),
         "ratio_median": _quantile(ratios, 0.5),
         "ratio_5": _quantile(ratios, 0.05),
         "ratio_95": _quantile(ratios, 0.95),
         "storeys": [*low, *([{"storeys": f"{MANY_STOREYS} or more", "count": high}] if high else [])],
+        "missing": [
+            {"reason": why, "count": n} for why, n in sorted(missing.items(), key=lambda row: (-row[1], row[0]))
+        ],
     }
 
 
