@@ -9,8 +9,8 @@ from shapely import Polygon
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic
 from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FIRST_IMAGE, FaceFigures, FaceKey, FacePlane, Patch, UnitTexture
-from cityflow.stages.texture_files import Rings, decode_unit, encode_unit
-from cityflow.stages.window_files import decode_openings, encode_openings
+from cityflow.stages.texture_files import Rings, decode_unit, encode_unit, faces_of
+from cityflow.stages.window_files import decode_openings, encode_openings, wall_lines
 from cityflow.stages.windows import figures, openings_on, planes_of, with_window_figures
 from cityflow.synthetic.drawn_facades import DrawnFacade, ImageErrors, draw_facade
 from cityflow.texture.placement.place import PlacementParameters
@@ -83,6 +83,19 @@ def test_a_file_read_again_says_the_same(found: tuple[UnitOpenings, dict[FaceKey
     assert encode_openings(again, rings) == data
     assert figures(again) == figures(found[0])
     assert [o.ring.tolist() for o in again.openings] == [o.ring.tolist() for o in found[0].openings]
+
+
+def test_a_person_reads_it_wall_by_wall(found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building) -> None:
+    """The wall of the house looks south; another, added here, could not be looked at."""
+    openings, rings = found[0], {key: rings for rings, key in faces_of(house).items()}
+    east = FaceOpenings(("solid", 2), (), 0, 40.0, 10.0, None, "too coarse")
+    first, second = wall_lines(encode_openings(replace(openings, faces=(*openings.faces, east)), rings))
+    (face,) = openings.faces
+    windows = sum(o.kind == "window" for o in face.openings)
+    assert first.startswith(f"solid face 1 (faces 180°, {face.area_m2:.1f} m²")
+    assert f": {windows} windows (confidence 0." in first
+    assert first.endswith(f"ratio {face.window_to_wall:.3f}")
+    assert second == "solid face 2 (faces 90°, 40.0 m², 25 % seen): too coarse"
 
 
 def test_walls_are_known_by_their_vertices(found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building) -> None:

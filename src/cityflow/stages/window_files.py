@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from cityflow.core.openings import FaceOpenings, Opening, UnitOpenings
+from cityflow.core.openings import TOO_LITTLE, FaceOpenings, Opening, UnitOpenings
 from cityflow.core.texture import FaceKey
 from cityflow.stages.texture_files import Rings
 
@@ -30,7 +30,40 @@ def decode_openings(data: bytes) -> tuple[UnitOpenings, dict[FaceKey, Rings]]:
         face.key: tuple(tuple((p[0], p[1], p[2]) for p in ring) for ring in f["rings"])
         for face, f in zip(faces, tree["faces"], strict=True)
     }
-    return UnitOpenings(faces, tree["storeys"], tree["window_to_wall_ratio"], tree["seen_share"]), rings
+    return UnitOpenings(faces, tree["storeys"], tree["window_to_wall_ratio"], tree.get("seen_share", 0.0)), rings
+
+
+def wall_lines(data: bytes) -> Iterator[str]:
+    """What a person wants to know of every wall, a line each: which it is, how much of it is seen, its windows and their share, or why there are none."""
+    found, rings = decode_openings(data)
+    for wall in found.faces:
+        seen = min(wall.seen_m2 / wall.area_m2, 1.0) if wall.area_m2 > 0 else 0.0
+        name = f"{wall.key[0]} face {wall.key[1]}"
+        place = f"faces {_facing_deg(rings[wall.key]):.0f}°, {wall.area_m2:.1f} m², {100 * seen:.0f} % seen"
+        yield f"{name} ({place}): {_said(wall)}"
+
+
+def _said(wall: FaceOpenings) -> str:
+    if wall.reason:
+        return wall.reason
+    sure = [o.confidence for o in wall.openings if o.kind == "window"]
+    doors = len(wall.openings) - len(sure)
+    return ", ".join([
+        _counted(len(sure), "window") + (f" (confidence {sum(sure) / len(sure):.2f})" if sure else ""),
+        *([_counted(doors, "door")] if doors else []), *([_counted(wall.storeys, "row")] if sure else []),
+        TOO_LITTLE if wall.window_to_wall is None else f"ratio {wall.window_to_wall:.3f}",
+    ])  # fmt: skip
+
+
+def _counted(number: int, name: str) -> str:
+    return f"{number or 'no'} {name}{'' if number == 1 else 's'}"
+
+
+def _facing_deg(rings: Rings) -> float:
+    """Degrees from north, clockwise, of the direction that a wall looks at."""
+    ring = np.array(rings[0], np.float64)
+    x, y, _ = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
+    return float(np.degrees(np.arctan2(x, y)) % 360)
 
 
 def _face(found: FaceOpenings) -> dict[str, Any]:
