@@ -20,6 +20,7 @@ from cityflow.flow.task import Record
 from cityflow.reconstruction.choose import ReconstructParameters, ScoreParameters, choose
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.surface.tile_surface import SurfaceParameters
+from cityflow.windows.window_parameters import WindowParameters
 from cityflow.workflow import explain
 from cityflow.workflow.score_parts import score_parts
 
@@ -97,11 +98,28 @@ def test_only_parameters_that_differ_are_printed() -> None:
     assert "as by the defaults" in said(record("surface", SurfaceParameters().model_dump(mode="json")))
 
 
-def test_parameters_younger_than_the_record_are_no_difference_and_stages_without_defaults_print_all() -> None:
+def test_parameters_younger_than_the_record_are_no_difference() -> None:
     tree = ModelParameters().model_dump(mode="json")
     del tree["score"]["face"], tree["max_unseen"]
     assert "as by the defaults" in said(record("reconstruct", tree))
-    assert '"index_cell_m": 50.0' in said(record("ingest", {"index_cell_m": 50.0}))
+
+
+def test_records_of_every_stage_are_told_in_the_same_short_form() -> None:
+    windows = WindowParameters().model_dump(mode="json")
+    older = {**windows, "levels_of_before": 48, "margin_m": 0.2}
+    text = said(record("windows", older))
+    assert "2 differ from the defaults; --parameters shows all" in text
+    assert "    levels_of_before = 48 (no such parameter today)\n" in text
+    assert f"    margin_m = 0.2 (default {windows['margin_m']})\n" in text
+    assert "as by the defaults" in said(record("windows", windows))
+    assert "as by the defaults" in said(record("ingest", {"index_cell_m": 50.0}))
+    assert "parameters (version 3): none" in said(record("units", {}))
+    assert not [line for line in said(record("windows", windows), every=True).splitlines() if len(line) > 160]
+
+
+def test_stages_without_defaults_print_all_a_line_each() -> None:
+    text = said(record("made_up", {"raw": {"bits": 12}, "names": ["a"]}))
+    assert '  parameters (version 3):\n    names = ["a"]\n    raw.bits = 12\n' in text
 
 
 def test_candidates_are_a_line_each_with_the_face_price() -> None:

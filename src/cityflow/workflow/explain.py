@@ -25,17 +25,9 @@ from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.score_parts import ScoreParts, score_parts
 
 STAGES_OF_A_UNIT = (
-    "reconstruct",
-    "texture",
-    "windows",
-    "split",
-    "units",
-    "outline",
-    "walls",
-    "surface",
-    "ingest",
-    "export",
-)
+    "reconstruct", "texture", "windows", "split", "units", "outline", "walls", "surface", "fuse", "ortho", "frame", "match", "atlas", "ingest", "export",
+)  # fmt: skip
+"""A building's own first, then those of tiles, leaves and files."""
 
 
 def print_explanation(url: str, unit: str, console: Console, every_parameter: bool = False) -> None:
@@ -153,17 +145,34 @@ def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:
 
 
 def _parameters(record: Record, every: bool) -> Iterator[str]:
-    """What differs from the defaults, or all; all where a stage's defaults are not known."""
+    """What differs from the defaults, or all, a line each; all where a stage's defaults are not known."""
     tree, usual = dict(record.parameters), _defaults(record)
-    if every or not tree or not usual:
-        yield f"parameters (version {record.version}): {json.dumps(tree, sort_keys=True)}"
+    if not tree:
+        yield f"parameters (version {record.version}): none"
+        return
+    if every or not usual:
+        yield f"parameters (version {record.version}):"
+        yield from (f"  {key} = {_json(value)}" for key, value in _leaves(tree))
         return
     # parameters that are younger than the record had no value then
     differing = [(key, old, new) for key, old, new in changed(usual, tree) if new is not None or _holds(tree, key)]
     count = f"{len(differing)} {'differs' if len(differing) == 1 else 'differ'} from" if differing else "as by"
     yield f"parameters (version {record.version}): {count} the defaults; --parameters shows all"
     for key, old, new in differing:
-        yield f"  {key} = {json.dumps(new)} (default {json.dumps(old)})"
+        yield f"  {key} = {_json(new)} ({f'default {_json(old)}' if _holds(usual, key) else 'no such parameter today'})"
+
+
+def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys with their values."""
+    for key, value in sorted(tree.items()):
+        if isinstance(value, Mapping) and value:
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _holds(tree: Mapping[str, Any], key: str) -> bool:
@@ -174,11 +183,17 @@ def _holds(tree: Mapping[str, Any], key: str) -> bool:
 
 
 def _defaults(record: Record) -> dict[str, Any]:
-    """The stage's parameters where a workflow says nothing; of surfaces, those of the door that the run came through."""
+    """The stage's parameters where a workflow says nothing; of several kinds of tasks those that are most like the record's."""
     city = CityParameters()
     known: dict[str, list[Parameters]] = {
         "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline.found], "walls": [city.walls],
-        "surface": [city.surface, city.image_surface], "export": [city.export], "texture": [city.texture],
+        "surface": [city.surface, city.image_surface], "fuse": [city.image_surface.fuse], "ortho": [city.ortho], "match": [city.match],
+        "texture": [city.texture], "atlas": [city.atlas], "windows": [city.windows], "export": [city.export],
     }  # fmt: skip
     trees = [model.model_dump(mode="json") for model in known.get(record.stage, [])]
-    return max(trees, key=lambda tree: len(tree.keys() & record.parameters.keys()), default={})
+    if record.stage == "frame":
+        trees = [{"fuse": city.image_surface.fuse.model_dump(mode="json"), "ortho": city.ortho.model_dump(mode="json")}]
+    if record.stage == "ingest":
+        trees = [{"index_cell_m": city.tiles.index_cell_m}]
+    alike = [tree for tree in trees if tree.keys() & record.parameters.keys()]
+    return max(alike, key=lambda tree: len(tree.keys() & record.parameters.keys()), default={})

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 from rich.console import Console
 
 from cityflow.core.building import Status
-from cityflow.errors import RunError
+from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
+from cityflow.stages import outline, units
+from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
 from cityflow.workflow.run import execute
 from cityflow.workflow.run_folder import open_run
+from cityflow.workflow.settings import nearest, parse_setting
 
 Node = tuple[str, str]
+UNITS_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +51,9 @@ def rerun_units(
     """
     wanted = open_run(url)
     with Ledger.open(wanted.store) as ledger:
-        chosen = select(current_records(wanted, ledger), selection)
+        records = current_records(wanted, ledger)
+    chosen = select(records, selection)
+    refuse_foreign(settings, chosen, records, wanted.store.root)
     if not chosen:
         console.print("Nothing to run again: no unit is of that kind.")
         return
@@ -79,6 +87,58 @@ def select(records: CurrentRecords, selection: Selection) -> set[Node]:
             remedy="`cityflow status RUN` lists what failed; ids are those of the outlines",
         )
     return chosen
+
+
+def refuse_foreign(settings: Sequence[str], chosen: AbstractSet[Node], records: CurrentRecords, run: str) -> None:
+    """Make sure that every setting is of a stage that a chosen unit has; say where else it can be set.
+
+    Raises
+    ------
+    WorkflowError
+        It is of no section, of a section that is no stage, or of a stage none of whose units is chosen.
+    """
+    stages = {stage for stage, _ in chosen}
+    for setting in settings if chosen else ():
+        section = next(iter(parse_setting(setting)))
+        if section in stages:
+            continue
+        known = list(CityParameters.model_fields)
+        if section not in known:
+            near = nearest(section, sorted({*known, *stages}))
+            raise WorkflowError(
+                f"no parameter begins with '{section}'", where="--set", remedy=f"the nearest is '{near}'"
+            )
+        raise WorkflowError(
+            f"'{setting}': {_whose(chosen)} no task of '{section}' (but of {', '.join(sorted(stages))})",
+            where="--set",
+            remedy=_elsewhere(section, setting, chosen, records, run),
+        )
+
+
+def _whose(chosen: AbstractSet[Node]) -> str:
+    units = {unit for _, unit in chosen}
+    return f"{next(iter(units))} has" if len(units) == 1 else "what is chosen has"
+
+
+def _elsewhere(section: str, setting: str, chosen: AbstractSet[Node], records: CurrentRecords, run: str) -> str:
+    """Where a setting takes effect: on the report, on the tiles of the chosen units, on the whole run."""
+    said, here = shlex.quote(setting), shlex.quote(run)
+    if section == "report":
+        return f"cityflow report {here} --set {said}"
+    whole = f"cityflow run WORKFLOW --out {here} --set {said}"
+    names = {r.unit for r in records.of(section)}
+    if not names:
+        return f"it is one value for the whole run: {whole}"
+    tiles = sorted(_tiles_of({unit for _, unit in chosen}, records) & names)
+    on = f"the {'tiles' if tiles else 'units'} that have one"
+    named = "".join(f" --unit {shlex.quote(t)}" for t in tiles[:UNITS_NAMED])
+    return f"for {on}: cityflow rerun {here} --stage {section}{named} --set {said}; for the whole run: {whole}"
+
+
+def _tiles_of(units_wanted: AbstractSet[str], records: CurrentRecords) -> set[str]:
+    """Ground tiles that own any of some units."""
+    owners = records.of(units.STAGE) or records.of(outline.STAGE)
+    return {r.unit for r in owners if any(entry["id"] in units_wanted for entry in r.result.get("units", []))}
 
 
 def _units(records: Sequence[Record], selection: Selection) -> set[str]:
