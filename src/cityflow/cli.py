@@ -142,11 +142,21 @@ def explain(
 
 
 @app.command()
-def report(run_url: RunArgument) -> None:
-    """Write report.html and report.json anew from the records."""
+def report(
+    run_url: RunArgument,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Show more or less, e.g. report.pages.failed=1000 (keys: cityflow parameters report); repeatable",
+        ),
+    ] = None,
+) -> None:
+    """Write report.html, the pages of single buildings and report.json anew from the records."""
     from cityflow.workflow.report import print_report
 
-    print_report(run_url, console)
+    print_report(run_url, settings or [], console)
 
 
 @app.command()

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Status
+from cityflow.viewer.report_parameters import WorthALookParameters
 from cityflow.viewer.rows import UnitRow
-from cityflow.viewer.worth_a_look import ALWAYS, MOST_SHARE, worth_a_look
+from cityflow.viewer.worth_a_look import worth_a_look
+
+ALWAYS, MOST_SHARE = WorthALookParameters().always, WorthALookParameters().most_share
 
 
 def models(count: int, nmad: float, explained: float, claim: float, seed: int) -> list[UnitRow]:

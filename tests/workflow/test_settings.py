@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 
 from cityflow.errors import WorkflowError
-from cityflow.workflow.settings import load_workflow, parse_setting
+from cityflow.stages.area import Area
+from cityflow.viewer.report_parameters import ReportParameters
+from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.report import with_settings
+from cityflow.workflow.settings import checked, load_workflow, parse_setting
 
 ROOT = Path(__file__).parents[2]
 
@@ -75,3 +79,23 @@ def test_settings_change_one_leaf_and_leave_the_others(tmp_path: Path) -> None:
 def test_what_is_no_setting_is_refused(text: str) -> None:
     with pytest.raises(WorkflowError, match="--set"):
         parse_setting(text)
+
+
+def test_the_report_has_a_section_and_a_run_of_before_it_is_read_as_by_the_defaults(tmp_path: Path) -> None:
+    workflow = load_workflow(
+        written(tmp_path, "name: a\nreport: {listed: 20, pages: {failed: 3}}"), ["report.across_m=80"]
+    )
+    report = workflow.city.report
+    assert (report.listed, report.pages.failed, report.across_m) == (20, 3, 80.0)
+    older = checked({"name": "a", "surface": {"cell_m": 0.25}}, where="run.json")
+    assert older.city.report == ReportParameters()
+
+
+def test_only_settings_of_the_report_change_a_report() -> None:
+    run = Prepared(checked({"name": "a"}, where="run.json"), None, Area(), None)  # type: ignore[arg-type]
+    assert with_settings(run, []) is run
+    assert with_settings(run, ["report.listed=3", "report.pages.failed=7"]).workflow.city.report.pages.failed == 7
+    with pytest.raises(WorkflowError, match=r"no setting of the report → `cityflow parameters report`"):
+        with_settings(run, ["reconstruct.methods=[extruded]"])
+    with pytest.raises(WorkflowError, match=r"unknown key 'report\.list'; the nearest known one is 'report\.listed'"):
+        with_settings(run, ["report.list=3"])

@@ -23,6 +23,7 @@ from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.surface.tin import TinParameters
 from cityflow.surface.true_ortho import OrthoParameters
 from cityflow.texture.unit import TextureParameters
+from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.windows.window_parameters import WindowParameters
 
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
@@ -176,6 +177,7 @@ class CityParameters(Parameters):
     atlas: AtlasParameters = AtlasParameters()
     windows: WindowParameters = WindowParameters()
     export: ExportParameters = ExportParameters()
+    report: ReportParameters = ReportParameters()
     execution: ExecutionParameters = ExecutionParameters()
 
     @model_validator(mode="after")

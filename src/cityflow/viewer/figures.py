@@ -15,10 +15,13 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.viewer.image_rows import ImageFigures
+from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.roof_figures import roof_figures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.window_figures import window_figures
 from cityflow.viewer.worth_a_look import worth_a_look
+
+USUAL = ReportParameters()
 
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
@@ -27,7 +30,7 @@ PLAIN = frozenset((str, int, bool, type(None)))
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
 
-def report_figures(data: ReportData) -> dict[str, Any]:
+def report_figures(data: ReportData, parameters: ReportParameters = USUAL) -> dict[str, Any]:
     """Everything that report.json says; units are sorted by id, and what is not finite becomes None."""
     units = sorted(data.units, key=lambda u: u.id)
     figures = {
@@ -41,7 +44,7 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "images": image_summary(data.images) if data.images else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
-        "worth_a_look": [{"id": s.unit.id, "reason": s.reason} for s in worth_a_look(units)],
+        "worth_a_look": [{"id": s.unit.id, "reason": s.reason} for s in worth_a_look(units, parameters.worth_a_look)],
         "roofs": roof_figures(units),
         "textures": asdict(data.textures) if data.textures else None,
         "windows": window_figures(units),

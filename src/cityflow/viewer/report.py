@@ -13,20 +13,20 @@ from cityflow.viewer.environment import rendered, template_text
 from cityflow.viewer.figures import PLAIN, figures_text, finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
+from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_map import draw_map
 
-LISTED = 10
-"""Units in the lists of the worst and of the slowest."""
+USUAL = ReportParameters()
 
 
-def write_report(data: ReportData) -> tuple[bytes, bytes]:
+def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tuple[bytes, bytes]:
     """Bytes of report.json and of report.html; the same data give the same bytes."""
-    figures = report_figures(data)
-    return figures_text(figures).encode(), _page(data, figures).encode()
+    figures = report_figures(data, parameters)
+    return figures_text(figures).encode(), _page(data, figures, parameters.listed).encode()
 
 
-def _page(data: ReportData, figures: dict[str, Any]) -> str:
+def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
     units = sorted(data.units, key=lambda u: u.id)
     unit_map = draw_map(units)
     return rendered(
@@ -39,21 +39,21 @@ def _page(data: ReportData, figures: dict[str, Any]) -> str:
         units=units,
         histograms=_histograms(units),
         image_histograms=_image_histograms(data.images) if data.images else [],
-        worst_tiles=_most_gaps(data.images) if data.images else [],
+        worst_tiles=_most_gaps(data.images, listed) if data.images else [],
         row_of={u.id: i for i, u in enumerate(units)},
         off_map=_off_map(units, {s.row for s in unit_map.shapes}),
-        worst=_highest(units, "nmad"),
-        slowest=_highest(units, "seconds"),
+        worst=_highest(units, "nmad", listed),
+        slowest=_highest(units, "seconds", listed),
         payload=Markup(_script_json(_payload(units, data))),
         style=template_text("report.css"),
         script=template_text("report.js"),
     )
 
 
-def listed_units(units: Sequence[UnitRow]) -> list[UnitRow]:
+def listed_units(units: Sequence[UnitRow], listed: int = USUAL.listed) -> list[UnitRow]:
     """The buildings that the page lists by themselves: the worst, then the slowest, each once."""
     ordered = sorted(units, key=lambda u: u.id)
-    return list({u.id: u for name in ("nmad", "seconds") for _, u in _highest(ordered, name)}.values())
+    return list({u.id: u for name in ("nmad", "seconds") for _, u in _highest(ordered, name, listed)}.values())
 
 
 def verdict(summary: dict[str, Any]) -> str:
@@ -78,10 +78,10 @@ def _off_map(units: Sequence[UnitRow], drawn: set[int]) -> list[UnitRow]:
     return sorted(missing, key=lambda u: (u.status is not Status.REFUSED, u.id))
 
 
-def _highest(units: Sequence[UnitRow], name: str) -> list[tuple[int, UnitRow]]:
+def _highest(units: Sequence[UnitRow], name: str, listed: int) -> list[tuple[int, UnitRow]]:
     """Positions and units with the highest values, the highest first."""
     known = [(i, u) for i, u in enumerate(units) if measured([u], name)]
-    return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:LISTED]
+    return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:listed]
 
 
 def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
@@ -106,9 +106,9 @@ def _image_histograms(images: ImageFigures) -> list[Histogram]:
     return [histogram(title, axis, values) for title, axis, values in charts if values]
 
 
-def _most_gaps(images: ImageFigures) -> list[TileRow]:
+def _most_gaps(images: ImageFigures, listed: int) -> list[TileRow]:
     known = [t for t in images.tiles if t.completeness is not None]
-    return sorted(known, key=lambda t: (t.completeness or 0.0, t.tile))[:LISTED]
+    return sorted(known, key=lambda t: (t.completeness or 0.0, t.tile))[:listed]
 
 
 PAYLOAD_FIELDS = (

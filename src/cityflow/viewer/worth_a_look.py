@@ -9,19 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.viewer.report_parameters import WorthALookParameters
 from cityflow.viewer.rows import UnitRow
 
-LEAST_ERROR_M = 0.20
-"""A model whose points scatter by less, and that expects less of an error, stands out in no run."""
-
-LEAST_SHARE = 0.20
-"""Nor does one that leaves no more than this share of its points unexplained."""
-
-OUTLYING = 3.0
-"""How many robust standard deviations of the run's models above their median stand out."""
-
-MOST_SHARE, ALWAYS = 0.05, 5
-"""No more than this share of the models is listed, though this many if so many stand out."""
+USUAL = WorthALookParameters()
 
 Value = Callable[[UnitRow], float | None]
 
@@ -40,11 +31,11 @@ class _Measure:
     """A figure of which more is worse: how it is read, what never stands out, and how it is said."""
 
     value: Value
-    least: float
+    least: Callable[[WorthALookParameters], float]
     text: Callable[[float, float], str]
 
 
-def worth_a_look(units: Sequence[UnitRow]) -> list[Suspect]:
+def worth_a_look(units: Sequence[UnitRow], parameters: WorthALookParameters = USUAL) -> list[Suspect]:
     """The worst models by scatter of their points, share unexplained and expected error, the worst first, each with its reason."""
     made = [u for u in units if u.status in (Status.DONE, Status.DEGRADED)]
     found: dict[str, list[Suspect]] = {}
@@ -52,20 +43,20 @@ def worth_a_look(units: Sequence[UnitRow]) -> list[Suspect]:
         known = [(u, v) for u in made if (v := measure.value(u)) is not None and math.isfinite(v)]
         if not known:
             continue
-        middle, limit = _limit([v for _, v in known], measure.least)
+        middle, limit = _limit([v for _, v in known], measure.least(parameters), parameters.outlying)
         for unit, value in known:
             if value > limit:
                 found.setdefault(unit.id, []).append(Suspect(unit, measure.text(value, middle), value / limit))
     worst = [_joined(suspects) for suspects in found.values()]
     worst.sort(key=lambda s: (-s.excess, s.unit.id))
-    return worst[: max(ALWAYS, math.floor(MOST_SHARE * len(made)))]
+    return worst[: max(parameters.always, math.floor(parameters.most_share * len(made)))]
 
 
-def _limit(values: Sequence[float], least: float) -> tuple[float, float]:
+def _limit(values: Sequence[float], least: float, outlying: float) -> tuple[float, float]:
     """Median of the run, and the value above which a model stands out."""
     middle = float(np.median(values))
     spread = float(1.4826 * np.median(np.abs(np.asarray(values) - middle)))
-    return middle, max(least, middle + OUTLYING * spread)
+    return middle, max(least, middle + outlying * spread)
 
 
 def _joined(suspects: Sequence[Suspect]) -> Suspect:
@@ -85,17 +76,17 @@ def _unexplained(unit: UnitRow) -> float | None:
 MEASURES = (
     _Measure(
         lambda u: u.nmad,
-        LEAST_ERROR_M,
+        lambda p: p.least_error_m,
         lambda v, middle: f"points scatter by {100 * v:.0f} cm about the roof (median of all {100 * middle:.0f} cm)",
     ),
     _Measure(
         _unexplained,
-        LEAST_SHARE,
+        lambda p: p.least_share,
         lambda v, middle: f"{100 * v:.0f} % of the points are off the roof (median of all {100 * middle:.0f} %)",
     ),
     _Measure(
         _claim,
-        LEAST_ERROR_M,
+        lambda p: p.least_error_m,
         lambda v, middle: f"expects an error of {100 * v:.0f} cm (median of all {100 * middle:.0f} cm)",
     ),
 )

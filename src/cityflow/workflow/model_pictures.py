@@ -29,8 +29,6 @@ from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.raster_pictures import CityRasters
 
-MOST_MODELS = 600
-"""More would be specks and take long to read."""
 MARGIN_M = 12.0
 """Ground shown around the models."""
 BLOCK_M = 60.0
@@ -38,32 +36,42 @@ BLOCK_M = 60.0
 
 
 def model_pictures(
-    store: Store, units: Sequence[UnitRow], records: CurrentRecords, rasters: CityRasters
+    store: Store, units: Sequence[UnitRow], records: CurrentRecords, rasters: CityRasters, most: int
 ) -> Iterator[Picture]:
-    """LoD2.2 hulls over the terrain; nothing where no unit has a hull."""
+    """Hulls over the terrain, `most` of them; nothing where no unit has a hull."""
     middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings)}
     hulls = hull_files(records)
     known = {u: middles[u] for u in sorted(hulls) if u in middles}
     if not known:
         return
     spot = densest_spot(np.array(list(known.values())))
-    chosen = nearest(known, spot, MOST_MODELS)
+    chosen = nearest(known, spot, most)
     models = surfaces_of(
         shell for _, data in store.read_many([hulls[u] for u in chosen]) for shell in _shells(read_feature(data))
     )
-    all_bounds = _around(models)
-    count = (
-        f"{len(chosen):,}"
-        if len(chosen) == len(known)
-        else f"The {len(chosen):,} around the densest spot of {len(known):,}"
-    )
-    yield _drawn(
-        "Models",
-        f"{count} LoD2.2 {'model' if len(known) == 1 else 'models'} over the terrain, seen from the south-south-west.",
-        models,
-        rasters,
-        all_bounds,
-    )
+    text = f"{_counted([u.lod for u in units if u.id in set(chosen)], len(known))}, over the terrain, seen from the south-south-west."
+    yield _drawn("Models", text, models, rasters, _around(models))
+
+
+def _counted(lods: Sequence[str], known: int) -> str:
+    """How many models of each level of detail are shown, and of how many.
+
+    >>> _counted(["2.2", "1.2", "2.2"], 3), _counted(["2.2"], 1200)
+    ('2 models with roof shapes (LoD2.2) and 1 block (LoD1.2)', 'Of 1,200 those around the densest spot: 1 model with roof shapes (LoD2.2)')
+    """
+    full = sum(lod == Lod.LOD22.value for lod in lods)
+    simpler = [
+        f"{n:,} {_noun('block', n)} (LoD{lod})"
+        for lod in sorted(set(lods))
+        if lod != Lod.LOD22.value and (n := lods.count(lod))
+    ]
+    shapes = [f"{full:,} {_noun('model', full)} with roof shapes (LoD2.2)"] if full else []
+    said = " and ".join([*shapes, *simpler])
+    return said if len(lods) == known else f"Of {known:,} those around the densest spot: {said}"
+
+
+def _noun(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"
 
 
 def hull_files(records: CurrentRecords) -> dict[str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -15,7 +15,8 @@ from rich.console import Console
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
-from cityflow.errors import CityflowError
+from cityflow.core.parameters import merged
+from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.io.globe import globe_of
@@ -35,19 +36,22 @@ from cityflow.workflow.pictures import run_pictures
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.raster_pictures import tiles_made
 from cityflow.workflow.run_folder import DESCRIPTION, open_run, workflow_tree
+from cityflow.workflow.settings import checked, parse_setting
 from cityflow.workflow.texture_figures import texture_figures
 from cityflow.workflow.unit_crops import THUMB_PX, Crops, thumbnail
-from cityflow.workflow.unit_pages import UnitPageParameters, chosen_units, write_pages
+from cityflow.workflow.unit_pages import chosen_units, write_pages
 from cityflow.workflow.unused_edits import unused_edits
 from cityflow.workflow.view import write_run_view
-
-DEFAULT_PAGES = UnitPageParameters()
 
 PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
     "products/cityjson": ("CityJSON by tile", "CityJSONSeq 2.0, one file per ground tile"),
     "products/citygml": ("CityGML by tile", "CityGML 2.0 with terrain"),
     "products/obj": ("OBJ by tile", "Meshes with materials by surface type"),
+    "products/obj_rectified": (
+        "OBJ by tile, rectified",
+        "The same with rectified textures, for programs that do not divide",
+    ),
     "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),
     "products/dsm.vrt": ("DSM", "Surface heights, GeoTIFF tiles under one VRT"),
     "products/dtm.vrt": ("DTM", "Terrain heights, GeoTIFF tiles under one VRT"),
@@ -66,17 +70,17 @@ PRODUCTS = {
 }
 
 
-def write_run_report(run: Prepared, records: CurrentRecords, pages: UnitPageParameters = DEFAULT_PAGES) -> str:
+def write_run_report(run: Prepared, records: CurrentRecords) -> str:
     """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands."""
-    data = write_report_files(run, records, pages)
+    data = write_report_files(run, records)
     write_run_view(run, records, data)
     return run.store.url("report.html")
 
 
-def write_report_files(run: Prepared, records: CurrentRecords, pages: UnitPageParameters = DEFAULT_PAGES) -> ReportData:
+def write_report_files(run: Prepared, records: CurrentRecords) -> ReportData:
     """The report without the view in the browser, which it links to."""
     with uncollected():
-        return _write_files(run, records, pages)
+        return _write_files(run, records)
 
 
 @contextmanager
@@ -91,31 +95,55 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def _write_files(run: Prepared, records: CurrentRecords, pages: UnitPageParameters) -> ReportData:
+def _write_files(run: Prepared, records: CurrentRecords) -> ReportData:
+    parameters = run.workflow.city.report
     survey = run.source().survey
     for record in records.of(ingest.STAGE):
         survey.learn(record)
     data = replace(report_data(run, records), view=f"{VIEW}/index.html")
-    chosen = chosen_units(data.units, pages)
+    chosen = chosen_units(data.units, parameters)
     crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.STAGE)))
     small = {
-        u.id: p for u in listed_units(data.units) if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
+        u.id: p
+        for u in listed_units(data.units, parameters.listed)
+        if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
     newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
     write_pages(run.store, survey, chosen, newest, crops, data.title, data.overrides)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
-    page_json, page_html = write_report(data)
+    page_json, page_html = write_report(data, parameters)
     run.store.write_bytes("report.json", page_json)
     run.store.write_bytes("report.html", page_html)
     return data
 
 
-def print_report(url: str, console: Console) -> None:
-    """Write the report of an existing RUN anew and say where it is."""
-    run = open_run(url)
+def print_report(url: str, settings: Sequence[str], console: Console) -> None:
+    """Write the report of an existing RUN anew, with other settings of `report` if wanted, and say where it is.
+
+    Raises
+    ------
+    WorkflowError
+        A setting is none of the report's.
+    """
+    run = with_settings(open_run(url), settings)
     with uncollected(), Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
     console.print(write_run_report(run, records), markup=False, highlight=False, soft_wrap=True)
+
+
+def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
+    """The run with `report.key=value` settings, which change what is shown and nothing else."""
+    tree = workflow_tree(run.workflow)
+    for setting in settings:
+        over = parse_setting(setting)
+        if set(over) != {"report"}:
+            raise WorkflowError(
+                f"'{setting}' is no setting of the report",
+                where="--set",
+                remedy="`cityflow parameters report` lists them; others change results: cityflow rerun, or cityflow run",
+            )
+        tree = merged(tree, over)
+    return replace(run, workflow=checked(tree, where="--set")) if settings else run
 
 
 def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
@@ -139,14 +167,22 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
-        overrides={unit: tree for (_, unit), tree in read_overrides(run.store).items()},
-        pictures=run_pictures(run.store, survey, rows, records),
+        overrides=_overrides(run),
+        pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
         images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
         textures=texture_figures(run.store, survey, records),
         placing=_placing(run, survey),
     )  # fmt: skip
+
+
+def _overrides(run: Prepared) -> dict[str, dict[str, Any]]:
+    """Unit → stage → what was set for the unit alone."""
+    found: dict[str, dict[str, Any]] = {}
+    for (stage, unit), tree in sorted(read_overrides(run.store).items()):
+        found.setdefault(unit, {})[stage] = tree
+    return found
 
 
 def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:

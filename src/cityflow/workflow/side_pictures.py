@@ -32,10 +32,18 @@ from cityflow.viewer.side_view import SIDES, draw_side, side_camera
 from cityflow.workflow.leaf_faces import LeafFaces
 from cityflow.workflow.model_pictures import densest_spot
 
-ACROSS_M, GROUND_M = 130.0, 320.0
-"""Shown across the middle of a view; edge of the ground that is drawn, so that its end is far behind."""
+GROUND_TIMES = 2.46
+"""The ground that is drawn is so much wider than what is shown across the middle of a view, so that its end is far behind."""
 LARGEST_PAGE = 8192 * 8192
 PAPER = (150, 150, 150)
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """What is looked at: (2,) x and y, and the metres shown across it."""
+
+    xy: FloatArray
+    across_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,12 +58,18 @@ class _Part:
     pages: tuple[NDArray[np.uint8], ...] = ()
 
 
+def ground_m(across_m: float) -> float:
+    """Edge of the ground that is drawn."""
+    return GROUND_TIMES * across_m
+
+
 def side_pictures(
-    store: Store, survey: Survey, spot: FloatArray, leaves: Sequence[LeafFaces], others: Iterable[Building]
+    store: Store, survey: Survey, spot: Spot, leaves: Sequence[LeafFaces], others: Iterable[Building]
 ) -> Iterator[Picture]:
-    """Four pictures; `others` are buildings without textures around (2,) `spot`."""
-    x, y = spot.tolist()
-    bounds = (x - GROUND_M / 2, y - GROUND_M / 2, x + GROUND_M / 2, y + GROUND_M / 2)
+    """Four pictures; `others` are buildings without textures around the spot."""
+    x, y = spot.xy.tolist()
+    half = ground_m(spot.across_m) / 2
+    bounds = (x - half, y - half, x + half, y + half)
     surfaces = surfaces_of(s for b in others for s in (b.solids[Lod.LOD22], *([b.beyond] if b.beyond else [])))
     parts = [*(_leaf(store, leaf) for leaf in leaves), *([_bare(surfaces)] if len(surfaces.corners) else [])]
     if not parts:
@@ -67,19 +81,19 @@ def side_pictures(
     plain = " Those in plain colours have no texture yet." if leaves and len(surfaces.corners) else ""
     key = () if leaves else tuple(SEMANTIC_COLOURS.values())[:3]
     for side, looking in SIDES:
-        camera = side_camera(target, ACROSS_M, looking)
-        text = f"{ACROSS_M:.0f} m across the densest spot, {wears}.{plain}"
+        camera = side_camera(target, spot.across_m, looking)
+        text = f"{spot.across_m:.0f} m across the densest spot, {wears}.{plain}"
         yield replace(picture(f"From the {side}", text, draw_side(scene, camera), key), half=True)
 
 
-def viewed_spot(middles: FloatArray, weights: FloatArray) -> FloatArray:
+def viewed_spot(middles: FloatArray, weights: FloatArray, across_m: float) -> FloatArray:
     """(2,) where to look: the densest spot of (N, 2) middles, moved inwards so that as little as possible of what is shown lies beyond all of them.
 
-    >>> viewed_spot(np.array([[0.0, 0.0], [1000.0, 1000.0], [1005.0, 1001.0]]), np.ones(3)).tolist()
+    >>> viewed_spot(np.array([[0.0, 0.0], [1000.0, 1000.0], [1005.0, 1001.0]]), np.ones(3), 130.0).tolist()
     [940.0, 936.0]
     """
     low, high = middles.min(axis=0), middles.max(axis=0)
-    margin = np.minimum(ACROSS_M / 2, (high - low) / 2)
+    margin = np.minimum(across_m / 2, (high - low) / 2)
     return np.clip(densest_spot(middles, weights), low + margin, high - margin)
 
 

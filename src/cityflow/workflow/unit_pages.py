@@ -8,11 +8,9 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.building import Building, Lod, Polyhedron, RoofPlane, Status
-from cityflow.core.parameters import Parameters
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -24,6 +22,7 @@ from cityflow.viewer.model_view import draw_models, no_terrain, surfaces_of
 from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plane_plan import draw_planes, plane_colour
 from cityflow.viewer.report import listed_units
+from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.rows import UnitRow
 from cityflow.viewer.unit_page import FOLDER, CandidateRow, PlaneRow, UnitPage, write_unit_page
 from cityflow.viewer.worth_a_look import worth_a_look
@@ -31,18 +30,6 @@ from cityflow.workflow.unit_crops import Crops, crop_pictures, photographs
 
 CANDIDATE_PX, LOOKING_DEG = 200, 20.0
 STOREY_M = 3.0
-
-
-class UnitPageParameters(Parameters):
-    """How many buildings get a page of their own."""
-
-    failed: int = Field(
-        24, ge=0, le=10000, description="pages of failed and refused buildings, the largest outlines first"
-    )
-    degraded: int = Field(12, ge=0, le=10000, description="pages of simplified buildings, the largest outlines first")
-    listed: int = Field(
-        12, ge=0, le=10000, description="pages of buildings worth a look, worst or slowest, though they did not fail"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,17 +50,21 @@ def page_path(unit: str) -> str:
     return f"{FOLDER}/{quoted(unit)}.html"
 
 
-def chosen_units(units: Sequence[UnitRow], parameters: UnitPageParameters) -> Chosen:
+def chosen_units(units: Sequence[UnitRow], parameters: ReportParameters) -> Chosen:
     """Failed before refused before simplified ones, large before small; then those that the report lists."""
-    order = {Status.FAILED: 0, Status.REFUSED: 1, Status.DEGRADED: 2}
-    bad = sorted((u for u in units if u.status in order), key=lambda u: (order[u.status], -_area(u), u.id))
-    failed = [u for u in bad if u.status is not Status.DEGRADED][: parameters.failed]
-    simpler = [u for u in bad if u.status is Status.DEGRADED][: parameters.degraded]
-    known = {u.id for u in (*failed, *simpler)}
-    looks = [s.unit for s in worth_a_look(units)] + listed_units(units)
+    most = {
+        Status.FAILED: parameters.pages.failed,
+        Status.REFUSED: parameters.pages.refused,
+        Status.DEGRADED: parameters.pages.degraded,
+    }
+    ranked = sorted(units, key=lambda u: (-_area(u), u.id))
+    bad = [u for status, count in most.items() for u in [r for r in ranked if r.status is status][:count]]
+    known = {u.id for u in bad}
+    looks = [s.unit for s in worth_a_look(units, parameters.worth_a_look)] + listed_units(units, parameters.listed)
     listed = {u.id: u for u in looks if u.id not in known and u.status is Status.DONE}
-    chosen = (*failed, *simpler, *list(listed.values())[: parameters.listed])
-    return Chosen(chosen, len(bad) - len(known))
+    chosen = (*bad, *list(listed.values())[: parameters.pages.listed])
+    left_out = sum(u.status in most for u in units) - len(known)
+    return Chosen(chosen, left_out)
 
 
 def _area(unit: UnitRow) -> float:
