@@ -25,6 +25,7 @@ from cityflow.viewer.model_view import (
 from cityflow.viewer.mosaic import known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.relief import ortho_pixels
+from cityflow.viewer.relief_gaps import without_specks
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.raster_pictures import CityRasters
@@ -136,7 +137,10 @@ def _window(grid: Grid, bounds: Bounds) -> tuple[slice, slice]:
 
 
 def _ground(rasters: CityRasters) -> tuple[ByteArray, Grid] | None:
+    """The ortho on the terrain; what no image sees is plain, in a quiet colour of the place."""
     if rasters.ortho is None or not np.isfinite(rasters.ortho[1]).any():
         return None
-    known = np.isfinite(rasters.ortho[1][0])[..., None]
-    return np.where(known, ortho_pixels(rasters.ortho[1]), np.array(TERRAIN_COLOUR, np.uint8)), rasters.ortho[0]
+    whole = without_specks(rasters.ortho[1])
+    known, pixels = np.isfinite(whole[0]), ortho_pixels(whole)
+    quiet = 0.5 * pixels[known].mean(axis=0) + 0.5 * np.array(TERRAIN_COLOUR)
+    return np.where(known[..., None], pixels, quiet.astype(np.uint8)), rasters.ortho[0]

@@ -20,6 +20,7 @@ from cityflow.viewer.mosaic import Mosaic
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
 from cityflow.viewer.relief import height_range, ortho_pixels, shaded_heights
+from cityflow.viewer.relief_gaps import without_specks
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.model_pictures import densest_spot
@@ -65,7 +66,7 @@ def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArr
         return None
     mosaic = Mosaic(window, MOST_PIXELS, len(values))
     mosaic.add(window, values, known)
-    mean = mosaic.mean()
+    mean = without_specks(mosaic.mean())
     shown = (
         ortho_pixels(mean)
         if survey.door == IMAGES

@@ -30,6 +30,7 @@ from cityflow.viewer.relief import (
     painted,
     shaded_heights,
 )
+from cityflow.viewer.relief_gaps import without_specks
 from cityflow.workflow.current import CurrentRecords
 
 MOST_FRAMES, FRAME_PIXELS = 4, 700
@@ -82,7 +83,7 @@ class CityRasters:
         """Surface, true ortho, classes and terrain, as far as they are known."""
         yield from _heights("Surface (DSM)", "Highest surface, small gaps filled; light from the north-west", self.dsm)
         if self.ortho is not None and np.isfinite(self.ortho[1]).any():
-            yield _shown("True ortho", "Colours of the steepest views", self.ortho, ortho_pixels(self.ortho[1]))
+            yield _coloured("True ortho", "Colours of the steepest views", self.ortho)
         if np.isfinite(self.classes[1]).any():
             values = self.classes[1]
             pixels = painted(np.moveaxis(values, 0, -1), np.isfinite(values[0]))
@@ -142,7 +143,7 @@ def frame_pictures(store: Store, survey: Survey, records: CurrentRecords) -> Ite
         raster = part.mosaic(["ortho", "ortho_seen"], _colours, survey.images.bands, FRAME_PIXELS)
         if np.isfinite(raster[1]).any():
             text = f"The city as seen by the {len(shown.images)} images that look there, without perspective"
-            yield _shown(f"True oblique ortho: {shown.name.replace('_', ' ')}°", text, raster, ortho_pixels(raster[1]))
+            yield _coloured(f"True oblique ortho: {shown.name.replace('_', ' ')}°", text, raster)
 
 
 def _finite(values: NDArray[Any]) -> tuple[NDArray[Any], BoolArray]:
@@ -165,6 +166,14 @@ def _heights(title: str, text: str, raster: Raster) -> Iterator[Picture]:
     if np.isfinite(values).any():
         limits = height_range(values)
         yield _shown(title, text, raster, shaded_heights(values, grid.cell, limits), height_key(limits))
+
+
+def _coloured(title: str, text: str, raster: Raster) -> Picture:
+    """An ortho without specks where no image sees a cell; large gaps stay."""
+    grid, values = raster
+    whole = without_specks(values)
+    gaps = ", small gaps filled from around" if np.isfinite(whole[0]).sum() > np.isfinite(values[0]).sum() else ""
+    return _shown(title, text + gaps, (grid, whole), ortho_pixels(whole))
 
 
 def _shown(
