@@ -61,12 +61,14 @@ def test_every_command_knows_textures(cityflow: Commands, town: PaintedTown, tow
     explained = cityflow("explain", town_run, "c")
     assert explained.code == 0, explained.text
     assert "textured_share" in explained.out
+    assert {r["status"] for r in newest(town_run, "windows").values()} == {"done"}
+    assert "windows-c: done" in explained.out
     told = cityflow(
         "plan", town.workflow, "--catalog", town.catalog, "--out", town_run, "--set", "texture.patches.padding_px=4"
     ).out
     assert "padding_px 3 → 4" in told
     names = {s["stage"] for s in report(town_run)["stages"]}
-    assert {"texture", "atlas"} <= names
+    assert {"texture", "windows", "atlas"} <= names
     assert redone(town_run, lambda: cityflow.run(town, town_run)) == set()
 
 
@@ -108,6 +110,9 @@ def test_one_unit_again_with_wishes_of_its_own(
     assert "override: most_images = 2" in told
     refused = cityflow("rerun", run, "--stage", "texture", "--unit", "c", "--set", "texture.when=never")
     assert refused.code == 1, "whether there are textures is a matter of the whole city"
+    never = cityflow("rerun", run, "--stage", "windows", "--unit", "c", "--set", "windows.when=never")
+    assert never.code == 1, never.text
+    assert "one value for the whole run" in never.text
     cityflow("rerun", run, "--stage", "texture", "--unit", "c", "--clear-overrides")
     assert contents(run) == contents(town_run)
 
@@ -125,7 +130,7 @@ def test_a_lost_picture_fails_and_heals(cityflow: Commands, town: PaintedTown, t
     finally:
         hidden.rename(picture)
     again = redone(run, lambda: cityflow("rerun", run, "--failed"))
-    assert {s for s, _ in again} - {"windows"} == {"ingest", "texture", "atlas", "export"}
+    assert {s for s, _ in again} == {"ingest", "texture", "windows", "atlas", "export"}
     assert {r["status"] for r in newest(run, "texture").values()} == {"done"}
     assert contents(run) == contents(town_run)
 

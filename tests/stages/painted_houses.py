@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import geopandas
@@ -73,8 +74,16 @@ FLOWN = (
 """Seen from above, and from all sides."""
 
 
-def taken(image: OrientedImage) -> NDArray[np.float64]:
-    """(rows, cols, 3) what the camera sees, 0 to 255: walls and roofs with a chequered pattern of one metre, the lawn, a pale sky."""
+Windows = Mapping[tuple[str, str], Sequence[tuple[float, float, float, float]]]
+"""House and side → windows: distance from the wall's western or southern end, height of the sill above the lawn, width, height; all metres."""
+
+PANE, CHEQUER = 30.0, 12.0
+
+
+def taken(
+    image: OrientedImage, windows: Windows = MappingProxyType({}), chequer: float = CHEQUER
+) -> NDArray[np.float64]:
+    """(rows, cols, 3) what the camera sees, 0 to 255: walls and roofs with a chequered pattern of one metre, dark windows, the lawn, a pale sky."""
     c = image.camera
     u, v = np.meshgrid(np.arange(c.width) + 0.5, np.arange(c.height) + 0.5)
     rays = np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones_like(u)], axis=-1).reshape(-1, 3) @ image.rotation
@@ -93,11 +102,22 @@ def taken(image: OrientedImage) -> NDArray[np.float64]:
                 k = int(np.flatnonzero(normal)[0])
                 on = hit & (axis == k) & (rays[:, k] * normal[k] < 0)
                 if on.any():
-                    where = image.centre + t[on, None] * rays[on]
-                    odd = np.floor(where - low + 1e-6)[:, [j for j in range(3) if j != k]].sum(axis=1) % 2
-                    out[on] = colour(house, side) + np.where(odd, 12.0, -12.0)[:, None]
+                    where = image.centre + t[on, None] * rays[on] - low
+                    odd = np.floor(where + 1e-6)[:, [j for j in range(3) if j != k]].sum(axis=1) % 2
+                    out[on] = colour(house, side) + np.where(odd, chequer, -chequer)[:, None]
+                    out[np.flatnonzero(on)[_in_a_window(where[:, [1 - k % 2, 2]], windows.get((house, side), ()))]] = (
+                        PANE
+                    )
                     best[on] = t[on]
     return out.reshape(c.height, c.width, 3)
+
+
+def _in_a_window(at: NDArray[np.float64], windows: Iterable[tuple[float, float, float, float]]) -> NDArray[np.bool_]:
+    """Of (N, 2) places along a wall and above its foot."""
+    inside = np.zeros(len(at), bool)
+    for left, sill, wide, high in windows:
+        inside |= ((at >= (left, sill)) & (at <= (left + wide, sill + high))).all(axis=1)
+    return inside
 
 
 Pictures = Sequence[tuple[OrientedImage, NDArray[Any]]]
@@ -108,9 +128,11 @@ def eight_bits(colours: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.clip(np.rint(colours), 0, 255).astype(np.uint8)
 
 
-def pictures(images: Iterable[OrientedImage] = FLOWN) -> list[tuple[OrientedImage, NDArray[Any]]]:
+def pictures(
+    images: Iterable[OrientedImage] = FLOWN, windows: Windows = MappingProxyType({}), chequer: float = CHEQUER
+) -> list[tuple[OrientedImage, NDArray[Any]]]:
     """What cameras took, as it is."""
-    return [(i, eight_bits(taken(i))) for i in images]
+    return [(i, eight_bits(taken(i, windows, chequer))) for i in images]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,207 @@
+"""Windows from photographs to products: painted on walls, found where they were painted, and nowhere else, whatever is run again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import geopandas
+import numpy as np
+import pytest
+import shapely
+from lxml import etree
+from numpy.typing import NDArray
+
+from cityflow.core.building import Lod
+from cityflow.core.camera import Camera
+from cityflow.io.cityjson import Transform, read_feature
+from cityflow.stages.area import Area
+from stages.painted_houses import CRS_CODE, FLOOR, MIDDLE, PLANS, Painted, Windows, X, Y, looking, pictures, survey_in
+from stages.test_texture_sources import Run, features, run, source_of
+
+FINE = Camera(900, 660, 990.0, 990.0, 450.0, 330.0)
+"""Seven centimetres a pixel."""
+IMAGES = tuple(
+    looking(name, place, at, FINE)
+    for name, place, at in (
+        ("nadir", (38, 45, 75), (38, 45, 0)), ("south", (38, -10, 45), MIDDLE), ("north", (38, 100, 55), MIDDLE),
+        ("west", (-17, 45, 55), MIDDLE), ("east", (93, 45, 55), MIDDLE),
+    )
+)  # fmt: skip
+WIDE, HIGH = 1.2, 1.5
+
+
+def rows(columns: tuple[float, ...], sills: tuple[float, ...]) -> list[tuple[float, float, float, float]]:
+    return [(left, sill, WIDE, HIGH) for sill in sills for left in columns]
+
+
+PAINTED: Windows = {
+    ("a", "south"): rows((1.5, 5.0, 8.5), (1.2, 4.6)),
+    ("b", "south"): rows((2.0, 5.5, 9.0), (1.6,)),
+    ("c", "south"): rows((1.5, 4.5, 8.5, 11.5), (1.2, 4.6)),
+    ("a", "east"): rows((2.0, 6.5), (5.8,)),
+}
+"""Those in the eastern wall of a look over the lower roof of b; below it the wall is a party wall."""
+STOREYS = {"a": 2, "b": 1, "c": 2}
+FORMATS: dict[str, Any] = {"export": {"formats": ["cityjson", "citygml"]}}
+GML = {"b": "http://www.opengis.net/citygml/building/2.0", "gml": "http://www.opengis.net/gml"}
+
+
+@pytest.fixture(scope="module")
+def painted(tmp_path_factory: pytest.TempPathFactory) -> Painted:
+    survey = survey_in(tmp_path_factory.mktemp("windows"))
+    survey.write_images(pictures(IMAGES, PAINTED, chequer=2.0))
+    survey.describe()
+    return survey
+
+
+@pytest.fixture(scope="module")
+def whole(painted: Painted, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return run(source_of(painted, **FORMATS), tmp_path_factory.mktemp("run") / "run")
+
+
+def true_rings(house: str) -> NDArray[np.float64]:
+    """(N, 2, 3) lower and upper corner of the windows of a house, world."""
+    x_0, y_0, x_1, _ = PLANS[house]
+    found = []
+    for (name, side), windows in PAINTED.items():
+        if name == house:
+            low = [(x_0 + w[0], y_0) if side == "south" else (x_1, y_0 + w[0]) for w in windows]
+            step = (WIDE, 0) if side == "south" else (0, WIDE)
+            found += [
+                ((x, y, FLOOR + w[1]), (x + step[0], y + step[1], FLOOR + w[1] + HIGH))
+                for (x, y), w in zip(low, windows, strict=True)
+            ]
+    return in_order(np.array(found))
+
+
+def in_order(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    middles = corners.mean(axis=1).round(0)
+    return corners[np.lexsort((middles[:, 2], middles[:, 1], middles[:, 0]))]
+
+
+def windows_of(feature: Mapping[str, Any], transform: Transform) -> NDArray[np.float64]:
+    """(N, 2, 3) lower and upper corner of the windows in a CityJSONFeature."""
+    vertices = transform.decode(feature["vertices"])
+    (thing,) = feature["CityObjects"].values()
+    found = []
+    for geometry in thing["geometry"]:
+        if geometry["lod"] == "3":
+            surfaces, values = geometry["semantics"]["surfaces"], geometry["semantics"]["values"]
+            for boundary, value in zip(geometry["boundaries"], values, strict=True):
+                surface = surfaces[value]
+                if surface["type"] == "Window":
+                    assert "is_party_wall" not in surfaces[surface["parent"]]
+                    assert 0.5 <= surface["confidence"] <= 1
+                    found.append((vertices[boundary[0]].min(axis=0), vertices[boundary[0]].max(axis=0)))
+    return in_order(np.array(found).reshape(-1, 2, 3))
+
+
+def products(made: Run) -> dict[str, NDArray[np.float64]]:
+    """Building → its windows, from the city's CityJSON."""
+    lines = made.store.read_bytes("products/city.city.jsonl").splitlines()
+    transform = Transform.of_header(json.loads(lines[0]))
+    return {f["id"]: windows_of(f, transform) for f in features(made) if f["id"][0] in PLANS}
+
+
+def citygml(made: Run) -> list[bytes]:
+    return [made.store.read_bytes(p) for p in made.store.find("products/citygml") if p.endswith(".gml")]
+
+
+def attributes(made: Run, unit: str) -> dict[str, Any]:
+    (feature,) = [f for f in features(made) if f["id"] == unit]
+    said: dict[str, Any] = feature["CityObjects"][unit]["attributes"]
+    return said
+
+
+def test_windows_are_in_the_products_where_they_were_painted(whole: Run) -> None:
+    found = products(whole)
+    for house in PLANS:
+        true = true_rings(house)
+        assert found[house].shape == true.shape, house
+        assert np.abs(found[house] - true).max() < 0.2, house
+
+
+def test_citygml_has_the_same_windows(whole: Run) -> None:
+    buildings = [b for text in citygml(whole) for b in etree.fromstring(text).iter(f"{{{GML['b']}}}Building")]
+    assert len(buildings) == len(PLANS)
+    found = products(whole)
+    for house in buildings:
+        rings = [
+            np.array(str(e.text).split(), float).reshape(-1, 3) for e in house.iterfind(".//b:Window//gml:posList", GML)
+        ]
+        corners = np.array([(r.min(axis=0), r.max(axis=0)) for r in rings])
+        assert in_order(corners) == pytest.approx(found[str(house.findtext("gml:name", namespaces=GML))], abs=1e-4)
+
+
+def test_buildings_and_walls_say_their_share_and_storeys(whole: Run) -> None:
+    for house, (x_0, _, x_1, _) in PLANS.items():
+        said = attributes(whole, house)
+        assert said["windows"] == len(true_rings(house))
+        assert said.get("storeys_by_windows") == STOREYS[house], house
+        assert said["windows_confidence"] > 0.6
+        wide, high = x_1 - x_0, {"a": 8.0, "b": 5.0, "c": 8.0}[house]
+        (feature,) = [f for f in features(whole) if f["id"] == house]
+        (solid,) = [
+            g for g in feature["CityObjects"][house]["geometry"] if g["lod"] == Lod.LOD22 and g["type"] == "Solid"
+        ]
+        walls = [s for s in solid["semantics"]["surfaces"] if s.get("windows")]
+        share = len(PAINTED[house, "south"]) * WIDE * HIGH / (wide * high)
+        assert any(w["window_to_wall_ratio"] == pytest.approx(share, rel=0.25) for w in walls), house
+        assert not [s for s in solid["semantics"]["surfaces"] if s.get("is_party_wall") and "windows" in s]
+
+
+def test_an_area_has_the_same_windows_and_no_others(painted: Painted, whole: Run, tmp_path: Path) -> None:
+    made = run(source_of(painted, Area(shapely.box(X + 40, Y + 30, X + 49, Y + 40)), **FORMATS), tmp_path / "run")
+    assert {u for s, u in made.records if s == "windows"} == {"b"}
+    assert made.records["windows", "b"].outputs == whole.records["windows", "b"].outputs
+    found, all_of = products(made), products(whole)
+    assert list(found) == ["b"]
+    assert found["b"].tolist() == all_of["b"].tolist()
+
+
+def test_a_wish_for_one_building_runs_its_windows_and_the_export_again(
+    painted: Painted, whole: Run, tmp_path: Path
+) -> None:
+    wish = {("windows", "c"): {"least_confidence": 1.0}}
+    made = run(source_of(painted, overrides=wish, **FORMATS), tmp_path / "run", whole)
+    assert {n for n in made.ran if n[0] != "export"} == {("windows", "c")}
+    found, before = products(made), products(whole)
+    assert len(found["c"]) == 0
+    assert attributes(made, "c")["windows"] == 0
+    assert "storeys_by_windows" not in attributes(made, "c")
+    assert [found[u].tolist() for u in ("a", "b")] == [before[u].tolist() for u in ("a", "b")]
+
+
+def test_nobody_wants_windows(painted: Painted, whole: Run, tmp_path: Path) -> None:
+    made = run(source_of(painted, windows={"when": "never"}, **FORMATS), tmp_path / "run", whole)
+    assert {s for s, _ in made.ran} == {"export"}
+    assert not [u for s, u in made.records if s == "windows"]
+    assert all(len(w) == 0 for w in products(made).values())
+    text = b"".join(citygml(made))
+    assert b"<bldg:WallSurface" in text
+    assert b"lod3MultiSurface" not in text
+    assert b"windows" not in text
+
+
+def test_a_cut_through_a_house_leaves_windows_in_both_halves(painted: Painted, whole: Run, tmp_path: Path) -> None:
+    """A person has drawn it; the wall between the halves is a party wall."""
+    edits = tmp_path / "edits.gpkg"
+    cut = shapely.LineString([(X + 37.2, Y + 54.8), (X + 37.2, Y + 65.2)])
+    geopandas.GeoDataFrame(geometry=[cut], crs=CRS_CODE.replace("7415", "28992")).to_file(edits, layer="cut_lines")
+    made = run(source_of(painted, edits={"path": str(edits)}, **FORMATS), tmp_path / "run", whole)
+    found = products(made)
+    halves = sorted(u for u in found if u.startswith("c"))
+    assert [len(found[u]) for u in halves] == [4, 4]
+    together = in_order(np.concatenate([found[u] for u in halves]))
+    assert np.abs(together - true_rings("c")).max() < 0.25
+    assert [found[u].tolist() for u in ("a", "b")] == [products(whole)[u].tolist() for u in ("a", "b")]
+
+
+def test_features_with_windows_are_read_again(whole: Run) -> None:
+    lines = whole.store.read_bytes("products/city.city.jsonl").splitlines()
+    transform = Transform.of_header(json.loads(lines[0]))
+    read = {b.id for b in (read_feature(line, transform) for line in lines[1:] if b'"Building"' in line)}
+    assert read == set(PLANS)
