@@ -1,0 +1,23 @@
+"""What holds for all tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from missing_tools import missing_tools
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the groups that were skipped for lack of a tool."""
+    lines = list(missing_tools(_reasons(terminalreporter)))
+    if lines:
+        terminalreporter.section("skipped for lack of a tool", yellow=True)
+        for line in lines:
+            terminalreporter.write_line(line)
+
+
+def _reasons(terminalreporter: pytest.TerminalReporter) -> Iterator[str]:
+    for report in terminalreporter.stats.get("skipped", []):
+        yield report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
