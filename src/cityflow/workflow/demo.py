@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from cityflow.core.grid import grown
 from cityflow.errors import WorkflowError
 from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
@@ -25,6 +26,8 @@ from cityflow.workflow.synth_files import PoseNoise
 from cityflow.workflow.view import CITY
 
 SURVEY = "flight_survey"
+AROUND_M = 25.0
+"""Buildings so far beyond the ground that is flown over are still seen from enough sides."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +60,9 @@ CITIES = (
 
 
 def flight_parameters(seed: int) -> SynthParameters:
-    """Five cameras over 60 x 60 m: about sixty small images."""
-    flight = preset("five_cameras", gsd_m=0.15, width_px=800, height_px=600, forward_overlap=0.6, side_overlap=0.4)
-    return SynthParameters(seed=seed, size=(60.0, 60.0), flight=flight, truth_cell_m=0.15)
+    """Five cameras over 50 x 50 m: about seventy small images."""
+    flight = preset("five_cameras", gsd_m=0.12, width_px=640, height_px=480, forward_overlap=0.6, side_overlap=0.4)
+    return SynthParameters(seed=seed, size=(50.0, 50.0), flight=flight, truth_cell_m=0.12)
 
 
 def run_demo(
@@ -85,12 +88,12 @@ def run_demo(
         for city, (workflow, catalog) in zip(wanted, files, strict=True):
             console.rule(city.said)
             begun = time.monotonic()
+            aoi = city.aoi
             if city is FLIGHT:
-                catalog = out / SURVEY / "catalog"
-                make_survey(
-                    out / SURVEY, flight_parameters(seed), PoseNoise(), address, workers, console, next_step=False
-                )
-            run_workflow(workflow, str(catalog), str(out / city.name), (), city.aoi, address, workers, console)
+                made = flight_parameters(seed)
+                catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
+                make_survey(out / SURVEY, made, PoseNoise(), address, workers, console, next_step=False)
+            run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console)
             said.append(_said(city, out / city.name, time.monotonic() - begun))
     runs = [str(out / c.name) for c in wanted]
     _conclude(said, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)
