@@ -210,7 +210,7 @@ def demo(
     only: Annotated[
         list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another town under the made flight")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Another town under the made flight")] = 12,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     view: Annotated[
