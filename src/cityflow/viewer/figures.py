@@ -22,6 +22,8 @@ from cityflow.viewer.window_figures import window_figures
 from cityflow.viewer.worth_a_look import worth_a_look
 
 USUAL = ReportParameters()
+EXPORT = "export"
+"""The stage that comes last."""
 
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
@@ -37,7 +39,7 @@ def report_figures(data: ReportData, parameters: ReportParameters = USUAL) -> di
         "title": data.title,
         "workflow": data.workflow,
         "reference": {"crs": data.crs, "vertical_datum": data.vertical_datum},
-        "summary": summary(units),
+        "summary": {**summary(units), **_progress(data)},
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
         "unused_edits": [asdict(e) for e in data.unused_edits],
@@ -79,6 +81,18 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
         "seconds_median": quantile(seconds, 0.5),
         "seconds_max": max(seconds, default=None),
         "peak_mb": max((u.peak_mb for u in units), default=None),
+    }
+
+
+def _progress(data: ReportData) -> dict[str, Any]:
+    """How far the run is: buildings that wait, tasks done, whether anything has been exported, and whether something is still to be done."""
+    exported = any(s.stage == EXPORT for s in data.stages)
+    begun = bool(data.stages or data.units)
+    return {
+        "waiting": len(data.waiting),
+        "tasks": sum(s.done + s.degraded for s in data.stages),
+        "exported": exported,
+        "unfinished": bool(data.waiting) or not begun or (bool(data.stages) and not exported),
     }
 
 
@@ -153,22 +167,23 @@ def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:
         "count": len(rows),
         "units": [r.unit for r in rows],
         "pages": [r.unit for r in rows if r.unit in data.pages] if first.stage == data.unit_stage else [],
-        "command": rerun_command(first.stage, [r.unit for r in rows], data.unit_stage, first.status),
-        "explain": f"cityflow explain RUN {shlex.quote(first.unit)}",
+        "command": rerun_command(first.stage, [r.unit for r in rows], data.unit_stage, first.status, data.run),
+        "explain": f"cityflow explain {shlex.quote(data.run)} {shlex.quote(first.unit)}",
     }
 
 
-def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Status) -> str:
-    """The command that runs these units, and what depends on them, again.
+def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Status, run: str = "RUN") -> str:
+    """The command that runs these units of a run's folder, and what depends on them, again.
 
     Refused units are left to a new run of the workflow: once their outlines are mended their tasks are stale by themselves.
     """
+    here = shlex.quote(run)
     if status is Status.REFUSED:
-        return "cityflow run WORKFLOW --out RUN"
+        return f"cityflow run WORKFLOW --out {here}"
     if len(units) > MOST_UNITS_IN_A_COMMAND:
-        return "cityflow rerun RUN --degraded" if status is Status.DEGRADED else "cityflow rerun RUN --failed"
+        return f"cityflow rerun {here} {'--degraded' if status is Status.DEGRADED else '--failed'}"
     chosen = " ".join(f"--unit {shlex.quote(u)}" for u in units)
-    return f"cityflow rerun RUN {'' if stage == unit_stage else f'--stage {shlex.quote(stage)} '}{chosen}"
+    return f"cityflow rerun {here} {'' if stage == unit_stage else f'--stage {shlex.quote(stage)} '}{chosen}"
 
 
 def _counts(values: Iterable[str]) -> dict[str, int]:

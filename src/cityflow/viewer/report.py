@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,9 +14,12 @@ from cityflow.viewer.environment import rendered, template_text
 from cityflow.viewer.figures import PLAIN, figures_text, finite, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
+from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_map import draw_map
+
+__all__ = ["listed_units", "verdict", "write_report"]
 
 USUAL = ReportParameters()
 
@@ -28,13 +32,18 @@ def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tupl
 
 def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
     units = sorted(data.units, key=lambda u: u.id)
-    unit_map = draw_map(units)
+    looks = frozenset(s["id"] for s in figures["worth_a_look"])
+    unit_map = draw_map(units, data.waiting, looks)
     return rendered(
         "report.html.j2",
         data=data,
         figures=figures,
         summary=figures["summary"],
         verdict=verdict(figures["summary"]),
+        short=in_short(figures, data.run),
+        unfinished=figures["summary"]["unfinished"],
+        run=shlex.quote(data.run),
+        has_workflow=any("WORKFLOW" in p["command"] for p in figures["problems"]),
         unit_map=unit_map,
         units=units,
         histograms=_histograms(units),
@@ -54,22 +63,6 @@ def listed_units(units: Sequence[UnitRow], listed: int = USUAL.listed) -> list[U
     """The buildings that the page lists by themselves: the worst, then the slowest, each once."""
     ordered = sorted(units, key=lambda u: u.id)
     return list({u.id: u for name in ("nmad", "seconds") for _, u in _highest(ordered, name, listed)}.values())
-
-
-def verdict(summary: dict[str, Any]) -> str:
-    """The outcome in one sentence."""
-    total, done = summary["units"], summary["done"]
-    if total == 0:
-        return "No building has been worked on yet."
-    if done == total:
-        return (
-            f"All {total:,} buildings are modelled as asked." if total > 1 else "The one building is modelled as asked."
-        )
-    parts = [f"{done:,} of {total:,} buildings {'is' if done == 1 else 'are'} modelled as asked"]
-    for status, text in (("degraded", "simpler than asked"), ("failed", "failed"), ("refused", "refused")):
-        if summary[status]:
-            parts.append(f"{summary[status]:,} {text}")
-    return ", ".join(parts) + "."
 
 
 def _off_map(units: Sequence[UnitRow], drawn: set[int]) -> list[UnitRow]:

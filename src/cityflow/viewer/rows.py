@@ -135,6 +135,8 @@ class ReportData:
     pages_left_out : buildings that did not end as asked and have no page, because there are so many
     textures : None where none are made
     placing : how the city was placed on the globe: what was done, and its accuracy; empty where nobody can say
+    run : where the run lies, as commands name it
+    waiting : rings of outlines that nobody has worked on yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
     """
 
@@ -160,4 +162,6 @@ class ReportData:
     pages_left_out: int = 0
     textures: TextureFigures | None = None
     placing: Mapping[str, str | float] = field(default_factory=dict)
+    run: str = "RUN"
+    waiting: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     view: str = ""

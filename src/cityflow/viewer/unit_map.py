@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -18,6 +19,7 @@ UNITS_PER_METRE = 10
 STATUS_ORDER = (Status.REFUSED, Status.DONE, Status.DEGRADED, Status.FAILED)
 """Drawn in this order, so that what needs attention lies on top, and a refused duplicate below the building that it repeats."""
 
+NOBODY: Mapping[str, Sequence[FloatArray]] = {}
 AROUND = 0.1
 """Refused outlines farther away than this share of the town's extent are not drawn: one of them would make the town a dot."""
 
@@ -52,27 +54,49 @@ class UnitShape:
 
 @dataclass(frozen=True, slots=True)
 class UnitMap:
-    """Shapes in drawing order, the size of the drawing in its own units, and the colour scales."""
+    """Shapes in drawing order, the size of the drawing in its own units, and the colour scales.
+
+    Attributes
+    ----------
+    waiting : paths of outlines that nobody has worked on yet;  looks : centres of models that stand out
+    """
 
     shapes: tuple[UnitShape, ...]
     width: int
     height: int
     scales: tuple[Scale, ...]
+    waiting: tuple[str, ...] = ()
+    looks: tuple[tuple[int, int], ...] = ()
 
 
-def draw_map(units: Sequence[UnitRow]) -> UnitMap:
-    """The map of units, in the order given; units without outline and refused ones far off are left out."""
+def draw_map(
+    units: Sequence[UnitRow],
+    waiting: Mapping[str, Sequence[FloatArray]] = NOBODY,
+    looks: AbstractSet[str] = frozenset(),
+) -> UnitMap:
+    """The map of units, in the order given; units without outline and refused ones far off are left out.
+
+    Parameters
+    ----------
+    waiting : rings of outlines without a task, by id;  looks : ids of models to be marked
+    """
     drawn = _near([(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)])
     scales = colour_scales(units)
-    if not drawn:
+    others = [rings for _, rings in sorted(waiting.items()) if any(len(r) for r in rings)]
+    if not drawn and not others:
         return UnitMap((), 0, 0, scales)
-    low, high = _extent([u for _, u in drawn])
+    low, high = _extent([*(u.rings for _, u in drawn), *others])
     margin = max(0.02 * float((high - low).max()), 2.0)
     origin = np.array([low[0] - margin, high[1] + margin])
     drawn.sort(key=lambda entry: (STATUS_ORDER.index(entry[1].status), entry[0]))
     shapes = tuple(_shape(i, u, origin, scales) for i, u in drawn)
     width, height = ((high - low + 2 * margin) * UNITS_PER_METRE).round().astype(int)
-    return UnitMap(shapes, int(width), int(height), scales)
+    marked = tuple(s.centre for s in shapes if units[s.row].id in looks)
+    paths = tuple(
+        "".join(_path(_to_drawing(np.asarray(r, np.float64)[:, :2], origin)) for r in rings if len(r))
+        for rings in others
+    )
+    return UnitMap(shapes, int(width), int(height), scales, paths, marked)
 
 
 def _near(drawn: list[tuple[int, UnitRow]]) -> list[tuple[int, UnitRow]]:
@@ -80,19 +104,19 @@ def _near(drawn: list[tuple[int, UnitRow]]) -> list[tuple[int, UnitRow]]:
     town = [u for _, u in drawn if u.status is not Status.REFUSED]
     if not town:
         return drawn
-    low, high = _extent(town)
+    low, high = _extent([u.rings for u in town])
     margin = AROUND * float((high - low).max())
     return [(i, u) for i, u in drawn if u.status is not Status.REFUSED or _within(u, low - margin, high + margin)]
 
 
 def _within(unit: UnitRow, low: FloatArray, high: FloatArray) -> bool:
-    least, most = _extent([unit])
+    least, most = _extent([unit.rings])
     return bool((least >= low).all() and (most <= high).all())
 
 
-def _extent(units: Sequence[UnitRow]) -> tuple[FloatArray, FloatArray]:
-    """(2,) lowest and (2,) highest x, y of all outlines."""
-    corners = np.concatenate([np.asarray(r, np.float64)[:, :2] for u in units for r in u.rings if len(r)])
+def _extent(outlines: Sequence[Sequence[FloatArray]]) -> tuple[FloatArray, FloatArray]:
+    """(2,) lowest and (2,) highest x, y of all outlines' rings."""
+    corners = np.concatenate([np.asarray(r, np.float64)[:, :2] for rings in outlines for r in rings if len(r)])
     return corners.min(axis=0), corners.max(axis=0)
 
 

@@ -60,6 +60,7 @@ class UnitPage:
     crops : what stands there: heights, ortho, photographs
     plan, planes : roof planes in plan, numbered, and their figures; of the kept model, else of the best one
     attempt, seconds, peak_mb, version : of the newest attempt
+    run : where the run lies, as commands name it
     parameters : what differs from the survey's for this building alone
     """
 
@@ -74,6 +75,7 @@ class UnitPage:
     attempt: int = 1
     version: int = 0
     parameters: tuple[tuple[str, str], ...] = ()
+    run: str = "RUN"
 
 
 VERDICTS = {
@@ -93,9 +95,9 @@ def write_unit_page(page: UnitPage) -> bytes:
         page=page,
         unit=unit,
         verdict=VERDICTS[unit.status],
-        command=rerun_command(page.stage, [unit.id], page.stage, unit.status),
+        command=rerun_command(page.stage, [unit.id], page.stage, unit.status, page.run),
         other=_with_other_parameters(page),
-        explain=f"cityflow explain RUN {shlex.quote(unit.id)}",
+        explain=f"cityflow explain {shlex.quote(page.run)} {shlex.quote(unit.id)}",
         attributes=attributes,
         style=template_text("report.css"),
     ).encode()
@@ -105,4 +107,4 @@ def _with_other_parameters(page: UnitPage) -> str:
     """The same command with a parameter changed, where that may help."""
     if page.unit.status is Status.REFUSED:
         return ""
-    return rerun_command(page.stage, [page.unit.id], page.stage, page.unit.status) + " --set KEY=VALUE"
+    return rerun_command(page.stage, [page.unit.id], page.stage, page.unit.status, page.run) + " --set KEY=VALUE"

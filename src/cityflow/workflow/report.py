@@ -6,7 +6,7 @@ import gc
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -70,17 +70,22 @@ PRODUCTS = {
 }
 
 
-def write_run_report(run: Prepared, records: CurrentRecords) -> str:
-    """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands."""
-    data = write_report_files(run, records)
+def write_run_report(run: Prepared, records: CurrentRecords, named: str = "") -> str:
+    """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands.
+
+    Parameters
+    ----------
+    named : how commands shall name the run; empty: by its full path
+    """
+    data = write_report_files(run, records, named)
     write_run_view(run, records, data)
     return run.store.url("report.html")
 
 
-def write_report_files(run: Prepared, records: CurrentRecords) -> ReportData:
+def write_report_files(run: Prepared, records: CurrentRecords, named: str = "") -> ReportData:
     """The report without the view in the browser, which it links to."""
     with uncollected():
-        return _write_files(run, records)
+        return _write_files(run, records, named or run.store.root)
 
 
 @contextmanager
@@ -95,12 +100,12 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def _write_files(run: Prepared, records: CurrentRecords) -> ReportData:
+def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportData:
     parameters = run.workflow.city.report
     survey = run.source().survey
     for record in records.of(ingest.STAGE):
         survey.learn(record)
-    data = replace(report_data(run, records), view=f"{VIEW}/index.html")
+    data = replace(report_data(run, records), run=named, view=f"{VIEW}/index.html")
     chosen = chosen_units(data.units, parameters)
     crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.STAGE)))
     small = {
@@ -109,7 +114,7 @@ def _write_files(run: Prepared, records: CurrentRecords) -> ReportData:
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
     newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
-    write_pages(run.store, survey, chosen, newest, crops, data.title, data.overrides)
+    write_pages(run.store, survey, chosen, newest, crops, data)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data, parameters)
     run.store.write_bytes("report.json", page_json)
@@ -128,7 +133,7 @@ def print_report(url: str, settings: Sequence[str], console: Console) -> None:
     run = with_settings(open_run(url), settings)
     with uncollected(), Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    console.print(write_run_report(run, records), markup=False, highlight=False, soft_wrap=True)
+    console.print(write_run_report(run, records, url), markup=False, highlight=False, soft_wrap=True)
 
 
 def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
@@ -150,7 +155,9 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.STAGE,)
-    survey, rows = run.source().survey, tuple(_units(run, records))
+    survey, outlines = run.source().survey, _outlines(run, records)
+    rows = tuple(_units(run, records, outlines))
+    known = {row.id for row in rows}
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
@@ -168,6 +175,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides=_overrides(run),
+        waiting={unit: outlines.rings[unit] for unit in sorted(outlines.asked - known)},
         pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
         images=image_figures(survey, records),
         checkpoints=checkpoint_rows(run.store),
@@ -194,14 +202,13 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
     return {} if globe is None else dict(globe.placing.said())
 
 
-def _units(run: Prepared, records: CurrentRecords) -> Iterator[UnitRow]:
-    rings, tiles = _outlines(run, records)
+def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:
     exported = export.read_rows(run.store, [p for r in records.of(export.STAGE) for p in r.outputs])
     for record in records.of(reconstruct.STAGE):
         yield _unit(
             record,
-            tiles.get(record.unit, ""),
-            rings.get(record.unit, ()),
+            outlines.tiles.get(record.unit, ""),
+            outlines.rings.get(record.unit, ()),
             exported.get(record.unit, {}),
         )
 
@@ -218,22 +225,35 @@ def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Ma
     )  # fmt: skip
 
 
-def _outlines(run: Prepared, records: CurrentRecords) -> tuple[dict[str, tuple[FloatArray, ...]], dict[str, str]]:
-    """Rings of every unit and refused outline that is a polygon, and the tiles that own the units."""
-    rings: dict[str, tuple[FloatArray, ...]] = {}
-    tiles: dict[str, str] = {}
-    for record in records.of(units.STAGE) or records.of(outline.STAGE):
-        for path in sorted({entry["path"] for entry in record.result.get("units", [])}):
+@dataclass(frozen=True, slots=True)
+class _Outlines:
+    """Rings of every unit and refused outline that is a polygon, the tiles that own the units, and the units that are asked for."""
+
+    rings: dict[str, tuple[FloatArray, ...]]
+    tiles: dict[str, str]
+    asked: set[str]
+
+
+def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
+    found = _Outlines({}, {}, set())
+    split = {r.unit: r for r in records.of(units.STAGE)}
+    # where a tile's outlines have not been split yet they stand for their units
+    owners = {**{r.unit: r for r in records.of(outline.STAGE)}, **split}
+    for tile, record in sorted(owners.items()):
+        entries = record.result.get("units", [])
+        found.asked.update(e["id"] for e in entries if run.area.holds(tuple(e["point"])))
+        for path in sorted({entry["path"] for entry in entries}):
             for standing in decode_all(run.store.read_bytes(path)):
-                polygon = standing.outline.polygon
-                rings[standing.outline.id] = tuple(
-                    np.asarray(r.coords)[:, :2] for r in (polygon.exterior, *polygon.interiors)
-                )
-                tiles[standing.outline.id] = record.unit
+                found.rings[standing.outline.id] = _rings(standing.outline.polygon)
+                found.tiles[standing.outline.id] = tile
     records_of = [r for stage in (ingest.STAGE, outline.STAGE, units.STAGE) for r in records.of(stage)]
     for unit, shape in refused_shapes(run.store, records_of).items():
-        rings.setdefault(unit, tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape)))
-    return rings, tiles
+        found.rings.setdefault(unit, _rings(shape))
+    return found
+
+
+def _rings(shape: shapely.Geometry) -> tuple[FloatArray, ...]:
+    return tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape))
 
 
 def _stage(stage: str, records: list[Record]) -> StageRow:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -23,7 +22,7 @@ from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plane_plan import draw_planes, plane_colour
 from cityflow.viewer.report import listed_units
 from cityflow.viewer.report_parameters import ReportParameters
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_page import FOLDER, CandidateRow, PlaneRow, UnitPage, write_unit_page
 from cityflow.viewer.worth_a_look import worth_a_look
 from cityflow.workflow.unit_crops import Crops, crop_pictures, photographs
@@ -73,8 +72,7 @@ def _area(unit: UnitRow) -> float:
 
 
 def write_pages(
-    store: Store, survey: Survey, chosen: Chosen, records: Mapping[str, Record], crops: Crops, title: str,
-    overrides: Mapping[str, Mapping[str, Any]],
+    store: Store, survey: Survey, chosen: Chosen, records: Mapping[str, Record], crops: Crops, data: ReportData
 ) -> None:  # fmt: skip
     """Write the pages, and remove those of before that are no more."""
     written = set()
@@ -83,8 +81,10 @@ def write_pages(
         if record is None:
             continue
         page = _page(store, survey, unit, record, crops)
-        own = tuple((k, v) for k, v in parameter_rows(dict(overrides.get(unit.id, {}))) if k)
-        store.write_bytes(page_path(unit.id), write_unit_page(replace(page, title=title, parameters=own)))
+        own = tuple((k, v) for k, v in parameter_rows(dict(data.overrides.get(unit.id, {}))) if k)
+        store.write_bytes(
+            page_path(unit.id), write_unit_page(replace(page, title=data.title, parameters=own, run=data.run))
+        )
         written.add(page_path(unit.id))
     for path in set(store.find(FOLDER)) - written:
         if path.endswith(".html"):

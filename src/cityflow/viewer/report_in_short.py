@@ -1,0 +1,126 @@
+"""The first screen of the report: how much is done, how good it is, where the problems are, what to do; a sentence each."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cityflow.core.building import Status
+from cityflow.viewer.environment import cm
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A question of the reader, the answer, and the section of the page that says more (may be empty)."""
+
+    question: str
+    answer: str
+    section: str = ""
+
+
+def verdict(summary: Mapping[str, Any]) -> str:
+    """The outcome in one sentence; of an unfinished run, what is still to come."""
+    total, done, waiting = summary["units"], summary["done"], summary.get("waiting", 0)
+    if total == 0 and not waiting:
+        return _of_none(summary)
+    parts = [f"{done:,} of {total + waiting:,} buildings {'is' if done == 1 else 'are'} modelled as asked"]
+    if done == total and not waiting:
+        return (
+            f"All {total:,} buildings are modelled as asked." if total > 1 else "The one building is modelled as asked."
+        )
+    for status, text in (("degraded", "simpler than asked"), ("failed", "failed"), ("refused", "refused")):
+        if summary[status]:
+            parts.append(f"{summary[status]:,} {text}")
+    if waiting:
+        parts.append(f"{waiting:,} not worked on yet")
+    return ", ".join(parts) + "."
+
+
+def _of_none(summary: Mapping[str, Any]) -> str:
+    if summary.get("exported"):
+        return "No building was found in the surveyed area."
+    tasks = summary.get("tasks", 0)
+    if tasks:
+        return f"No building has been worked on yet: {tasks:,} {'task' if tasks == 1 else 'tasks'} before that {'is' if tasks == 1 else 'are'} done."
+    return "No building has been worked on yet."
+
+
+def in_short(figures: Mapping[str, Any], run: str) -> list[Answer]:
+    """Answers in the order in which they are asked; nothing where nothing has run."""
+    summary = figures["summary"]
+    if not summary["units"] and not summary.get("waiting"):
+        return []
+    return [
+        Answer("How good?", _how_good(figures), "quality"),
+        Answer("Where are problems?", _problems(figures), "todo"),
+        Answer("What to do?", _to_do(figures, run), "todo"),
+    ]
+
+
+def _how_good(figures: Mapping[str, Any]) -> str:
+    summary, checks = figures["summary"], figures["checkpoints"]
+    if summary["nmad_median"] is None:
+        return "No model has been held against measured points yet."
+    text = f"The roof of a typical building lies within {cm(summary['nmad_median'])} of the points measured on it"
+    if summary["nmad_95"] is not None and summary["done"] > 1:
+        text += f"; for 95 % of the buildings within {cm(summary['nmad_95'])}"
+    known = [c for c in checks if c["rmse"] is not None]
+    return f"{text}." + (
+        f" Points of known position: {known[0]['product'].replace('_', ' ')} off by {cm(known[0]['rmse'])}."
+        if known
+        else ""
+    )
+
+
+def _problems(figures: Mapping[str, Any]) -> str:
+    groups, looks = figures["problems"], figures["worth_a_look"]
+    counts = {s: sum(g["count"] for g in groups if g["status"] == s) for s in Status}
+    kinds = len(groups)
+    texts = [
+        f"{counts[status]:,} {'task' if counts[status] == 1 else 'tasks'} {word}"
+        for status, word in ((Status.FAILED, "failed"), (Status.REFUSED, "refused"), (Status.DEGRADED, "simplified"))
+        if counts[status]
+    ]
+    said = (
+        [
+            f"{_listed(texts)}, for {kinds:,} {'kind of reason' if kinds == 1 else 'kinds of reasons'}"
+            if kinds > 1
+            else _listed(texts)
+        ]
+        if texts
+        else []
+    )
+    if looks:
+        said.append(
+            f"{len(looks):,} finished {'model stands' if len(looks) == 1 else 'models stand'} out as worse than the others"
+        )
+    return (
+        f"{'; '.join(said)}. They are marked on the map."
+        if said
+        else "None: nothing failed, and no model stands out as worse than the others."
+    )
+
+
+def _to_do(figures: Mapping[str, Any], run: str) -> str:
+    summary, groups = figures["summary"], figures["problems"]
+    failed, refused = ([g for g in groups if g["status"] == s] for s in (Status.FAILED, Status.REFUSED))
+    if summary["unfinished"]:
+        return f"Let the run end: cityflow run WORKFLOW --out {shlex.quote(run)} goes on where it stopped."
+    if failed:
+        return "Read why tasks failed, mend or set what the reasons name, and run them again with the commands below."
+    if refused:
+        return "Mend the refused outlines in their source and run the workflow again; the rest can be used."
+    if figures["worth_a_look"]:
+        return "Look at the models that stand out; the rest can be used as it is."
+    return "Nothing: the products can be used as they are."
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """As a person lists things.
+
+    >>> _listed(["a", "b", "c"]), _listed(["a"])
+    ('a, b and c', 'a')
+    """
+    return f"{', '.join(texts[:-1])} and {texts[-1]}" if len(texts) > 1 else "".join(texts)
