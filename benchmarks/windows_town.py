@@ -30,8 +30,9 @@ from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, ImageErrors, d
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.candidates import looks_of
 from cityflow.windows.confidence import NAMES, features
-from cityflow.windows.find import find_unit_windows, find_windows, searched
+from cityflow.windows.find import find_unit_windows, find_windows
 from cityflow.windows.picture import picture_of
+from cityflow.windows.search import searched
 from cityflow.windows.window_parameters import WindowParameters
 
 OTHERS = ("blank", "glass")

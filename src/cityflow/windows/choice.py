@@ -40,11 +40,10 @@ def support(found: Candidates, tolerance: float) -> IntArray:
 
 def _without_overlap(boxes: IntArray, own: IntArray, worth: FloatArray, most: float, most_within: float) -> IntArray:
     """Numbers of boxes that stay, the worthiest first, of equal ones the first; `own` is what each keeps free of others."""
-    shared, within = overlap(own, boxes)
-    against = (shared > most) | (within > most_within)
     free, kept = np.ones(len(boxes), bool), []
     for k in np.argsort(-worth, kind="stable"):
         if free[k]:
             kept.append(int(k))
-            free &= ~against[k]
+            shared, within = overlap(own[k : k + 1], boxes)
+            free &= ~((shared[0] > most) | (within[0] > most_within))
     return np.array(sorted(kept), np.int64)

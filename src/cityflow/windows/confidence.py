@@ -7,27 +7,51 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.windows.candidates import RIM_M, Candidates
-from cityflow.windows.edges import Edges, roughness
+from cityflow.windows.edges import Edges, box_sums, integral, roughness
 from cityflow.windows.picture import Picture
 
 NAMES = (
     "one", "sides", "two worst sides", "worst step", "contrast", "company", "alone", "completed", "rough rim", "rough inside", "aspect", "size",
-    "by hue", "pixels across", "company of all", "unlike the others", "restless wall",
+    "by hue", "pixels across", "company of all", "unlike the others", "restless wall", "unlike the wall", "crowded", "runs on", "runs on one way",
 )  # fmt: skip
 SQUARE_M = 0.7
+CROWD_M = 0.35
 WEIGHTS = np.array(
-    [-0.64, 0.86, -0.3, 0.11, 0.83, 0.84, -0.59, -1.24, -0.41, -0.11, -1.09, -2.91, 0.53, 1.52, 2.04, -1.94, -0.4]
+    [
+        -0.64,
+        0.86,
+        -0.3,
+        0.11,
+        0.83,
+        0.84,
+        -0.59,
+        -1.24,
+        -0.41,
+        -0.11,
+        -1.09,
+        -2.91,
+        0.53,
+        1.52,
+        2.04,
+        -1.94,
+        -0.4,
+        0,
+        0,
+        0,
+        0,
+    ]
 )
 
 
 def features(
     found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
 ) -> FloatArray:
-    """(N, 17) in the order of `NAMES`; all about 0 to 3."""
+    """(N, 21) in the order of `NAMES`; all about 0 to 3."""
     wide, high = (picture.cell * (found.boxes[:, k + 2] - found.boxes[:, k]) for k in (0, 1))
     rim, inside = roughness(looks, found.look, found.boxes, max(round(picture.pixels(RIM_M)), 1))
+    on = running_on(looks, found)
     usual = [np.median(v) if len(v) else 1.0 for v in (wide, high)]
     return np.column_stack([
         np.ones(len(found)), found.sides.mean(axis=1), np.sort(found.sides, axis=1)[:, :2].mean(axis=1),
@@ -35,7 +59,59 @@ def features(
         np.clip(rim, 0, 4), np.clip(inside, 0, 4), np.abs(np.log(wide / high)), np.maximum(np.abs(np.log(wide * high / 1.5)) - np.log(3), 0), found.look >= 2,
         np.clip(np.log(np.minimum(wide, high) / picture.cell / 10), -1.2, 1.5), np.full(len(found), np.mean(company > 0) if len(found) else 0.0),
         np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2), np.full(len(found), restlessness(picture, looks)),
+        unlike_wall(found.boxes, picture, looks), crowding(found.boxes, picture), on.min(axis=1), on.max(axis=1),
     ])  # fmt: skip
+
+
+def unlike_wall(boxes: IntArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:
+    """(N,) how far boxes are from the commonest brightness and hue of the façade: what stands between windows, bands or shadows is as the wall is."""
+    off = np.zeros(len(boxes))
+    area = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    for values, edges in zip((picture.light, picture.hue), looks[::2], strict=False):
+        usual = float(np.median(values[picture.seen])) if picture.seen.any() else 0.0
+        off = np.maximum(off, np.abs(box_sums(integral(values), boxes) / np.maximum(area, 1) - usual) / edges.threshold)
+    return np.clip(off, 0, 6) / 2
+
+
+def crowding(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) boxes of another width close beside each: letters stand so, windows do not."""
+    level = np.minimum(boxes[:, None, 3], boxes[None, :, 3]) - np.maximum(boxes[:, None, 1], boxes[None, :, 1])
+    gap = np.maximum(boxes[:, None, 0], boxes[None, :, 0]) - np.minimum(boxes[:, None, 2], boxes[None, :, 2])
+    high, wide = boxes[:, 3] - boxes[:, 1], (boxes[:, 2] - boxes[:, 0]).astype(np.float64)
+    beside = (level >= 0.5 * np.minimum(high[:, None], high[None])) & (gap <= picture.pixels(CROWD_M)) & (gap > -2)
+    unlike = np.minimum(wide[:, None], wide[None]) < 0.75 * np.maximum(wide[:, None], wide[None])
+    np.fill_diagonal(beside, False)
+    return np.minimum((beside & unlike).sum(axis=1), 3) / 1.5
+
+
+def running_on(looks: Sequence[Edges], found: Candidates) -> FloatArray:
+    """(N, 2) steps on the lines of the upright and of the level sides, beyond the corners: those of panels, panes and beams run on, those of windows end."""
+    on = np.zeros((len(found), 2))
+    for k, edges in enumerate(looks):
+        of = found.look == k
+        for axis in (0, 1):
+            on[of, axis] = _beyond_corners(edges, found.boxes[of], axis)
+    return np.clip(on, 0, 3)
+
+
+def _beyond_corners(edges: Edges, boxes: IntArray, axis: int) -> FloatArray:
+    """(N,) middle one of the steps, in thresholds, on the four pieces of line that begin at the corners and lead away along an axis (0: up and down)."""
+    sums = edges._strength[axis] if axis == 0 else edges._strength[1].T
+    low, high = boxes[:, 1 - axis], boxes[:, 3 - axis]
+    reach = np.maximum((high - low) // 3, 3)
+    pieces = [
+        np.max([_mean_step(sums, boxes[:, side] + move, a, b) for move in (-1, 0, 1)], axis=0)
+        for side in (axis, axis + 2)
+        for a, b in ((low - 1 - reach, low - 1), (high + 1, high + 1 + reach))
+    ]
+    return np.asarray(np.median(pieces, axis=0) / edges.threshold)
+
+
+def _mean_step(sums: Float32Array, line: IntArray, a: IntArray, b: IntArray) -> FloatArray:
+    """(N,) mean step, of whatever sign, on a line from a to b; what lies beyond the picture has none."""
+    ends = [np.clip(v, 0, sums.shape[0] - 1) for v in (a, b)]
+    at = np.clip(line, 0, sums.shape[1] - 1)
+    return np.asarray(np.abs(sums[ends[1], at] - sums[ends[0], at]) / np.maximum(b - a, 1), np.float64)
 
 
 def restlessness(picture: Picture, looks: Sequence[Edges]) -> float:
