@@ -140,6 +140,15 @@ def test_a_building_at_which_nobody_looked_counts_no_windows(house: Building) ->
     )
 
 
+def test_windows_of_a_wall_of_which_little_is_seen_count_but_have_no_share(
+    found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building
+) -> None:
+    said = with_window_figures(house, replace(found[0], window_to_wall_ratio=None, seen_share=0.1)).attributes
+    assert said["windows"] == sum(o.kind == "window" for o in found[0].openings)
+    assert said["window_to_wall_missing"] == TOO_LITTLE
+    assert not {"window_to_wall_ratio", "windows_missing"} & set(said)
+
+
 def test_figures_are_those_of_the_walls_that_are_left(
     found: tuple[UnitOpenings, dict[FaceKey, Rings]], house: Building
 ) -> None:

@@ -64,7 +64,7 @@ def _said_of_wall(wall: FaceOpenings) -> dict[str, Scalar]:
     if wall.window_to_wall is not None:
         said["window_to_wall_ratio"] = round(float(wall.window_to_wall), 4)
     else:
-        said["windows_missing"] = xml_text(wall.reason or TOO_LITTLE)
+        said["window_to_wall_missing" if sure else "windows_missing"] = xml_text(wall.reason or TOO_LITTLE)
     if wall.area_m2 > 0:
         said["windows_seen_share"] = round(min(wall.seen_m2 / wall.area_m2, 1.0), 3)
     return said

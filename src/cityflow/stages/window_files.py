@@ -50,7 +50,7 @@ def _said(wall: FaceOpenings) -> str:
     doors = len(wall.openings) - len(sure)
     return ", ".join([
         _counted(len(sure), "window") + (f" (confidence {sum(sure) / len(sure):.2f})" if sure else ""),
-        *([_counted(doors, "door")] if doors else []), *([_counted(wall.storeys, "row")] if sure else []),
+        *([_counted(doors, "door")] if doors else []), *([_counted(wall.storeys, "storey")] if wall.storeys else []),
         TOO_LITTLE if wall.window_to_wall is None else f"ratio {wall.window_to_wall:.3f}",
     ])  # fmt: skip
 

@@ -113,7 +113,7 @@ def with_window_figures(building: Building, found: UnitOpenings | None) -> Build
     if found.window_to_wall_ratio is not None:
         more["window_to_wall_ratio"] = round(found.window_to_wall_ratio, 3)
     else:
-        more["windows_missing"] = _usual_reason(found)
+        more["window_to_wall_missing" if sure else "windows_missing"] = _usual_reason(found)
     return building.with_attributes({**more, "windows_seen_share": round(found.seen_share, 3)})
 
 
