@@ -17,7 +17,7 @@ def test_every_value_is_in_one_bar_and_bars_stay_in_the_drawing(seed: int, whole
     rng = np.random.default_rng(seed)
     values = scale * rng.lognormal(0, 1, 500)
     values = np.ceil(values) if whole else values
-    drawn = histogram("t", "a", values.tolist(), whole)
+    drawn = histogram("t", "a", values.tolist(), whole=whole)
     assert sum(counts(drawn)) == 500
     assert len(drawn.bars) <= 25
     for bar in drawn.bars:

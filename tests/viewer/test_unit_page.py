@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lxml import html
@@ -26,11 +28,19 @@ def test_a_failed_building_says_why_and_how_to_run_it_again() -> None:
     page = page_of(failed("o'neill & sons/1"))
     commands = [c.text_content() for c in page.xpath("//div[@class='command']/code")]
     assert commands[0] == """cityflow rerun RUN --unit 'o'"'"'neill & sons/1'"""
-    assert commands[1] == commands[0] + " --set KEY=VALUE"
+    assert commands[1] == commands[0] + " --set reconstruct.KEY=VALUE"
     assert page.xpath("//pre")[0].text_content() == TRACEBACK
     assert page.xpath("//p[@class='reason']")[0].text_content() == "no plane"
     assert "Attempt 3" in page.text_content()
     assert page.xpath("//a/@href")[1] == "../report.html"
+
+
+def test_commands_name_the_run_as_it_was_named() -> None:
+    page = page_of(replace(failed(), run="my runs/town"))
+    commands = [c.text_content() for c in page.xpath("//div[@class='command']/code")]
+    assert commands[0] == "cityflow rerun 'my runs/town' --unit a"
+    assert "cityflow explain 'my runs/town' a" in page.text_content()
+    assert "RUN" not in page.xpath("//main")[0].text_content()
 
 
 def test_a_refused_building_wants_another_outline_and_no_rerun() -> None:

@@ -26,6 +26,14 @@ ADVICE = {
 }
 
 
+ADVICE_FOR_ONE = {
+    Status.FAILED: "Read the reason, change a parameter if it names one, run the building again:",
+    Status.REFUSED: "Mend the outline in its source and run the workflow again; only what has changed is done again:",
+    Status.DEGRADED: "Usable as it is. To try again, as it was or with another parameter:",
+    Status.DONE: "The same task once more, as it was or with another parameter:",
+}
+
+
 def rendered(template: str, **values: Any) -> str:
     """A page of `templates/`, with what all pages share."""
     return (
@@ -33,6 +41,7 @@ def rendered(template: str, **values: Any) -> str:
         .get_template(template)
         .render(
             status_texts={s.value: texts for s, texts in STATUS_TEXTS.items()},
+            advice_for_one={s.value: text for s, text in ADVICE_FOR_ONE.items()},
             advice={s.value: text for s, text in ADVICE.items()},
             **values,
         )

@@ -11,7 +11,7 @@ import numpy as np
 from cityflow.viewer.figures import quantile
 
 WIDTH, HEIGHT = 360, 190
-LEFT, RIGHT, TOP, BOTTOM = 36, 10, 24, 34
+LEFT, RIGHT, TOP, BOTTOM = 46, 10, 24, 34
 MOST_BARS = 24
 
 
@@ -32,10 +32,11 @@ class Histogram:
 
     Attributes
     ----------
-    title, axis : what is counted, name of the horizontal axis with its unit
+    title, axis : what is shown, name of the horizontal axis with its unit
     bars : those that are not empty
     ticks : (x, text) along the horizontal axis;  levels : (y, text) of the horizontal lines
     median : (x, text), or None without values
+    counted : what the heights of the bars count
     """
 
     title: str
@@ -44,18 +45,21 @@ class Histogram:
     ticks: tuple[tuple[float, str], ...]
     levels: tuple[tuple[float, str], ...]
     median: tuple[float, str] | None
+    counted: str = ""
 
 
-def histogram(title: str, axis: str, values: Sequence[float], whole: bool = False) -> Histogram:
+def histogram(
+    title: str, axis: str, values: Sequence[float], *, counted: str = "", unit: str = "", whole: bool = False
+) -> Histogram:
     """Bars of equal width up to about the 98th percentile; what lies beyond is gathered in the last one.
 
     Parameters
     ----------
-    values : finite, in the unit that `axis` names
+    values : finite, in the unit that `axis` names;  counted : what they are of;  unit : written after the median
     whole : values are whole numbers, one bar each where they are few
     """
     if not values:
-        return Histogram(title, axis, (), (), (), None)
+        return Histogram(title, axis, (), (), (), None, counted)
     width = _bar_width(values, whole)
     first = math.floor(min(0.0, *values) / width) if not whole else int(min(values))
     count = max(min(math.ceil((quantile(values, 0.98) or 0) / width + 1e-9) - first + whole, MOST_BARS), 1)
@@ -70,7 +74,13 @@ def histogram(title: str, axis: str, values: Sequence[float], whole: bool = Fals
     middle = quantile(values, 0.5) or 0.0
     at = LEFT + min(max(middle / width - first + (0.5 if whole else 0), 0), total) * step
     return Histogram(
-        title, axis, tuple(bars), _ticks(first, width, count, (step, whole)), _levels(top), (at, f"{middle:.3g}")
+        title,
+        axis,
+        tuple(bars),
+        _ticks(first, width, count, (step, whole)),
+        _levels(top),
+        (at, f"{middle:.3g} {unit}".strip()),
+        counted,
     )
 
 

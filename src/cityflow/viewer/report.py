@@ -22,6 +22,7 @@ from cityflow.viewer.unit_map import draw_map
 __all__ = ["listed_units", "verdict", "write_report"]
 
 USUAL = ReportParameters()
+BUILDINGS = "buildings"
 
 
 def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tuple[bytes, bytes]:
@@ -81,9 +82,9 @@ def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
     nmad = [100 * v for v in measured(units, "nmad")]
     planes = [float(u.planes) for u in units if u.planes > 0]
     return [
-        histogram("Distance of points from their roof", "NMAD of a building (cm)", nmad),
-        histogram("How detailed the roofs are", "roof planes of a building", planes, whole=True),
-        histogram("Time per building", "seconds", measured(units, "seconds")),
+        histogram("Scatter of points about roofs", "NMAD of a building (cm)", nmad, counted=BUILDINGS, unit="cm"),
+        histogram("How detailed the roofs are", "roof planes of a building", planes, counted=BUILDINGS, whole=True),
+        histogram("Time per building", "seconds", measured(units, "seconds"), counted=BUILDINGS, unit="s"),
     ]
 
 
@@ -92,11 +93,17 @@ def _image_histograms(images: ImageFigures) -> list[Histogram]:
     gaps = [100 * (1 - t.completeness) for t in images.tiles if t.completeness is not None]
     sigma = [100 * t.sigma for t in images.tiles if t.sigma is not None]
     charts = [
-        ("Vertical parallax of pairs", "row offset before correction (pixels)", list(images.parallaxes_px)),
-        ("Gaps in the surface", "share of a tile without height (%)", gaps),
-        ("Expected precision", "median of a tile (cm)", sigma),
+        (
+            "Vertical parallax of pairs",
+            "row offset before correction (pixels)",
+            list(images.parallaxes_px),
+            "pairs",
+            "px",
+        ),
+        ("Gaps in the surface", "share of a tile without height (%)", gaps, "tiles", "%"),
+        ("Expected precision", "median of a tile (cm)", sigma, "tiles", "cm"),
     ]
-    return [histogram(title, axis, values) for title, axis, values in charts if values]
+    return [histogram(t, axis, values, counted=of, unit=unit) for t, axis, values, of, unit in charts if values]
 
 
 def _most_gaps(images: ImageFigures, listed: int) -> list[TileRow]:

@@ -63,9 +63,9 @@ def _how_good(figures: Mapping[str, Any]) -> str:
     summary, checks = figures["summary"], figures["checkpoints"]
     if summary["nmad_median"] is None:
         return "No model has been held against measured points yet."
-    text = f"The roof of a typical building lies within {cm(summary['nmad_median'])} of the points measured on it"
+    text = f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
     if summary["nmad_95"] is not None and summary["done"] > 1:
-        text += f"; for 95 % of the buildings within {cm(summary['nmad_95'])}"
+        text += f", by less than {cm(summary['nmad_95'])} at 95 % of them"
     known = [c for c in checks if c["rmse"] is not None]
     return f"{text}." + (
         f" Points of known position: {known[0]['product'].replace('_', ' ')} off by {cm(known[0]['rmse'])}."

@@ -107,4 +107,7 @@ def _with_other_parameters(page: UnitPage) -> str:
     """The same command with a parameter changed, where that may help."""
     if page.unit.status is Status.REFUSED:
         return ""
-    return rerun_command(page.stage, [page.unit.id], page.stage, page.unit.status, page.run) + " --set KEY=VALUE"
+    return (
+        rerun_command(page.stage, [page.unit.id], page.stage, page.unit.status, page.run)
+        + f" --set {page.stage}.KEY=VALUE"
+    )

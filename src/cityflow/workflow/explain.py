@@ -13,11 +13,13 @@ from cityflow.core.building import Lod
 from cityflow.core.parameters import Parameters
 from cityflow.errors import RunError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
 from cityflow.reconstruction.choose import ScoreParameters
-from cityflow.stages import reconstruct
+from cityflow.stages import reconstruct, windows
 from cityflow.stages.parameters import CityParameters
+from cityflow.stages.window_files import wall_lines
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.differences import changed
 from cityflow.workflow.overrides import read_overrides
@@ -52,6 +54,8 @@ def print_explanation(url: str, unit: str, console: Console, every_parameter: bo
     overrides = read_overrides(wanted.store)
     for stage, attempts in tasks:
         _print_task(attempts, overrides.get((stage, unit), {}), wanted.store.url(""), console, every_parameter)
+        for line in _walls(wanted.store, attempts[-1]):
+            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
 
 
 def write_candidates(url: str, unit: str, picture: Path) -> None:
@@ -85,6 +89,13 @@ def _figures(score: Mapping[str, Any]) -> tuple[str, ...]:
         f"{100 * score['within_20cm']:.1f} % of points within 20 cm",
         f"NMAD {nmad}, {100 * score['covered']:.1f} % covered", *fault,
     )  # fmt: skip
+
+
+def _walls(store: Store, record: Record) -> Iterator[str]:
+    """Wall by wall, what was found of windows, or why there are none."""
+    for path in record.outputs if record.stage == windows.STAGE else ():
+        if store.exists(path):
+            yield from (f"wall: {line}" for line in wall_lines(store.read_bytes(path)))
 
 
 def _print_task(

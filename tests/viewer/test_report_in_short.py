@@ -1,0 +1,97 @@
+"""The first screen: what a reader learns of runs that went well, badly, not at all, or not to their end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from lxml import html
+
+from cityflow.core.building import Status
+from cityflow.viewer.figures import report_figures
+from cityflow.viewer.image_rows import CheckpointRow
+from cityflow.viewer.report import write_report
+from cityflow.viewer.report_in_short import in_short, verdict
+from cityflow.viewer.rows import ReportData, StageRow, UnitRow
+
+EXPORTED = StageRow("export", 1, 1, 0, 0, 0, 1.0, 1.0, 1.0, 100.0)
+MATCHED = replace(EXPORTED, stage="match", units=40, done=40)
+SQUARE = np.array([(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)], float)
+
+
+def run_of(*units: UnitRow, stages: tuple[StageRow, ...] = (EXPORTED,), **more: Any) -> ReportData:
+    return ReportData("A town", "lidar_city", "local", "", units=units, stages=stages, **more)
+
+
+def good(name: str, nmad: float = 0.03) -> UnitRow:
+    return UnitRow(name, "0_0", Status.DONE, nmad=nmad, share_explained=0.95, rings=(SQUARE,))
+
+
+def answers(data: ReportData) -> dict[str, str]:
+    return {a.question: a.answer for a in in_short(report_figures(data), data.run)}
+
+
+def said(data: ReportData) -> str:
+    return verdict(report_figures(data)["summary"])
+
+
+def test_a_run_that_went_well_asks_for_nothing() -> None:
+    told = answers(run_of(*(good(f"u{i}") for i in range(20))))
+    assert told["How good?"].startswith("Measured points scatter by 3.0 cm about the roof of a typical building")
+    assert told["Where are problems?"].startswith("None: nothing failed")
+    assert told["What to do?"] == "Nothing: the products can be used as they are."
+
+
+def test_failures_and_models_that_stand_out_are_counted_and_sent_to_the_map() -> None:
+    bad = [UnitRow(f"f{i}", "0_0", Status.FAILED, "no plane") for i in range(3)]
+    told = answers(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9), *bad))
+    assert (
+        told["Where are problems?"]
+        == "3 tasks failed; 1 finished model stands out as worse than the others. They are marked on the map."
+    )
+    assert told["What to do?"].startswith("Read why tasks failed")
+
+
+def test_points_of_known_position_are_said_where_there_are_some() -> None:
+    checked = (CheckpointRow("dsm", 12, 0.01, 0.042, 0.08),)
+    assert (
+        "Points of known position: dsm off by 4.2 cm." in answers(run_of(good("a"), checkpoints=checked))["How good?"]
+    )
+
+
+def test_an_unfinished_run_says_what_waits_and_draws_it() -> None:
+    data = run_of(good("a"), stages=(MATCHED,), waiting={"b": (SQUARE + 20,), "c": (SQUARE + 40,)}, run="runs/my town")
+    assert said(data) == "1 of 3 buildings is modelled as asked, 2 not worked on yet."
+    assert (
+        answers(data)["What to do?"]
+        == "Let the run end: cityflow run WORKFLOW --out 'runs/my town' goes on where it stopped."
+    )
+    page = html.document_fromstring(write_report(data)[1].decode())
+    assert len(page.xpath("//path[@class='w']")) == 2
+    assert "33.3 %" in page.xpath("//section[@class='cards']")[0].text_content()
+    commands = [c.text_content() for c in page.xpath("//div[@class='command']/code")]
+    assert commands == ["cityflow run WORKFLOW --out 'runs/my town'"]
+
+
+def test_before_the_first_building_the_tasks_are_counted() -> None:
+    assert said(run_of(stages=(MATCHED,))) == "No building has been worked on yet: 40 tasks before that are done."
+    assert said(run_of(stages=())) == "No building has been worked on yet."
+    page = write_report(run_of(stages=(MATCHED,)))[1].decode()
+    assert "goes on where it stopped" in page
+    assert "Nothing has run yet" not in page
+
+
+def test_a_finished_run_without_buildings_says_so_and_where_to_look() -> None:
+    data = run_of()
+    assert said(data) == "No building was found in the surveyed area."
+    page = html.document_fromstring(write_report(data)[1].decode())
+    assert "cityflow parameters outline.found" in page.get_element_by_id("todo").text_content()
+    assert not page.xpath("//section[@class='cards'] | //*[@id='quality']")
+
+
+def test_models_worth_a_look_are_marked_on_the_map() -> None:
+    page = html.document_fromstring(
+        write_report(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9)))[1].decode()
+    )
+    assert len(page.xpath("//*[@id='looks']/path")) == 1
