@@ -18,6 +18,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -30,13 +31,17 @@ from view_city import write_city
 
 VIEW = Path(__file__).parents[1] / "view"
 READY = (
-    "window.cityflowView?.isReady && window.cityflowView.stage.frames > 1 && window.cityflowView.city.models.size > 0"
+    "window.cityflowView?.isReady && window.cityflowView.stage.frames > 0 && window.cityflowView.city.models.size > 0"
 )
 DONE = "!window.cityflowView.isBusy"
 ERROR_PX, FRAMES = 4, 25
+BARE = {"example": "0", "equal": "1"}
+"""3d-tiles-renderer's example as it is, and without light and with photographs of the size that the view shows."""
 TURN = """(stage, draw, k) => {
   const a = 0.06 * k;
   const [x, y, z] = stage.at, r = stage.away;
+  Object.assign(stage.camera, { near: 1, far: 1e4 });
+  stage.camera.updateProjectionMatrix();
   stage.camera.position.set(x + r * Math.sin(a) * 0.8, y - r * Math.cos(a) * 0.8, z + 0.6 * r);
   stage.camera.lookAt(x, y, z);
   const gl = stage.gl, pixel = new Uint8Array(4), begun = performance.now();
@@ -44,6 +49,16 @@ TURN = """(stage, draw, k) => {
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
   return performance.now() - begun;
 }"""
+STAGES = {
+    "view": """{camera: cityflowView.stage.camera, renderer: cityflowView.stage.renderer, busy: () => cityflowView.city.isLoading}""",
+    "bare": """{camera: bare.camera, renderer: bare.renderer, busy: () => !bare.tiles.root || bare.tiles.isLoading}""",
+}
+DRAWS = {"view": "() => cityflowView.stage.render()", "bare": "bare.render"}
+# what the panels cover moves the picture aside, which the example cannot do
+BEFORE = {
+    "view": "cityflowView.stage.coverBy({left: 0, right: 0, top: 0, bottom: 0}, true);",
+    "bare": "",
+}
 
 
 @contextmanager
@@ -72,57 +87,69 @@ def start(address: str) -> dict[str, float]:
                 "graphics_mb": browser.memory_mb(("--type=gpu-process",)), "heap_mb": script}  # fmt: skip
 
 
-def frames(address: str, page: str, ready: str, stage: str, draw: str, away: float) -> tuple[float, int]:
-    """Median milliseconds of a frame while one walks around the city, and how many triangles it drew."""
-    with Chromium(size=(1280, 800)) as browser:
-        browser.open(f"{address}/{page}", ready, 300)
-        loop = f"for (let k = 0; k < {FRAMES}; k += 1) times.push(turn(stage, draw, k));"
-        settle = f"""(async () => {{ const stage = {stage}, turn = {TURN}, draw = {draw};
-            for (let k = 0; k < 400; k += 1) {{ turn(stage, draw, k % {FRAMES}); await new Promise((r) => setTimeout(r, 5));
-              if (k > {FRAMES} && !stage.busy()) break; }} return 1; }})()"""
-        browser.run(settle.replace("AWAY", str(away)), timeout=400)
-        measured = f"(() => {{ const stage = {stage}, turn = {TURN}, draw = {draw}, times = []; {loop} return [times, stage.triangles()]; }})()"
-        times, triangles = browser.run(measured.replace("AWAY", str(away)), timeout=400)
-        return statistics.median(times), triangles
+@dataclass(frozen=True)
+class Walk:
+    """Frames of one walk around the city: milliseconds of the clock and of the browser's processors, and what was drawn."""
+
+    clock_ms: float
+    cpu_ms: float
+    triangles: int
+    calls: int
+
+
+def walked(browser: Chromium, address: str, kind: str, ready: str, place: str) -> Walk:
+    """Walk around once until everything is there, then again with a clock."""
+    browser.open("about:blank")
+    browser.open(address, ready, 300)
+    begin = f"""const stage = {{...{STAGES[kind]}, {place}}}, turn = {TURN}, draw = {DRAWS[kind]};
+        stage.gl = stage.renderer.getContext(); {BEFORE[kind]}"""
+    browser.run(f"""(async () => {{ {begin}
+        for (let k = 0; k < 400; k += 1) {{ turn(stage, draw, k % {FRAMES}); await new Promise((r) => setTimeout(r, 5));
+          if (k > {FRAMES} && !stage.busy()) break; }} }})()""", timeout=400)  # fmt: skip
+    before = browser.cpu_s()
+    times, triangles, calls = browser.run(f"""(() => {{ {begin} const times = [];
+        for (let k = 0; k < {FRAMES}; k += 1) times.push(turn(stage, draw, k));
+        const {{ triangles, calls }} = stage.renderer.info.render; return [times, triangles, calls]; }})()""", timeout=400)  # fmt: skip
+    return Walk(statistics.median(times), 1000 * (browser.cpu_s() - before) / FRAMES, triangles, calls)
 
 
 def compared(folder: Path, address: str, rounds: int) -> None:
+    """The view and both forms of the example in turn, in one browser: same tiles, canvas, camera path and error target."""
     about = json.loads((folder / "view/data/city.json").read_text())
     e0, n0, _, e1, n1, _ = about["bounds"]
-    at, away = json.dumps([(e0 + e1) / 2, (n0 + n1) / 2, 0]), 0.75 * max(e1 - e0, n1 - n0)
-    bundle = folder / "view/bare.js"
+    place = f"at: {json.dumps([(e0 + e1) / 2, (n0 + n1) / 2, 0])}, away: {0.75 * max(e1 - e0, n1 - n0)}"
     subprocess.run(
-        ["npx", "esbuild", "benchmark/bare.js", "--bundle", "--minify", "--format=esm", f"--outfile={bundle}", "--log-level=error"],
+        ["npx", "esbuild", "benchmark/bare.js", "--bundle", "--minify", "--format=esm", f"--outfile={folder / 'view/bare.js'}", "--log-level=error"],
         cwd=VIEW, check=True,
     )  # fmt: skip
-    style = "<style>body{margin:0}canvas{position:fixed;left:0;top:59px;width:1280px;height:714px}</style>"
     (folder / "view/bare.html").write_text(
-        f'{style}<canvas id="canvas"></canvas><script type="module" src="bare.js"></script>'
+        '<style>body{margin:0}</style><canvas id="canvas"></canvas><script type="module" src="bare.js"></script>'
     )
-    bare = f"view/bare.html?tileset=/products/tiles3d/tileset.json&city=/view/data/city.json&error={ERROR_PX}"
-    ours = (
-        "{camera: cityflowView.stage.camera, gl: cityflowView.stage.renderer.getContext(), at: AT, away: AWAY,"
-        " busy: () => cityflowView.city.isLoading, triangles: () => cityflowView.stage.renderer.info.render.triangles}".replace(
-            "AT,", f"{at},"
+    found: dict[str, list[Walk]] = {"view": [], **{name: [] for name in BARE}}
+    with Chromium(size=(1280, 800)) as browser:
+        for _ in range(rounds):
+            found["view"].append(walked(browser, f"{address}/view/index.html", "view", f"{READY} && {DONE}", place))
+            size = "x".join(
+                map(str, browser.run("[cityflowView.stage.canvas.width, cityflowView.stage.canvas.height]"))
+            )
+            for name, equal in BARE.items():
+                bare = f"{address}/view/bare.html?tileset=../products/tiles3d/tileset.json&city=data/city.json&error={ERROR_PX}&size={size}&equal={equal}"
+                found[name].append(walked(browser, bare, "bare", "window.bare", place))
+            print(
+                f"  {size}: "
+                + "; ".join(
+                    f"{name} {w[-1].clock_ms:.0f} ms, {w[-1].cpu_ms:.0f} ms of processors, {w[-1].triangles:,} triangles in {w[-1].calls} calls"
+                    for name, w in found.items()
+                ),
+                flush=True,
+            )
+    for name in BARE:
+        clock, cpu = (
+            statistics.median(getattr(w, key) for w in found["view"])
+            / statistics.median(getattr(w, key) for w in found[name])
+            for key in ("clock_ms", "cpu_ms")
         )
-    )
-    theirs = (
-        "{camera: bare.camera, gl: bare.renderer.getContext(), at: AT, away: AWAY,"
-        " busy: () => !bare.tiles.root || bare.tiles.isLoading, triangles: () => bare.renderer.info.render.triangles}".replace(
-            "AT,", f"{at},"
-        )
-    )
-    found: dict[str, list[float]] = {"view": [], "bare": []}
-    for _ in range(rounds):
-        for name, page, ready, stage, draw in (
-            ("view", "view/index.html", READY, ours, "() => cityflowView.stage.render()"),
-            ("bare", bare, "window.bare", theirs, "bare.render"),
-        ):
-            ms, triangles = frames(address, page, ready, stage, draw, away)
-            found[name].append(ms)
-            print(f"  {name}: {ms:.1f} ms a frame, {triangles:,} triangles", flush=True)
-    ratio = statistics.median(found["view"]) / statistics.median(found["bare"])
-    print(f"  frame time {ratio:.2f} × that of the bare example")
+        print(f"  frame of the view / {name}: {clock:.2f} by the clock, {cpu:.2f} by processor time")
 
 
 def main() -> None:
@@ -130,7 +157,7 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--buildings", type=int, nargs="+", default=[1000, 2000, 5000])
     parser.add_argument("--frames-of", type=int, default=2000)
-    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--keep", type=Path)
     chosen = parser.parse_args()
     for count in chosen.buildings:

@@ -57,8 +57,10 @@ def browser() -> Iterator[chromium.Chromium]:
 
 @pytest.fixture
 def page(browser: chromium.Chromium, address: str) -> chromium.Chromium:
-    """The page anew, as a visitor finds it."""
+    """The page anew, from a place in the south where every building is seen."""
     browser.open("about:blank")
     browser.messages.clear()
     browser.open(address, READY)
+    browser.run("cityflowView.stage.look([-20, -86, 92], [-20, 4, 3])")
+    browser.wait(READY)
     return browser

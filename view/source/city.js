@@ -66,7 +66,9 @@ export class City {
     for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
       tiles.addEventListener(event, this.stage.changed);
     }
+    hasten(tiles, this.stage);
     this.stage.scene.add(tiles.group);
+    tiles.group.updateMatrixWorld(true);
     this.tiles = tiles;
     this.resize();
     this.stage.changed();
@@ -78,6 +80,7 @@ export class City {
 
   update() {
     this.tiles?.update();
+    if (!this.isLoading) this.stage.isBlank = false;
     byId('loading').hidden = this.models.size > 0 || !this.isLoading;
   }
 
@@ -191,6 +194,7 @@ export class City {
     this.sharpener.note(model);
     scene.visible = this.shown[model.part];
     this.models.set(scene, model);
+    this.stage.isBlank = false;
     this.#dress(model);
     this.#mark(model);
     if (model.rows.has(this.selected)) this.#outline();
@@ -238,6 +242,7 @@ export class City {
 
   #failed(url, error) {
     this.failures.push(String(url ?? error));
+    this.stage.isBlank = false;
     this.onfailure?.(String(url ?? error));
     this.stage.changed();
   }
@@ -249,6 +254,26 @@ export class City {
     this.tiles.dispose();
     this.models.clear();
   }
+}
+
+/**
+ * The library does each step of loading with a frame, and frames are slow while a page begins: what is loaded leads to what it
+ * asks for at once.
+ */
+function hasten(tiles, stage) {
+  let isDue = false;
+  const soon = () => {
+    if (isDue) return;
+    isDue = true;
+    setTimeout(() => {
+      isDue = false;
+      stage.camera.updateMatrixWorld();
+      tiles.update();
+    });
+  };
+  for (const queue of [tiles.downloadQueue, tiles.parseQueue, tiles.processNodeQueue]) queue._schedulingCallback = (run) => setTimeout(run);
+  for (const event of ['needs-update', 'load-tileset', 'load-content']) tiles.addEventListener(event, soon);
+  soon();
 }
 
 /** The class of each vertex's face, as the shader reads it. */

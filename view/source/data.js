@@ -7,12 +7,11 @@ export function json(path) {
   return once(path, (response) => response.json());
 }
 
+/** What the page asked for before this program had come; null where it did not, or in vain. */
+const early = async (path) => (await window.cityflowEarly?.[path]) ?? null;
+
 export function binary(path) {
   return once(path, (response) => response.arrayBuffer());
-}
-
-export function forget(path) {
-  fetched.delete(path);
 }
 
 function once(path, read) {
@@ -21,6 +20,8 @@ function once(path, read) {
 }
 
 async function load(path, read) {
+  const known = await early(path);
+  if (known) return known;
   const response = await fetch(path);
   if (!response.ok) throw new Error(`${path}: ${response.status} ${response.statusText}`);
   return read(response);

@@ -4,13 +4,14 @@ import { byId } from './elements.js';
 const GAP_PX = 12;
 const NARROW = window.matchMedia('(max-width: 760px)');
 
-/** Tell the stage, now and whenever a panel opens, closes or changes its size. */
+/** Tell the stage, now and whenever a panel opens, closes or changes its size; returns what tells it without waiting for that. */
 export function keepClear(stage) {
   const tell = (isAtOnce) => stage.coverBy(covered(), isAtOnce);
   tell(true);
   const observer = new ResizeObserver(() => tell(false));
   for (const id of ['layers', 'panel', 'profile']) observer.observe(byId(id));
   NARROW.addEventListener('change', () => tell(true));
+  return tell;
 }
 
 function covered() {

@@ -46,6 +46,7 @@ export class Layers {
     }
     const group = this.groups.get(name);
     if (group) group.visible = isShown;
+    if (isShown) this.stage.isBlank = false;
     this.stage.changed();
   }
 
@@ -101,7 +102,7 @@ export class Layers {
     for (const shape of shapes) {
       const colour = STATUS[shape.status][1];
       const geometry = prism(shape.rings, shape.base, shape.height);
-      const fill = new Mesh(geometry, new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.45, side: DoubleSide, depthTest: false, depthWrite: false }));
+      const fill = new Mesh(geometry, new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false }));
       const rim = new LineSegments(rimOf(shape.rings, shape.base, shape.height), new LineBasicMaterial({ color: colour, depthTest: false }));
       fill.userData.unit = shape.id;
       rim.renderOrder = 4;
@@ -173,9 +174,13 @@ function reliefColour(heights, i, r, c, rows, cols, cell, share) {
   return relief(share || 0).map((v) => Math.min(255, bright * v));
 }
 
+function turned(ring, isClockwise) {
+  return ShapeUtils.isClockWise(ring) === isClockwise ? ring : ring.reverse();
+}
+
 function prism(rings, base, height) {
-  const contour = rings[0].map(([x, y]) => new Vector2(x, y));
-  const holes = rings.slice(1).map((ring) => ring.map(([x, y]) => new Vector2(x, y)));
+  // counted so that faces look outwards: only those towards the eye are drawn
+  const [contour, ...holes] = rings.map((ring, k) => turned(ring.map(([x, y]) => new Vector2(x, y)), k > 0));
   const flat = [contour, ...holes].flat();
   const places = [];
   for (const [a, b, c] of ShapeUtils.triangulateShape(contour, holes)) {

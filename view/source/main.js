@@ -22,7 +22,7 @@ window.cityflowView = {
   isReady: false, errors: [],
   /** Whether anything is still being fetched, moves, or has yet to be drawn. */
   get isBusy() {
-    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isGliding || this.stage?.isWaiting || this.stage?.frames < 2;
+    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isGliding || this.stage?.isWaiting || !this.stage?.frames;
   },
 };
 window.addEventListener('error', (event) => window.cityflowView.errors.push(String(event.message)));
@@ -65,7 +65,7 @@ async function start() {
     approach(page, unit);
   });
   city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
-  keepClear(stage);
+  page.clear = keepClear(stage);
   stage.show(about.bounds, endsOf(index.units));
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
@@ -203,11 +203,9 @@ function chooseMiddle(page) {
 function choose(page, id, surface = null) {
   page.city.select(id);
   page.link.set('unit', id);
-  if (id === null) {
-    page.panel.close();
-    return undefined;
-  }
-  return page.panel.open(id, surface);
+  const opened = id === null ? page.panel.close() : page.panel.open(id, surface);
+  page.clear(!window.cityflowView.isReady);
+  return opened;
 }
 
 function approach({ stage }, unit) {

@@ -6,9 +6,11 @@ const FROM_DEG = [28, 62];
 const FILLED = 0.94;
 /** Standing in the west must be worth this much nearness, since maps have made people look north. */
 const WORTH = 0.88;
-const ROUNDS = 8;
+const ROUNDS = 40;
+const DAMPING = 0.5;
 const LEAST_ROOM_PX = 120;
 const DIRECTIONS = 32;
+const STOREYS_M = 10;
 
 /**
  * @param {number[][]} corners places that must be seen; the corners of `box` where there are none
@@ -16,7 +18,7 @@ const DIRECTIONS = 32;
  * @returns {{from: number[], at: number[]}}
  */
 export function fitted(corners, box, camera, [width, height], covered) {
-  const places = (corners.length ? corners : cornersOf(box)).map((place) => new Vector3(...place));
+  const places = (corners.length ? uprights(corners, box) : cornersOf(box)).map((place) => new Vector3(...place));
   const focal = height / 2 / Math.tan(MathUtils.degToRad(camera.fov / 2));
   const room = [width - covered.left - covered.right, height - covered.top - covered.bottom];
   const halves = room.map((pixels) => (FILLED * Math.max(pixels, LEAST_ROOM_PX)) / 2 / focal);
@@ -38,7 +40,8 @@ function standing(places, azimuthDeg, [halfX, halfY]) {
     });
     distance = Math.max(30, ...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / halfX, Math.abs(y) / halfY)));
     const [middleX, middleY] = [0, 1].map((k) => middleOf(seen.map((place) => place[k] / (distance - place[2]))));
-    at.addScaledVector(right, middleX * distance).addScaledVector(up, middleY * distance);
+    // the near end of the city answers to a step more than the far end does
+    if (round + 1 < ROUNDS) at.addScaledVector(right, DAMPING * middleX * distance).addScaledVector(up, DAMPING * middleY * distance);
   }
   const from = at.clone().addScaledVector(back, distance);
   // one turns about a place on the ground, not in the air above it
@@ -63,6 +66,11 @@ export function endsOf(units) {
     if (end) found.add(end);
   }
   return [...found];
+}
+
+/** Foot and top of what stands at some places. */
+function uprights(places, { min, max }) {
+  return places.flatMap(([x, y, z]) => [[x, y, Math.max(min.z, z - STOREYS_M)], [x, y, Math.min(max.z, z + STOREYS_M)]]);
 }
 
 function cornersOf({ min, max }) {

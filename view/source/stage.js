@@ -11,6 +11,9 @@ const LOOK_PER_PIXEL = 0.003;
 const GLIDE_MS = 450;
 const ASIDE_MS = 200;
 
+/** Width and height in pixels of the page. */
+const sizeOf = ({ clientWidth, clientHeight }) => [Math.max(clientWidth, 1), Math.max(clientHeight, 1)];
+
 export class Stage {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -20,10 +23,11 @@ export class Stage {
     this.covered = { left: 0, right: 0, top: 0, bottom: 0 };
     this.glides = new Map();
     const wanted = { alpha: true, antialias: true, powerPreference: 'high-performance', stencil: false };
+    this.size = sizeOf(canvas.parentElement);
+    [canvas.width, canvas.height] = this.size;
     const context = canvas.getContext('webgl2', wanted);
     if (!context) throw new Error('no WebGL');
     this.renderer = new WebGLRenderer({ canvas, context, ...wanted });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const isDark = window.matchMedia?.('(prefers-color-scheme: dark)').matches;
     this.renderer.setClearColor(isDark ? SKY_DARK : SKY);
     this.scene = new Scene();
@@ -36,6 +40,7 @@ export class Stage {
     this.beforeFrame = [];
     this.afterMove = [];
     this.frames = 0;
+    this.isBlank = true;
     this.isFlying = false;
     this.pressed = new Set();
     this.isWaiting = false;
@@ -143,9 +148,11 @@ export class Stage {
   }
 
   resize() {
-    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    this.size = [Math.max(width, 1), Math.max(height, 1)];
-    this.renderer.setSize(...this.size, false);
+    this.size = sizeOf(this.canvas.parentElement);
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    const drawn = this.renderer.getDrawingBufferSize(new Vector2());
+    // room for pixels is slow to come by, also where it has the size that it had
+    if (drawn.x !== Math.floor(this.size[0] * ratio) || drawn.y !== Math.floor(this.size[1] * ratio)) this.renderer.setDrawingBufferSize(...this.size, ratio);
     this.camera.aspect = this.size[0] / this.size[1];
     this.#aside();
   }
@@ -172,6 +179,9 @@ export class Stage {
   render() {
     this.camera.updateMatrixWorld();
     for (const step of this.beforeFrame) step();
+    // an empty picture costs as much as a full one, and keeps the first tiles waiting
+    if (this.isBlank) return;
+    if (!this.frames) this.canvas.classList.remove('blank');
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
   }
