@@ -113,6 +113,8 @@ def test_one_unit_again_with_wishes_of_its_own(
     never = cityflow("rerun", run, "--stage", "windows", "--unit", "c", "--set", "windows.when=never")
     assert never.code == 1, never.text
     assert "one value for the whole run" in never.text
+    alone = redone(run, lambda: cityflow("rerun", run, "--stage", "windows", "--unit", "c"))
+    assert set(alone) == {("windows", "c")}, "with the same result, so that nothing behind it is stale"
     cityflow("rerun", run, "--stage", "texture", "--unit", "c", "--clear-overrides")
     assert contents(run) == contents(town_run)
 

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Lod
 from cityflow.core.camera import Camera
+from cityflow.errors import CityflowError
+from cityflow.flow.task import Task
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.stages.area import Area
 from stages.painted_houses import CRS_CODE, FLOOR, MIDDLE, PLANS, Painted, Windows, X, Y, looking, pictures, survey_in
@@ -173,6 +175,21 @@ def test_a_wish_for_one_building_runs_its_windows_and_the_export_again(
     assert attributes(made, "c")["windows"] == 0
     assert "storeys_by_windows" not in attributes(made, "c")
     assert [found[u].tolist() for u in ("a", "b")] == [before[u].tolist() for u in ("a", "b")]
+
+
+def test_a_search_that_fails_leaves_a_building_that_says_so(painted: Painted, whole: Run, tmp_path: Path) -> None:
+    def fail(task: Task) -> None:
+        if task.stage == "windows":
+            raise CityflowError("the worker was out of memory")
+
+    wish = {("windows", "c"): {"levels": 47}}
+    made = run(source_of(painted, overrides=wish, **FORMATS), tmp_path / "run", whole, fail)
+    said = attributes(made, "c")
+    assert said["windows_missing"] == "the worker was out of memory"
+    assert "windows" not in said
+    healed = run(source_of(painted, **FORMATS), tmp_path / "healed", Run(made.store, made.records, set()))
+    assert {n for n in healed.ran if n[0] != "export"} == {("windows", "c")}
+    assert features(healed) == features(whole)
 
 
 def test_nobody_wants_windows(painted: Painted, whole: Run, tmp_path: Path) -> None:

@@ -45,18 +45,21 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
     bare = {u: why for u in sorted(own) if (why := survey.failure_of("texture", u))}
     opened = _windows(survey, own)
+    unseen = {u: why for u in sorted(own) if (why := survey.failure_of("windows", u))}
     return Task(
         STAGE, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
-                **({"without textures": digest_of(bare)} if bare else {}), **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
+                **{name: digest_of(units) for name, units in (("without textures", bare), ("without windows", unseen)) if units},
+                **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
             "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
             "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
             "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
             "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
+            "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "unseen": unseen,
+            "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
             "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
         limits=survey.limits(STAGE),
@@ -102,8 +105,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         for u, path in task.arguments["windows"].items()
         if u in finished
     }
+    unseen = task.arguments["unseen"]
     own = tuple(
-        with_window_figures(with_texture_figures(finished[u], portable.get(u), bare.get(u, "")), opened.get(u))
+        with_window_figures(
+            with_texture_figures(finished[u], portable.get(u), bare.get(u, "")), opened.get(u), unseen.get(u, "")
+        )
         for u in names
     )
     wanted = task.arguments["textures"]

@@ -98,10 +98,10 @@ def openings_on(data: bytes, building: Building) -> UnitOpenings:
     return unit_openings([f for f in planes if f.semantic is Semantic.WALL], kept)
 
 
-def with_window_figures(building: Building, found: UnitOpenings | None) -> Building:
+def with_window_figures(building: Building, found: UnitOpenings | None, failure: str = "") -> Building:
     """Attributes: windows, how sure they are, their share of the walls, storeys by their rows; or why nobody could look."""
     if found is None or not found.faces:
-        return building
+        return building.with_attributes({"windows_missing": failure}) if failure else building
     sure = [o.confidence for o in found.openings if o.kind == "window"]
     more: dict[str, Scalar] = {}
     if sure or found.window_to_wall_ratio is not None:
