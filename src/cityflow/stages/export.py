@@ -50,7 +50,7 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
         STAGE, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
-                **{name: digest_of(units) for name, units in (("without textures", bare), ("without windows", unseen)) if units},
+                **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments={
             "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
