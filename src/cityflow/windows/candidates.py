@@ -28,6 +28,7 @@ from cityflow.windows.window_parameters import WindowParameters
 LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
 """Completeness of the worst side, and of all four on average, of what is looked at more closely."""
 RIM_M = 0.25
+GATE_M = 2.0
 HUE_RANGE = 0.06
 """Colours that scatter less than this tell nothing that brightness does not."""
 
@@ -138,10 +139,11 @@ def within_wall(boxes: IntArray, picture: Picture, parameters: WindowParameters,
 
 
 def on_foot(boxes: IntArray, picture: Picture) -> BoolArray:
-    """Tall boxes that reach down to where the wall ends, or is no longer seen."""
+    """Tall boxes, and gates, that reach down to where the wall ends, or is no longer seen."""
     below = boxes.copy()
     below[:, 1], below[:, 3] = boxes[:, 3], boxes[:, 3] + max(round(picture.pixels(0.4)), 2)
     area = (below[:, 2] - below[:, 0]) * (below[:, 3] - below[:, 1])
     left = box_sums(integral((picture.seen & picture.wall).astype(np.float32)), below) / np.maximum(area, 1)
     high, wide = (picture.cell * (boxes[:, b] - boxes[:, a]) for a, b in ((1, 3), (0, 2)))
-    return np.asarray((left < 0.75) & (high >= 1.8) & (high >= 1.3 * wide))
+    tall, gate = (high >= 1.8) & (high >= 1.3 * wide), (high >= 1.7) & (wide >= GATE_M)
+    return np.asarray((left < 0.75) & (tall | gate))
