@@ -5,7 +5,16 @@ import pytest
 
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.grid import Grid
-from cityflow.viewer.model_view import SEMANTIC_COLOURS, SKY, TERRAIN_COLOUR, draw_models, surfaces_of, terrain_surfaces
+from cityflow.viewer.model_view import (
+    SEMANTIC_COLOURS,
+    SKY,
+    TERRAIN_COLOUR,
+    draw_models,
+    no_terrain,
+    semantic_key,
+    surfaces_of,
+    terrain_surfaces,
+)
 
 
 def block(x: float, y: float, z: float, size: float, height: float) -> Polyhedron:
@@ -25,6 +34,12 @@ def looks_like(pixels: np.ndarray, colour: tuple[int, int, int]) -> np.ndarray:
     p, c = pixels.astype(float), np.array(colour, float)
     cosine = (p @ c) / np.maximum(np.linalg.norm(p, axis=-1) * np.linalg.norm(c), 1e-9)
     return np.asarray(cosine > 0.9995)
+
+
+def test_the_key_names_what_is_there_and_is_seen() -> None:
+    models = surfaces_of([block(85020.0, 447020.0, -1.0, 20.0, 12.0)])
+    assert [text for text, _ in semantic_key(models)] == ["roof", "wall"]
+    assert semantic_key(no_terrain()) == ()
 
 
 def test_roof_and_southern_wall_are_seen_floor_is_not() -> None:

@@ -36,6 +36,11 @@ def said(data: ReportData) -> str:
     return verdict(report_figures(data)["summary"])
 
 
+def page_of(data: ReportData) -> html.HtmlElement:
+    page: html.HtmlElement = html.document_fromstring(write_report(data)[1].decode())
+    return page
+
+
 def test_a_run_that_went_well_asks_for_nothing() -> None:
     told = answers(run_of(*(good(f"u{i}") for i in range(20))))
     assert told["How good?"].startswith("Measured points scatter by 3.0 cm about the roof of a typical building")
@@ -67,7 +72,7 @@ def test_an_unfinished_run_says_what_waits_and_draws_it() -> None:
         answers(data)["What to do?"]
         == "Let the run end: cityflow run WORKFLOW --out 'runs/my town' goes on where it stopped."
     )
-    page = html.document_fromstring(write_report(data)[1].decode())
+    page = page_of(data)
     assert len(page.xpath("//path[@class='w']")) == 2
     assert "33.3 %" in page.xpath("//section[@class='cards']")[0].text_content()
     commands = [c.text_content() for c in page.xpath("//div[@class='command']/code")]
@@ -85,13 +90,11 @@ def test_before_the_first_building_the_tasks_are_counted() -> None:
 def test_a_finished_run_without_buildings_says_so_and_where_to_look() -> None:
     data = run_of()
     assert said(data) == "No building was found in the surveyed area."
-    page = html.document_fromstring(write_report(data)[1].decode())
+    page = page_of(data)
     assert "cityflow parameters outline.found" in page.get_element_by_id("todo").text_content()
     assert not page.xpath("//section[@class='cards'] | //*[@id='quality']")
 
 
 def test_models_worth_a_look_are_marked_on_the_map() -> None:
-    page = html.document_fromstring(
-        write_report(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9)))[1].decode()
-    )
+    page = page_of(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9)))
     assert len(page.xpath("//*[@id='looks']/path")) == 1

@@ -62,7 +62,9 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(cm=cm, share=share, seconds=said_seconds, tree=parameter_rows, pixels=said_pixels)
+    environment.filters.update(
+        cm=cm, share=share, seconds=said_seconds, tree=parameter_rows, pixels=said_pixels, json=said_json
+    )
     return environment
 
 
@@ -104,6 +106,11 @@ def said_seconds(value: float | None) -> str:
     if value < 3600:
         return f"{int(value // 60)} min {int(value % 60)} s"
     return f"{int(value // 3600)} h {int(value % 3600 // 60)} min"
+
+
+def said_json(value: Any) -> str:
+    """A value as a workflow file has it; a text without its quotes."""
+    return value if isinstance(value, str) and value else json.dumps(value, ensure_ascii=False)
 
 
 def parameter_rows(value: Any, prefix: str = "") -> list[tuple[str, str]]:

@@ -57,6 +57,7 @@ def report_figures(data: ReportData, parameters: ReportParameters = USUAL) -> di
         "sources": [asdict(s) for s in data.sources],
         "versions": dict(sorted(data.versions.items())),
         "parameters": data.parameters,
+        "changed_parameters": [{"key": k, "value": v, "default": d} for k, v, d in data.changed],
         "overrides": {unit: dict(values) for unit, values in sorted(data.overrides.items())},
     }
     cleaned: dict[str, Any] = finite(figures)

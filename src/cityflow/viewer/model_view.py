@@ -69,6 +69,12 @@ def surfaces_of(solids: Iterable[Polyhedron]) -> Surfaces:
     return Surfaces(arrays.vertices[triangles] + arrays.origin, semantic[faces], faces)
 
 
+def semantic_key(models: Surfaces) -> tuple[tuple[str, tuple[int, int, int]], ...]:
+    """What the colours of models mean, of those that are there; floors are not seen from above."""
+    above = [entry for semantic, entry in SEMANTIC_COLOURS.items() if semantic is not Semantic.GROUND]
+    return tuple((text, colour) for text, colour in above if (models.colours == np.array(colour)).all(axis=1).any())
+
+
 def _one_array(parts: Sequence[FaceArrays]) -> FaceArrays:
     """The faces of several solids as those of one: to triangulate thousands at once takes a fraction of the time."""
     origin = parts[0].origin

@@ -39,7 +39,7 @@ def draw_plan(ground: ByteArray, grid: Grid, strokes: Sequence[Strokes]) -> Byte
     """
     image = Image.fromarray((ground * DIMMED).astype(np.uint8))
     size = image.size
-    image = image.resize((size[0] * FINER, size[1] * FINER), Image.Resampling.BICUBIC)
+    image = image.resize((size[0] * FINER, size[1] * FINER), Image.Resampling.NEAREST)
     pen = ImageDraw.Draw(image)
     scale = FINER / grid.cell
     for stroke in strokes:

@@ -127,7 +127,7 @@ class ReportData:
     crs, vertical_datum : as a person reads them
     versions : library → version;  parameters : stage → parameters as used, nested
     unit_stage : the stage whose tasks the units are
-    overrides : unit → parameters that were set for it alone
+    overrides : unit → stage → parameters that were set for it alone
     pictures : of what has been made;  images : None where the survey has none
     checkpoints : residuals of products at points of known position
     unused_edits : what a person has drawn without effect
@@ -135,6 +135,7 @@ class ReportData:
     pages_left_out : buildings that did not end as asked and have no page, because there are so many
     textures : None where none are made
     placing : how the city was placed on the globe: what was done, and its accuracy; empty where nobody can say
+    changed : parameters that differ from the defaults: dotted key, value, default
     run : where the run lies, as commands name it
     waiting : rings of outlines that nobody has worked on yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
@@ -162,6 +163,7 @@ class ReportData:
     pages_left_out: int = 0
     textures: TextureFigures | None = None
     placing: Mapping[str, str | float] = field(default_factory=dict)
+    changed: tuple[tuple[str, Any, Any], ...] = ()
     run: str = "RUN"
     waiting: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     view: str = ""

@@ -15,10 +15,10 @@ from cityflow.io.cityjson import read_feature
 from cityflow.stages import reconstruct
 from cityflow.stages.survey import HULL
 from cityflow.viewer.model_view import (
-    SEMANTIC_COLOURS,
     TERRAIN_COLOUR,
     Surfaces,
     draw_models,
+    semantic_key,
     surfaces_of,
     terrain_surfaces,
 )
@@ -127,7 +127,7 @@ def _drawn(title: str, text: str, models: Surfaces, rasters: CityRasters, bounds
     )
     terrain = terrain_surfaces(heights[rows, cols], part)
     pixels = draw_models(models, terrain, MOST_PIXELS, _ground(rasters))
-    return picture(title, text, pixels, tuple(SEMANTIC_COLOURS.values())[:3], wide=True)
+    return picture(title, text, pixels, semantic_key(models), wide=True)
 
 
 def _window(grid: Grid, bounds: Bounds) -> tuple[slice, slice]:

@@ -23,6 +23,7 @@ from cityflow.io.globe import globe_of
 from cityflow.io.reference import vertical_datum
 from cityflow.stages import export, ingest, outline, reconstruct, surface, units
 from cityflow.stages.outline_lines import decode_all
+from cityflow.stages.parameters import CityParameters
 from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.stages.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
@@ -30,6 +31,7 @@ from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageR
 from cityflow.viewer.view_page import FOLDER as VIEW
 from cityflow.workflow.checkpoint_rows import checkpoint_rows
 from cityflow.workflow.current import CurrentRecords, current_records
+from cityflow.workflow.differences import changed
 from cityflow.workflow.image_figures import image_figures
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.pictures import run_pictures
@@ -175,6 +177,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides=_overrides(run),
+        changed=_changed(run),
         waiting={unit: outlines.rings[unit] for unit in sorted(outlines.asked - known)},
         pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
         images=image_figures(survey, records),
@@ -183,6 +186,12 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         textures=texture_figures(run.store, survey, records),
         placing=_placing(run, survey),
     )  # fmt: skip
+
+
+def _changed(run: Prepared) -> tuple[tuple[str, Any, Any], ...]:
+    """Parameters of the run that are not as by default."""
+    usual, tree = CityParameters().model_dump(mode="json"), run.workflow.city.model_dump(mode="json")
+    return tuple((key, new, old) for key, old, new in changed(usual, tree))
 
 
 def _overrides(run: Prepared) -> dict[str, dict[str, Any]]:

@@ -21,9 +21,9 @@ from cityflow.io.surface_zarr import read_layers
 from cityflow.stages import atlas
 from cityflow.stages.survey import Survey
 from cityflow.viewer.model_view import (
-    SEMANTIC_COLOURS,
     Surfaces,
     light_of,
+    semantic_key,
     surfaces_of,
     terrain_surfaces,
 )
@@ -79,7 +79,7 @@ def side_pictures(
     target = np.array([x, y, low + 4.0])
     wears = "the models textured from photographs" if leaves else "the models coloured by kind of surface"
     plain = " Those in plain colours have no texture yet." if leaves and len(surfaces.corners) else ""
-    key = () if leaves else tuple(SEMANTIC_COLOURS.values())[:3]
+    key = () if leaves else semantic_key(surfaces)
     for side, looking in SIDES:
         camera = side_camera(target, spot.across_m, looking)
         text = f"{spot.across_m:.0f} m across the densest spot, {wears}.{plain}"
