@@ -1,10 +1,10 @@
-"""Windows of façades against the truth: drawn ones of several styles, and those of a made town as a run has textured it.
+"""Windows of a made town as a run has textured it, against the truth; those of a real survey, to look at; time for a page of an atlas.
 
-python benchmarks/windows_town.py --seeds 1 2 3 [--each 12] [--picture FILE]                    # drawn façades
 python benchmarks/windows_town.py --survey SURVEY --run RUN [--picture FILE]                    # a town, photographed and textured
 python benchmarks/windows_town.py --run RUN --picture FILE                                      # a real survey: what was found, to look at
 python benchmarks/windows_town.py --atlas                                                       # time for an atlas of 2048 × 1024 pixels
-python benchmarks/windows_town.py --fit FIRST LAST                                              # weights of the confidence, from other seeds
+
+Drawn façades: windows_facades.py.
 """
 
 from __future__ import annotations
@@ -23,19 +23,15 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Semantic
 from cityflow.core.openings import FaceOpenings
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch, UnitTexture
-from cityflow.evaluation.windows import WindowCounts, compare_windows, intersection_over_union, on_face, total
+from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, total
 from cityflow.stages.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
 from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, ImageErrors, draw_facade
 from cityflow.synthetic.town_facades import WINDOW
-from cityflow.windows.candidates import looks_of
-from cityflow.windows.confidence import NAMES, features
 from cityflow.windows.find import find_unit_windows, find_windows
 from cityflow.windows.picture import picture_of
-from cityflow.windows.search import searched
 from cityflow.windows.window_parameters import WindowParameters
 
-OTHERS = ("blank", "glass")
 WHOLE = 0.8
 """Share of a true window that a picture has to show before it is asked for."""
 SHEET_CELL_M, SHEET_PX = 0.05, (1600, 1100)
@@ -56,13 +52,6 @@ def as_texture(drawn: DrawnFacade) -> tuple[FacePlane, Patch]:
     return face, Patch(face.key, drawn.pixels, index, np.ones_like(drawn.seen), (corners,), figures)
 
 
-def drawn_facades(seed: int, each: int, styles: Sequence[str]) -> Iterator[tuple[str, DrawnFacade]]:
-    rng = np.random.default_rng(seed)
-    for k in range(each * len(styles)):
-        style = styles[k % len(styles)]
-        yield style, draw_facade(style, ImageErrors.at_random(rng), rng)  # type: ignore[arg-type]
-
-
 def windows_of(found: FaceOpenings) -> FloatArray:
     return np.array([o.bounds for o in found.openings if o.kind == "window"]).reshape(-1, 4)
 
@@ -70,43 +59,6 @@ def windows_of(found: FaceOpenings) -> FloatArray:
 def judged_facade(drawn: DrawnFacade, found: FaceOpenings) -> WindowCounts:
     of = drawn.openings[:, 4] == WINDOW
     return compare_windows(windows_of(found), drawn.openings[of][:, [0, 2, 1, 3]], drawn.visible[of] >= WHOLE)
-
-
-def drawn_table(seeds: Sequence[int], each: int, picture: Path | None) -> None:
-    parameters = WindowParameters()
-    everything, pictures, seconds = [], [], []
-    for seed in seeds:
-        rows: dict[str, list[WindowCounts]] = {s: [] for s in (*STYLES, *OTHERS)}
-        storeys = []
-        for style, drawn in drawn_facades(seed, each, (*STYLES, *OTHERS)):
-            face, patch = as_texture(drawn)
-            begun = time.process_time()
-            found = find_windows(face, patch, parameters)
-            seconds.append(time.process_time() - begun)
-            rows[style].append(judged_facade(drawn, found))
-            if style in STYLES and drawn.visible.min(initial=1.0) >= WHOLE:
-                storeys.append(found.storeys == drawn.storeys)
-            pictures.append(shown(patch, found, drawn.cell_m, (0.0, drawn.size_m[1])))
-        for style, counts in rows.items():
-            print(json.dumps({"seed": seed, "style": style, **said(total(counts))}), flush=True)
-        everything.append(total(c for counts in rows.values() for c in counts))
-        print(
-            json.dumps(
-                {
-                    "seed": seed,
-                    "style": "all",
-                    **said(everything[-1]),
-                    "storeys right": round(float(np.mean(storeys)), 3),
-                }
-            ),
-            flush=True,
-        )
-    print(
-        json.dumps(
-            {"seed": "all", **said(total(everything)), "seconds a façade, median": round(float(np.median(seconds)), 3)}
-        )
-    )
-    sheet(pictures, picture)
 
 
 def said(c: WindowCounts) -> dict[str, float]:
@@ -248,55 +200,18 @@ def atlas_time() -> None:
     print(json.dumps({"façades": count, "pixels": 2048 * 1024 - left, "seconds of one core": round(seconds, 2)}))
 
 
-def fit(first: int, last: int) -> None:
-    """Logistic regression of whether a box is a window or a door, with a ridge; what overlaps a little is left out."""
-    parameters = WindowParameters(least_confidence=0.12)
-    x, y = [], []
-    for seed in range(first, last):
-        for _, drawn in drawn_facades(seed, 3, (*STYLES, *OTHERS)):
-            face, patch = as_texture(drawn)
-            picture = picture_of(face, patch, parameters)
-            looks = looks_of(picture, parameters)
-            found, company, completed = searched(picture, looks, parameters)
-            if len(found):
-                bounds = np.array([picture.bounds(b) for b in found.boxes])
-                shared = intersection_over_union(bounds, drawn.openings[:, [0, 2, 1, 3]])
-                x.append(features(found, company, completed, picture, looks))
-                y.append(shared.max(axis=1, initial=0.0))
-    a, iou = np.concatenate(x), np.concatenate(y)
-    clear = (iou > 0.5) | (iou < 0.4)
-    weights = logistic(a[clear], (iou[clear] > 0.5).astype(float))
-    print(dict(zip(NAMES, weights.round(2).tolist(), strict=True)))
-    print(weights.round(2).tolist())
-
-
-def logistic(a: FloatArray, y: FloatArray) -> FloatArray:
-    weights, ridge = np.zeros(a.shape[1]), np.diag([0.01, *[2.0] * (a.shape[1] - 1)])
-    for _ in range(40):
-        p = 1 / (1 + np.exp(-a @ weights))
-        weights = weights + np.linalg.solve((a * (p * (1 - p))[:, None]).T @ a + ridge, a.T @ (y - p) - ridge @ weights)
-    return np.asarray(weights)
-
-
 def main() -> None:
     cv2.setNumThreads(1)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, nargs="*", default=[])
-    parser.add_argument("--each", type=int, default=12)
     parser.add_argument("--survey", type=Path)
     parser.add_argument("--run", type=Path)
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--atlas", action="store_true")
-    parser.add_argument("--fit", type=int, nargs=2)
     asked = parser.parse_args()
-    if asked.seeds:
-        drawn_table(asked.seeds, asked.each, asked.picture)
     if asked.run is not None:
         run_table(asked.run, asked.survey, asked.picture)
     if asked.atlas:
         atlas_time()
-    if asked.fit:
-        fit(*asked.fit)
 
 
 if __name__ == "__main__":
