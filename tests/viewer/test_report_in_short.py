@@ -13,7 +13,7 @@ from cityflow.viewer.figures import report_figures
 from cityflow.viewer.image_rows import CheckpointRow
 from cityflow.viewer.report import write_report
 from cityflow.viewer.report_in_short import in_short, verdict
-from cityflow.viewer.rows import ReportData, StageRow, UnitRow
+from cityflow.viewer.rows import ProblemRow, ReportData, StageRow, UnitRow
 
 EXPORTED = StageRow("export", 1, 1, 0, 0, 0, 1.0, 1.0, 1.0, 100.0)
 MATCHED = replace(EXPORTED, stage="match", units=40, done=40)
@@ -29,7 +29,7 @@ def good(name: str, nmad: float = 0.03) -> UnitRow:
 
 
 def answers(data: ReportData) -> dict[str, str]:
-    return {a.question: a.answer for a in in_short(report_figures(data), data.run)}
+    return {a.question: a.answer for a in in_short(report_figures(data), data.run, data.unit_stage)}
 
 
 def said(data: ReportData) -> str:
@@ -51,11 +51,21 @@ def test_a_run_that_went_well_asks_for_nothing() -> None:
 def test_failures_and_models_that_stand_out_are_counted_and_sent_to_the_map() -> None:
     bad = [UnitRow(f"f{i}", "0_0", Status.FAILED, "no plane") for i in range(3)]
     told = answers(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9), *bad))
-    assert (
-        told["Where are problems?"]
-        == "3 tasks failed; 1 finished model stands out as worse than the others. They are marked on the map."
+    assert told["Where are problems?"] == (
+        "Buildings: 3 failed; 1 finished model stands out as worse than the others. The map shows where."
     )
     assert told["What to do?"].startswith("Read why tasks failed")
+
+
+def test_tasks_of_other_stages_are_not_called_buildings() -> None:
+    lost = (
+        ProblemRow("surface", "0_1", Status.FAILED, "no ground"),
+        ProblemRow("ingest", "a.laz", Status.FAILED, "cut off"),
+    )
+    told = answers(run_of(good("a"), UnitRow("b", "0_0", Status.DEGRADED, "a block"), problems=lost))
+    assert told["Where are problems?"] == (
+        "Buildings: 1 simpler than asked; 2 tasks of ingest and surface did not end as asked; 3 kinds of reasons. The map shows where."
+    )
 
 
 def test_points_of_known_position_are_said_where_there_are_some() -> None:

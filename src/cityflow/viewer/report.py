@@ -41,7 +41,7 @@ def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
         figures=figures,
         summary=figures["summary"],
         verdict=verdict(figures["summary"]),
-        short=in_short(figures, data.run),
+        short=in_short(figures, data.run, data.unit_stage),
         unfinished=figures["summary"]["unfinished"],
         run=shlex.quote(data.run),
         has_workflow=any("WORKFLOW" in p["command"] for p in figures["problems"]),

@@ -47,14 +47,14 @@ def _of_none(summary: Mapping[str, Any]) -> str:
     return "No building has been worked on yet."
 
 
-def in_short(figures: Mapping[str, Any], run: str) -> list[Answer]:
+def in_short(figures: Mapping[str, Any], run: str, unit_stage: str) -> list[Answer]:
     """Answers in the order in which they are asked; nothing where nothing has run."""
     summary = figures["summary"]
     if not summary["units"] and not summary.get("waiting"):
         return []
     return [
         Answer("How good?", _how_good(figures), "quality"),
-        Answer("Where are problems?", _problems(figures), "todo"),
+        Answer("Where are problems?", _problems(figures, unit_stage), "todo"),
         Answer("What to do?", _to_do(figures, run), "todo"),
     ]
 
@@ -74,33 +74,27 @@ def _how_good(figures: Mapping[str, Any]) -> str:
     )
 
 
-def _problems(figures: Mapping[str, Any]) -> str:
-    groups, looks = figures["problems"], figures["worth_a_look"]
-    counts = {s: sum(g["count"] for g in groups if g["status"] == s) for s in Status}
-    kinds = len(groups)
-    texts = [
-        f"{counts[status]:,} {'task' if counts[status] == 1 else 'tasks'} {word}"
-        for status, word in ((Status.FAILED, "failed"), (Status.REFUSED, "refused"), (Status.DEGRADED, "simplified"))
-        if counts[status]
-    ]
-    said = (
-        [
-            f"{_listed(texts)}, for {kinds:,} {'kind of reason' if kinds == 1 else 'kinds of reasons'}"
-            if kinds > 1
-            else _listed(texts)
-        ]
-        if texts
-        else []
-    )
+def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
+    summary, looks = figures["summary"], len(figures["worth_a_look"])
+    words = (("failed", "failed"), ("refused", "refused"), ("degraded", "simpler than asked"))
+    counts = [f"{summary[status]:,} {word}" for status, word in words if summary[status]]
+    others = [g for g in figures["problems"] if g["stage"] != unit_stage]
+    tasks, kinds = sum(g["count"] for g in others), len(figures["problems"])
+    said = []
+    if counts:
+        said.append(f"Buildings: {_listed(counts)}")
+    if others:
+        stages = _listed(sorted({g["stage"] for g in others}))
+        said.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as asked")
+    if kinds > 1:
+        said.append(f"{kinds:,} kinds of reasons")
     if looks:
         said.append(
-            f"{len(looks):,} finished {'model stands' if len(looks) == 1 else 'models stand'} out as worse than the others"
+            f"{looks:,} finished {'model stands' if looks == 1 else 'models stand'} out as worse than the others"
         )
-    return (
-        f"{'; '.join(said)}. They are marked on the map."
-        if said
-        else "None: nothing failed, and no model stands out as worse than the others."
-    )
+    if not said:
+        return "None: nothing failed, and no model stands out as worse than the others."
+    return f"{'; '.join(said)}.{' The map shows where.' if counts or looks else ''}"
 
 
 def _to_do(figures: Mapping[str, Any], run: str) -> str:
