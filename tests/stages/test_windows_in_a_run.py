@@ -96,7 +96,7 @@ def windows_of(feature: Mapping[str, Any], transform: Transform) -> NDArray[np.f
                 surface = surfaces[value]
                 if surface["type"] == "Window":
                     assert "is_party_wall" not in surfaces[surface["parent"]]
-                    assert 0.5 <= surface["confidence"] <= 1
+                    assert surface["confidence"] > 0.6
                     found.append((vertices[boundary[0]].min(axis=0), vertices[boundary[0]].max(axis=0)))
     return in_order(np.array(found).reshape(-1, 2, 3))
 
