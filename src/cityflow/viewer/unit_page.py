@@ -60,6 +60,7 @@ class UnitPage:
     crops : what stands there: heights, ortho, photographs
     plan, planes : roof planes in plan, numbered, and their figures; of the kept model, else of the best one
     attempt, seconds, peak_mb, version : of the newest attempt
+    look : why it is worth a look though it did not fail; may be empty
     run : where the run lies, as commands name it
     parameters : what differs from the survey's for this building alone
     """
@@ -75,6 +76,7 @@ class UnitPage:
     attempt: int = 1
     version: int = 0
     parameters: tuple[tuple[str, str], ...] = ()
+    look: str = ""
     run: str = "RUN"
 
 
@@ -86,6 +88,9 @@ VERDICTS = {
 }
 
 
+LOOKED_AT = "This building is modelled as asked, but the model stands out as worse than the others of the run."
+
+
 def write_unit_page(page: UnitPage) -> bytes:
     """The page as HTML; the same values give the same bytes."""
     unit = page.unit
@@ -94,7 +99,7 @@ def write_unit_page(page: UnitPage) -> bytes:
         "unit.html.j2",
         page=page,
         unit=unit,
-        verdict=VERDICTS[unit.status],
+        verdict=LOOKED_AT if page.look and unit.status is Status.DONE else VERDICTS[unit.status],
         command=rerun_command(page.stage, [unit.id], page.stage, unit.status, page.run),
         other=_with_other_parameters(page),
         explain=f"cityflow explain {shlex.quote(page.run)} {shlex.quote(unit.id)}",

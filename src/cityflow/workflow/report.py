@@ -29,6 +29,7 @@ from cityflow.stages.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.viewer.view_page import FOLDER as VIEW
+from cityflow.viewer.worth_a_look import worth_a_look
 from cityflow.workflow.checkpoint_rows import checkpoint_rows
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.differences import changed
@@ -116,7 +117,8 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
     newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
-    write_pages(run.store, survey, chosen, newest, crops, data)
+    looks = {s.unit.id: s.reason for s in worth_a_look(data.units, parameters.worth_a_look)}
+    write_pages(run.store, survey, chosen, newest, crops, data, looks)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data, parameters)
     run.store.write_bytes("report.json", page_json)

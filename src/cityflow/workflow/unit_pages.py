@@ -72,9 +72,10 @@ def _area(unit: UnitRow) -> float:
 
 
 def write_pages(
-    store: Store, survey: Survey, chosen: Chosen, records: Mapping[str, Record], crops: Crops, data: ReportData
+    store: Store, survey: Survey, chosen: Chosen, records: Mapping[str, Record], crops: Crops, data: ReportData,
+    looks: Mapping[str, str],
 ) -> None:  # fmt: skip
-    """Write the pages, and remove those of before that are no more."""
+    """Write the pages, and remove those of before that are no more; `looks`: why some units are worth a look."""
     written = set()
     for unit in chosen.units:
         record = records.get(unit.id)
@@ -83,7 +84,8 @@ def write_pages(
         page = _page(store, survey, unit, record, crops)
         own = tuple((k, v) for k, v in parameter_rows(dict(data.overrides.get(unit.id, {}))) if k)
         store.write_bytes(
-            page_path(unit.id), write_unit_page(replace(page, title=data.title, parameters=own, run=data.run))
+            page_path(unit.id),
+            write_unit_page(replace(page, title=data.title, parameters=own, run=data.run, look=looks.get(unit.id, ""))),
         )
         written.add(page_path(unit.id))
     for path in set(store.find(FOLDER)) - written:
