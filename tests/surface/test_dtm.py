@@ -3,9 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.evaluation.terrain import terrain_errors, terrain_zones
 from cityflow.surface.dtm import DtmParameters, Method, chosen_method
+from cityflow.surface.dtm_windows import objects_by_windows, without_terrain
+from cityflow.surface.ground_points import lowest_surface
+from cityflow.surface.image_surface import ImageSurfaceParameters
+from cityflow.surface.rasterise import count_points
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
 from surface_scenes import small_scene
 
@@ -60,3 +65,23 @@ def test_wrong_ground_classes_on_a_roof_do_not_lift_the_terrain() -> None:
     assert surface.method == "classified"
     assert np.nanmax(np.abs(surface.dtm)) < 0.05
     assert np.isnan(surface.dtm).mean() < 0.01
+
+
+def _mound(height: float, width: float, foot: float, seed: int) -> np.ndarray:
+    """(N, 3) points of a level plain with a flat-topped mound of 50 m by `width`, whose sides are `foot` wide in plan."""
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(0, 120, (60_000, 2))
+    beyond = np.maximum(np.abs(xy[:, 0] - 60) - 25, np.abs(xy[:, 1] - 60) - width / 2)
+    z = height * np.clip(1 - np.maximum(beyond, 0) / foot, 0, 1) + rng.normal(0, 0.03, len(xy))
+    return np.column_stack([xy, z])
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("foot", "building"), [(3.0, True), (5.0, True), (6.0, True), (8.5, False), (12.0, False)])
+def test_walls_that_matching_has_smeared_are_walls_and_banks_are_none(foot: float, building: bool, seed: int) -> None:
+    p = ImageSurfaceParameters().dtm.windows
+    cloud, grid = PointCloud.of(_mound(4.0, 15.0, foot, seed)), Grid.covering((0.0, 0.0, 120.0, 120.0), p.work_cell_m)
+    low, measured = lowest_surface(cloud, grid), count_points(cloud, grid) > 0
+    found = without_terrain(low, objects_by_windows(low, p), measured, p)
+    assert found[57:63, 40:80].mean() == (1.0 if building else 0.0)
+    assert not found[:40].any()

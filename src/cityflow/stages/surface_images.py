@@ -23,7 +23,7 @@ from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters,
 from cityflow.surface.point_classes import classify_points
 
 STAGE = "surface"
-VERSION = 2
+VERSION = 3
 PIECE_SCALE_M = 0.001
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from pydantic import Field
-from scipy.ndimage import grey_opening
+from scipy.ndimage import grey_opening, maximum_filter, minimum_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -34,6 +34,12 @@ class WindowsParameters(Parameters):
         2.5, gt=0, le=20, description="an object higher than this is one in any window, metres"
     )
     step_m: float = Field(1.0, gt=0, le=5, description="rise from cell to cell at the border of an object, metres")
+    rise_m: float | None = Field(
+        None,
+        gt=0,
+        le=20,
+        description="rise over three cells that is a step, too, as of walls that matching has smeared, metres; null: none",
+    )
     step_share: float = Field(0.3, ge=0, le=1, description="share of an object's border that has such steps")
     least_contact: float = Field(0.2, ge=0, le=1, description="share of terrain's border that flows into the ground")
     rounds: int = Field(8, ge=0, le=100, description="rounds in which terrain is given back")
@@ -94,7 +100,7 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
     of_window = np.zeros(count + 1, np.int64)
     of_window[labels] = windows
     for _ in range(p.rounds):
-        border, to_ground, steps = _borders(known, labels, of_window, p.step_m)
+        border, to_ground, steps = _borders(known, labels, of_window, (p.step_m, p.rise_m))
         flows = (to_ground - steps) > (1 - p.step_share) * to_ground
         flows &= (to_ground - steps) >= p.least_contact * border
         flows[0] = False
@@ -134,23 +140,32 @@ def smooth_regions(heights: FloatArray, kind: IntArray, step: float) -> IntArray
 
 
 def _borders(
-    low: FloatArray, labels: IntArray, of_window: IntArray, step_m: float
+    low: FloatArray, labels: IntArray, of_window: IntArray, steepest: tuple[float, float | None]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Per region: measured pairs of cells across its border, those onto the ground, those of them that are a step.
 
+    A step is a great difference between both cells, or a greater one between the objects around the one and the ground around the other.
     What a smaller window found stands on the region (a tree on a hill, at few returns a speck) and is no border.
     """
     count = len(of_window) - 1
+    step_m, rise_m = steepest
     border, to_ground, steps = (np.zeros(count + 1) for _ in range(3))
+    measured = np.isfinite(low)
+    rise = np.inf if rise_m is None else rise_m
+    top = maximum_filter(np.where(measured & (labels > 0), low, -np.inf), size=3)
+    foot = minimum_filter(np.where(measured & (labels == 0), low, np.inf), size=3)
     for axis in (0, 1):
         for sign in (1, -1):
             a, b, z_a, z_b = _pairs(labels, low, axis, sign)
+            _, _, top_a, _ = _pairs(labels, top, axis, sign)
+            _, _, _, foot_b = _pairs(labels, foot, axis, sign)
             across = (a > 0) & (b != a) & np.isfinite(z_a) & np.isfinite(z_b)
             ground = across & (b == 0)
             across &= ground | (of_window[b] >= of_window[a])
             border += np.bincount(a[across], minlength=count + 1)
             to_ground += np.bincount(a[ground], minlength=count + 1)
-            steps += np.bincount(a[ground & (np.abs(z_a - z_b) > step_m)], minlength=count + 1)
+            steep = (np.abs(z_a - z_b) > step_m) | (top_a - foot_b > rise)
+            steps += np.bincount(a[ground & steep], minlength=count + 1)
     return border, to_ground, steps
 
 
