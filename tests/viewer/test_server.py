@@ -113,7 +113,7 @@ def test_paths_and_spans() -> None:
 
 @pytest.fixture(scope="module")
 def several() -> Iterator[int]:
-    city = {"title": "Old <Town>", "verdict": "All 3 buildings are modelled as asked.", "texture_pixels": 9,
+    city = {"title": "Old <Town>", "verdict": "All 3 buildings are modelled as asked.", "texture_pixels": {"raw": 9, "rectified": 8},
             "pictures": [{"path": "pictures/0.jpg", "title": "Models"}, {"path": "pictures/1.jpg", "title": "From the south"}]}  # fmt: skip
     files = {"view/index.html": b"other", "view/data/city.json": json.dumps(city).encode(), "run.json": b"secret"}
     runs = [Served("x", "runs/x", FILES.get), Served("old town", "runs/old town", files.get)]
@@ -133,6 +133,7 @@ def test_several_runs_stand_below_their_names_beside_a_page_that_leads_to_them(s
     assert (status, headers["Content-Type"]) == (200, "text/html; charset=utf-8")
     text = page.decode()
     assert "Old &lt;Town&gt;" in text
+    assert (text.count("Textured."), text.count("Without textures.")) == (1, 1)
     assert 'src="old%20town/view/pictures/1.jpg"' in text
     assert {'href="old%20town/view/index.html"', 'href="old%20town/report.html"', 'href="x/view/index.html"'} <= set(
         text.replace(">", " ").split()

@@ -32,7 +32,7 @@ def _card(served: Served) -> dict[str, Any]:
     cover = _cover(city.get("pictures", ()))
     return {
         "title": city.get("title") or served.name, "verdict": city.get("verdict", "The page of this run cannot be read."),
-        "textured": bool(city.get("texture_pixels")), "crs": city.get("crs", ""), "run": served.run,
+        "textured": any(city.get("texture_pixels", {}).values()), "crs": city.get("crs", ""), "run": served.run,
         "view": f"{place}/{FOLDER}/index.html", "report": f"{place}/report.html",
         "cover": f"{place}/{FOLDER}/{cover}" if cover else "",
     }  # fmt: skip
