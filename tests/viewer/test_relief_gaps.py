@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.viewer.relief_gaps import without_specks
+from cityflow.viewer.relief_gaps import quiet_gaps, without_specks
 
 
 def ramp(size: int = 120) -> np.ndarray:
@@ -34,6 +34,15 @@ def test_a_large_gap_stays_and_a_thin_one_goes() -> None:
     assert np.isfinite(found[0][crack]).all()
     assert np.isnan(found[0][disc(120, (60, 40), 17)]).all()
     assert np.array_equal(np.isfinite(found[0]), np.isfinite(found[1]))
+
+
+def test_large_gaps_are_painted_like_what_is_around() -> None:
+    pixels, known = np.full((20, 20, 3), 40, np.uint8), ~disc(20, (10, 10), 5)
+    painted = quiet_gaps(pixels, known)
+    assert np.array_equal(painted[known], pixels[known])
+    assert len(np.unique(painted[~known], axis=0)) == 1
+    assert 40 < painted[10, 10].max() < 100
+    assert quiet_gaps(pixels, np.ones((20, 20), bool)) is pixels
 
 
 def test_a_ragged_rim_becomes_smooth() -> None:

@@ -169,8 +169,17 @@ def _group(rows: Sequence[ProblemRow], data: ReportData) -> dict[str, Any]:
         "units": [r.unit for r in rows],
         "pages": [r.unit for r in rows if r.unit in data.pages] if first.stage == data.unit_stage else [],
         "command": rerun_command(first.stage, [r.unit for r in rows], data.unit_stage, first.status, data.run),
-        "explain": f"cityflow explain {shlex.quote(data.run)} {shlex.quote(first.unit)}",
+        "explain": explain_command(first.unit, data.run),
     }
+
+
+def explain_command(unit: str, run: str = "RUN") -> str:
+    """The command that tells all of a unit; names that look like options are told apart from them.
+
+    >>> explain_command("12_7"), explain_command("-3_4", "my run")
+    ('cityflow explain RUN 12_7', "cityflow explain 'my run' -- -3_4")
+    """
+    return f"cityflow explain {shlex.quote(run)} {'-- ' if unit.startswith('-') else ''}{shlex.quote(unit)}"
 
 
 def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Status, run: str = "RUN") -> str:

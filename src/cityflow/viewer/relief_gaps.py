@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
+from cityflow.viewer.relief import NOTHING
 
 REACH_PX = 4.0
 """Gaps through which no disc of this radius fits are filled."""
@@ -39,6 +40,14 @@ def without_specks(values: Float32Array, reach_px: float = REACH_PX, least_px: i
         if not missing.any():
             break
     return filled
+
+
+def quiet_gaps(pixels: ByteArray, known: BoolArray) -> ByteArray:
+    """(rows, cols, 3) pixels whose gaps have one colour, like what is around, that draws no eye."""
+    if known.all() or not known.any():
+        return pixels
+    colour = 0.7 * pixels[known].mean(axis=0) + 0.3 * np.array(NOTHING)
+    return np.where(known[..., None], pixels, colour.astype(np.uint8))
 
 
 def _closed(known: BoolArray, reach_px: float, least_px: int) -> BoolArray:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 
 from cityflow.core.building import Status
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import rerun_command
+from cityflow.viewer.figures import explain_command, rerun_command
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.rows import UnitRow
 
@@ -102,7 +101,7 @@ def write_unit_page(page: UnitPage) -> bytes:
         verdict=LOOKED_AT if page.look and unit.status is Status.DONE else VERDICTS[unit.status],
         command=rerun_command(page.stage, [unit.id], page.stage, unit.status, page.run),
         other=_with_other_parameters(page),
-        explain=f"cityflow explain {shlex.quote(page.run)} {shlex.quote(unit.id)}",
+        explain=explain_command(unit.id, page.run),
         attributes=attributes,
         style=template_text("report.css"),
     ).encode()

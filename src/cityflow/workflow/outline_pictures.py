@@ -20,7 +20,7 @@ from cityflow.viewer.mosaic import Mosaic
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
 from cityflow.viewer.relief import height_range, ortho_pixels, shaded_heights
-from cityflow.viewer.relief_gaps import without_specks
+from cityflow.viewer.relief_gaps import quiet_gaps, without_specks
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.model_pictures import densest_spot
@@ -72,6 +72,7 @@ def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArr
         if survey.door == IMAGES
         else shaded_heights(mean[0], mosaic.grid.cell, height_range(mean[0]))
     )
+    shown = quiet_gaps(shown, np.isfinite(mean[0]))
     # a survey of half a metre a cell has few pixels: lines need more
     times = max(1, round(MOST_PIXELS / max(mosaic.grid.shape)))
     grid = Grid(mosaic.grid.x_min, mosaic.grid.y_max, mosaic.grid.cell / times, *(n * times for n in mosaic.grid.shape))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import ByteArray, FloatArray, IntArray
 from cityflow.core.building import Building, Lod
 from cityflow.core.grid import Bounds, bounds_meet, grown
 from cityflow.flow.store import Store
@@ -21,6 +21,7 @@ from cityflow.io.surface_zarr import read_layers
 from cityflow.stages import atlas
 from cityflow.stages.survey import Survey
 from cityflow.viewer.model_view import (
+    SKY,
     Surfaces,
     light_of,
     semantic_key,
@@ -34,6 +35,7 @@ from cityflow.workflow.model_pictures import densest_spot
 
 GROUND_TIMES = 2.46
 """The ground that is drawn is so much wider than what is shown across the middle of a view, so that its end is far behind."""
+WELL_LIT, MOST_BRIGHTER = 225.0, 2.2
 LARGEST_PAGE = 8192 * 8192
 PAPER = (150, 150, 150)
 
@@ -80,10 +82,30 @@ def side_pictures(
     wears = "the models textured from photographs" if leaves else "the models coloured by kind of surface"
     plain = " Those in plain colours have no texture yet." if leaves and len(surfaces.corners) else ""
     key = () if leaves else semantic_key(surfaces)
-    for side, looking in SIDES:
-        camera = side_camera(target, spot.across_m, looking)
-        text = f"{spot.across_m:.0f} m across the densest spot, {wears}.{plain}"
-        yield replace(picture(f"From the {side}", text, draw_side(scene, camera), key), half=True)
+    drawn = {side: draw_side(scene, side_camera(target, spot.across_m, looking)) for side, looking in SIDES}
+    brighter = brightening(list(drawn.values())) if leaves else 1.0
+    bright = f" Brightened {brighter:.1f} times." if brighter > 1.0 else ""
+    for side, pixels in drawn.items():
+        text = f"{spot.across_m:.0f} m across the densest spot, {wears}.{plain}{bright}"
+        yield replace(picture(f"From the {side}", text, _brightened(pixels, brighter), key), half=True)
+
+
+def brightening(pictures: Sequence[ByteArray]) -> float:
+    """How much brighter dark photographs are shown, the same in all (rows, cols, 3) pictures: nearly all of their pixels stay below white.
+
+    >>> brightening([np.full((4, 4, 3), 100, np.uint8)]), brightening([np.full((4, 4, 3), 200, np.uint8)])
+    (2.2, 1.0)
+    """
+    lit = np.concatenate([p.reshape(-1, 3).max(axis=1) for p in pictures])
+    lit = lit[lit != max(SKY)]
+    usual = float(np.quantile(lit, 0.97)) if len(lit) else WELL_LIT
+    return round(min(WELL_LIT / max(usual, 1.0), MOST_BRIGHTER), 1) if usual < 0.8 * WELL_LIT else 1.0
+
+
+def _brightened(pixels: ByteArray, times: float) -> ByteArray:
+    """All but the sky."""
+    sky = (pixels == np.array(SKY, np.uint8)).all(axis=-1, keepdims=True)
+    return np.where(sky, pixels, np.minimum(pixels * times, 255.0)).astype(np.uint8)
 
 
 def viewed_spot(middles: FloatArray, weights: FloatArray, across_m: float) -> FloatArray:
