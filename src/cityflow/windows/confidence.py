@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.windows.candidates import RIM_M, Candidates
 from cityflow.windows.edges import Edges, box_sums, integral, roughness
 from cityflow.windows.picture import Picture
@@ -15,32 +15,37 @@ from cityflow.windows.picture import Picture
 NAMES = (
     "one", "sides", "two worst sides", "worst step", "contrast", "company", "alone", "completed", "rough rim", "rough inside", "aspect", "size",
     "by hue", "pixels across", "company of all", "unlike the others", "restless wall", "unlike the wall", "crowded", "runs on", "runs on one way",
+    "hangs under", "in a string", "ends unseen",
 )  # fmt: skip
 SQUARE_M = 0.7
-CROWD_M = 0.35
+CROWD_M, HANG_M = 0.35, 0.25
+SMALL_M2 = 10.0
 WEIGHTS = np.array(
     [
-        -2.09,
-        0.95,
-        0.9,
-        0.16,
-        0.73,
-        0.42,
-        -0.24,
-        -1.19,
-        -0.08,
-        0.44,
-        -0.92,
-        -5.14,
-        0.67,
-        0.52,
-        1.5,
-        -1.85,
-        -0.57,
+        -2.11,
+        1.35,
+        -0.03,
+        0.22,
+        0.96,
         0.57,
-        -0.3,
-        -3.85,
-        -0.92,
+        0.02,
+        -0.86,
+        -0.14,
+        0.4,
+        -0.31,
+        -5.4,
+        0.74,
+        1.01,
+        1.85,
+        -1.9,
+        -0.58,
+        0.36,
+        -0.55,
+        -2.88,
+        -1.11,
+        -2.18,
+        -0.41,
+        -0.78,
     ]
 )
 
@@ -48,7 +53,7 @@ WEIGHTS = np.array(
 def features(
     found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
 ) -> FloatArray:
-    """(N, 21) in the order of `NAMES`; all about 0 to 3."""
+    """(N, 24) in the order of `NAMES`; all about 0 to 3."""
     wide, high = (picture.cell * (found.boxes[:, k + 2] - found.boxes[:, k]) for k in (0, 1))
     rim, inside = roughness(looks, found.look, found.boxes, max(round(picture.pixels(RIM_M)), 1))
     on = running_on(looks, found)
@@ -60,6 +65,7 @@ def features(
         np.clip(np.log(np.minimum(wide, high) / picture.cell / 10), -1.2, 1.5), np.full(len(found), np.mean(company > 0) if len(found) else 0.0),
         np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2), np.full(len(found), restlessness(picture, looks)),
         unlike_wall(found.boxes, picture, looks), crowding(found.boxes, picture), on.min(axis=1), on.max(axis=1),
+        hanging(found.boxes, picture), strung(found.boxes, picture), ends_unseen(found.boxes, picture),
     ])  # fmt: skip
 
 
@@ -67,10 +73,53 @@ def unlike_wall(boxes: IntArray, picture: Picture, looks: Sequence[Edges]) -> Fl
     """(N,) how far boxes are from the commonest brightness and hue of the façade: what stands between windows, bands or shadows is as the wall is."""
     off = np.zeros(len(boxes))
     area = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    wall = _plain_wall(boxes, picture)
     for values, edges in zip((picture.light, picture.hue), looks[::2], strict=False):
-        usual = float(np.median(values[picture.seen])) if picture.seen.any() else 0.0
+        usual = float(np.median(values[wall])) if wall.any() else 0.0
         off = np.maximum(off, np.abs(box_sums(integral(values), boxes) / np.maximum(area, 1) - usual) / edges.threshold)
     return np.clip(off, 0, 6) / 2
+
+
+def _plain_wall(boxes: IntArray, picture: Picture) -> BoolArray:
+    """What the commonest brightness is that of: all that is seen; of small walls, as those of dormers, what is outside of boxes."""
+    if np.count_nonzero(picture.seen) * picture.cell**2 > SMALL_M2:
+        return picture.seen
+    out = picture.seen.copy()
+    for left, top, right, bottom in boxes.tolist():
+        out[max(top, 0) : bottom, max(left, 0) : right] = False
+    return out if out.any() else picture.seen
+
+
+def hanging(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) whether a box hangs right under another: parapets of balconies do, and their shadows; windows stand storeys apart."""
+    gap = boxes[:, None, 1] - boxes[None, :, 3]
+    shared = np.minimum(boxes[:, None, 2], boxes[None, :, 2]) - np.maximum(boxes[:, None, 0], boxes[None, :, 0])
+    wide = boxes[:, 2] - boxes[:, 0]
+    under = (np.abs(gap) <= max(picture.pixels(HANG_M), 2)) & (shared >= 0.7 * np.minimum(wide[:, None], wide[None]))
+    np.fill_diagonal(under, False)
+    return under.any(axis=1).astype(np.float64)
+
+
+def strung(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) whether boxes follow close on both sides of it, as letters do."""
+    high = boxes[:, 3] - boxes[:, 1]
+    level = np.minimum(boxes[:, None, 3], boxes[None, :, 3]) - np.maximum(boxes[:, None, 1], boxes[None, :, 1])
+    beside = level >= 0.6 * np.minimum(high[:, None], high[None])
+    gap = boxes[None, :, 0] - boxes[:, None, 2]
+    near = (gap >= -2) & (gap <= picture.pixels(CROWD_M))
+    right, left = (beside & near).any(axis=1), (beside & near.T).any(axis=1)
+    return (left & right).astype(np.float64)
+
+
+def ends_unseen(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) whether a box ends where the true texture ends: then nobody knows its size."""
+    sums, worst = integral(picture.seen.astype(np.float32)), np.ones(len(boxes))
+    for side, way in enumerate((-1, -1, 1, 1)):
+        strip = boxes.copy()
+        strip[:, (side + 2) % 4], strip[:, side] = boxes[:, side], boxes[:, side] + 2 * way
+        area = np.abs((strip[:, 2] - strip[:, 0]) * (strip[:, 3] - strip[:, 1]))
+        worst = np.minimum(worst, box_sums(sums, strip) / np.maximum(area, 1))
+    return (worst < 0.7).astype(np.float64)
 
 
 def crowding(boxes: IntArray, picture: Picture) -> FloatArray:

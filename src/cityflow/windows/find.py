@@ -11,16 +11,16 @@ from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.fitting import fitted
-from cityflow.windows.panels import JOINT_PX, panelled
+from cityflow.windows.panels import JOINT_PX, latticed, panelled
 from cityflow.windows.picture import picture_of
-from cityflow.windows.search import Found, found_on
+from cityflow.windows.search import PERHAPS, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters
 
 TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
-PANELS = "panels, panes or beams from end to end: no wall between them"
+PANELS = "panes, panels or beams from end to end: no wall between them"
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25
 """Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
@@ -63,11 +63,15 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     if max(picture.gsd_m, picture.cell) > parameters.coarsest_m:
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, TOO_COARSE)
     found = found_on(picture, parameters)
-    if panelled(found.bounds, JOINT_PX * picture.cell):
-        return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     openings = _openings(face, found, parameters)
+    covered = sum(o.area for o in openings)
+    perhaps = found.sure >= PERHAPS
+    if panelled(found.bounds[perhaps], JOINT_PX * picture.cell) or latticed(
+        found.bounds, found.lattice, covered, seen_m2
+    ):
+        return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
-    if sum(o.area for o in openings) / seen_m2 > parameters.most_glass:
+    if covered > parameters.most_glass * seen_m2:
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
     ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None

@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, sized, within_wall
 from cityflow.windows.choice import chosen, support
-from cityflow.windows.confidence import confidence
+from cityflow.windows.confidence import confidence, running_on
 from cityflow.windows.edges import Edges
 from cityflow.windows.fitting import bounds_of
 from cityflow.windows.picture import Picture
@@ -22,6 +22,8 @@ from cityflow.windows.window_parameters import WindowParameters
 
 PERHAPS = 0.3
 """Confidence of boxes that are kept; those that are not sure enough still say what a façade is of."""
+RUNS_ON = 0.6
+"""Step beyond the corners of a box, upright and level, in thresholds, from which it is one of a lattice."""
 STRIP_M, LAP_M = 40.0, 5.0
 """Longest façade that is looked at as a whole, and what strips see beyond their ends: time and memory grow with the square of the boxes in one."""
 BONUS = (0.0, 0.2, 0.1, 0.35)
@@ -41,6 +43,7 @@ class Found:
     bounds : (N, 4) s, t of the lower left and the upper right corner
     sure : (N,) confidence;  company : (N,) others in row and column
     completed : (N,) whether only rows and columns asked for it;  doors : (N,) whether it is a door
+    lattice : (N,) whether the lines of its sides run on beyond its corners, as those of panes and panels do
     """
 
     bounds: FloatArray
@@ -48,6 +51,7 @@ class Found:
     company: IntArray
     completed: BoolArray
     doors: BoolArray
+    lattice: BoolArray
 
     def of(self, which: BoolArray) -> Found:
         return Found(*(getattr(self, f.name)[which] for f in fields(self)))
@@ -82,12 +86,13 @@ def _found_on(picture: Picture, parameters: WindowParameters) -> Found:
     looks, tolerance = looks_of(picture, parameters), _tolerance(picture, parameters)
     found, company, late = searched(picture, looks, parameters)
     sure = confidence(found, company, late, picture, looks)
-    keep = sure >= min(PERHAPS, parameters.least_confidence)
+    lattice = running_on(looks, found).min(axis=1) >= RUNS_ON
+    keep = (sure >= min(PERHAPS, parameters.least_confidence)) | lattice
     found, company, sure = found.of(keep), company[keep], sure[keep]
     boxes = aligned(found.boxes, sure, tolerance)
     alike = in_column(found.boxes, found.boxes, tolerance).any(axis=1)
     doors = door_like(boxes, picture) | (on_foot(found.boxes, picture) & ~alike)
-    return Found(bounds_of([picture.bounds(b) for b in boxes]), sure, company, late[keep] > 0, doors)
+    return Found(bounds_of([picture.bounds(b) for b in boxes]), sure, company, late[keep] > 0, doors, lattice[keep])
 
 
 def searched(
