@@ -16,7 +16,7 @@ import shapely
 from cityflow.core.building import Building, Polyhedron
 from cityflow.core.texture import TexturePage, TextureSet
 from cityflow.flow.store import Store
-from cityflow.io.cityjson import read_feature
+from cityflow.io.cityjson import Transform, read_feature
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.io.reference import resolve
@@ -44,16 +44,22 @@ def town_of(run: Path) -> tuple[dict[str, Building], dict[str, TextureSet]]:
     """Buildings of a finished run, and their textures."""
     found: dict[str, Building] = {}
     for path in sorted((run / "products/cityjson").glob("*.city.jsonl")):
-        for line in path.read_bytes().splitlines()[1:]:
+        header, *lines = path.read_bytes().splitlines()
+        transform = Transform.of_header(json.loads(header))
+        for line in lines:
             if b'"TINRelief"' not in line:
-                building = read_feature(line)
+                building = read_feature(line, transform)
                 found[building.id] = building
     records = (sorted(folder.glob("[0-9]*.json"))[-1] for folder in sorted((run / "records/atlas").iterdir()))
     outputs = [json.loads(r.read_text())["outputs"] for r in records]
     # of a run whose leaves were cut otherwise before, only those that are still there
     leaves = [p for o in outputs if all((run / q).exists() for q in o) for p in o if p.endswith("leaf.json")]
     files: Any = _Files(run)
-    return found, texture_sets(files, leaves, found)
+    sets = texture_sets(files, leaves, found)
+    for name, made in sets.items():
+        faces, plain = (sum(len(getattr(b, key)) for b in made.buildings.values()) for key in ("faces", "plain"))
+        print(f"{name}: {faces:,} faces of {len(made.buildings)} buildings wear photographs, {plain:,} do not")
+    return found, sets
 
 
 def write_city(run: Path, out: Path, buildings: int) -> int:

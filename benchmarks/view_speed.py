@@ -104,8 +104,8 @@ def walked(browser: Chromium, address: str, kind: str, ready: str, place: str) -
     begin = f"""const stage = {{...{STAGES[kind]}, {place}}}, turn = {TURN}, draw = {DRAWS[kind]};
         stage.gl = stage.renderer.getContext(); {BEFORE[kind]}"""
     browser.run(f"""(async () => {{ {begin}
-        for (let k = 0; k < 400; k += 1) {{ turn(stage, draw, k % {FRAMES}); await new Promise((r) => setTimeout(r, 5));
-          if (k > {FRAMES} && !stage.busy()) break; }} }})()""", timeout=400)  # fmt: skip
+        for (let k = 0, quiet = 0; k < 600 && quiet < {FRAMES}; k += 1) {{ turn(stage, draw, k % {FRAMES});
+          await new Promise((r) => setTimeout(r, 5)); quiet = stage.busy() ? 0 : quiet + 1; }} }})()""", timeout=400)  # fmt: skip
     before = browser.cpu_s()
     times, triangles, calls = browser.run(f"""(() => {{ {begin} const times = [];
         for (let k = 0; k < {FRAMES}; k += 1) times.push(turn(stage, draw, k));

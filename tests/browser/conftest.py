@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from browser import chromium, painted_run
 from cityflow.flow.store import Store
+from cityflow.viewer.cities_page import cities_page
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
 
@@ -30,12 +32,13 @@ def painted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def served(run: Path) -> Iterator[str]:
-    """Address of a run's page as long as the context lasts."""
-    server = server_for([Served("painted", "runs/painted", reader(Store.open(run)))], "127.0.0.1", 0)
+def served(run: Path, name: str = "") -> Iterator[str]:
+    """Address of a run's page as long as the context lasts; below `name` where it is served as one of several."""
+    runs = [Served(name or "painted", "runs/painted", reader(Store.open(run)))]
+    server = server_for(runs, "127.0.0.1", 0, partial(cities_page, runs) if name else None)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        yield f"http://127.0.0.1:{server.server_address[1]}/view/index.html"
+        yield f"http://127.0.0.1:{server.server_address[1]}{f'/{name}' if name else ''}/view/index.html"
     finally:
         server.shutdown()
         server.server_close()

@@ -131,6 +131,113 @@ def test_a_click_on_the_lawn_closes_the_panel(page: Chromium) -> None:
     page.wait("document.getElementById('panel').hidden")
 
 
+def free_of_panels(page: Chromium, places: FloatArray) -> bool:
+    """Whether positions are drawn where no panel lies over them."""
+    covers = page.run(
+        """['layers', 'panel', 'profile', 'tool-panel'].map((id) => document.getElementById(id).getBoundingClientRect())
+        .filter((r) => r.width).map((r) => [r.left, r.top, r.right, r.bottom])"""
+    )
+    width, height = page.run("[innerWidth, document.querySelector('footer').getBoundingClientRect().top]")
+    head = page.run("document.querySelector('header').getBoundingClientRect().bottom")
+    x, y = on_page(page, places).T
+    is_free = (x > 0) & (x < width) & (y > head) & (y < height)
+    for x0, y0, x1, y1 in covers:
+        is_free &= ~((x > x0) & (x < x1) & (y > y0) & (y < y1))
+    return bool(is_free.all())
+
+
+def ends_of_town() -> FloatArray:
+    """Foot and top of all corners of the outlines."""
+    corners = [(x, y, name) for name, shape in town.OUTLINES.items() for x, y in [*shape.exterior.coords][:4]]
+    return np.array([[x, y, z] for x, y, name in corners for z in (town.GROUND, town.TOPS.get(name, town.GROUND))])
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
+def test_a_visitor_sees_the_whole_city_beside_the_panels(page: Chromium, width: int, height: int) -> None:
+    page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    try:
+        page.wait(f"cityflowView.stage.size[0] === {width}")
+        page.run("document.getElementById('home').click()")
+        page.wait(SETTLED)
+        assert free_of_panels(page, ends_of_town())
+        x, y = on_page(page, ends_of_town()).T
+        room = (width - (238 if width > 760 else 0), height - 130)
+        assert max(np.ptp(x) / room[0], np.ptp(y) / room[1]) > 0.6, "as near as it fits"
+        assert page.run("document.documentElement.scrollWidth") <= width
+    finally:
+        page.call("Emulation.setDeviceMetricsOverride", width=1300, height=820, deviceScaleFactor=1, mobile=False)
+
+
+@pytest.mark.parametrize("name", [town.FLAT, town.GABLE, town.GHOST])
+def test_what_is_found_is_seen_beside_its_panel(page: Chromium, name: str) -> None:
+    page.run(f"const f = document.getElementById('search'); f.value = {name!r}; f.form.requestSubmit()")
+    page.wait("document.querySelector('#panel-body details')")
+    page.wait(SETTLED)
+    assert free_of_panels(page, over(name, town.TOPS.get(name, town.GROUND), 4))
+
+
+def test_a_clicked_building_stays_in_sight_when_its_panel_opens(page: Chromium) -> None:
+    page.run("cityflowView.stage.look([35, -40, 45], [5, -14, 6])")
+    page.wait(SETTLED)
+    x, y = middle(page, town.DOUBLE, 5)
+    page.click(x, y)
+    page.wait("document.querySelector('#panel-body table')")
+    page.wait(SETTLED)
+    assert free_of_panels(page, over(town.DOUBLE, town.TOPS[town.DOUBLE], 3)[6:7])
+
+
+def test_layers_can_be_combined(page: Chromium) -> None:
+    pictures = [canvas(page)]
+    for name in ("points", "dsm", "cuts"):
+        check(page, f"layer-{name}")
+        assert differing(canvas(page), pictures[-1]) > (60 if name == "cuts" else 800), name
+        pictures.append(canvas(page))
+    page.run("document.querySelector('input[value=classes]').click()")
+    check(page, "layer-buildings")
+    check(page, "layer-terrain")
+    assert differing(canvas(page), pictures[-1]) > 800, "what lies under the surface is gone, too"
+    assert page.run("document.getElementById('cuts-legend').innerText").startswith("Taken")
+
+
+def test_attributes_have_names_and_units_that_people_use(page: Chromium) -> None:
+    page.run(f"cityflowView.choose('{town.FLAT}')")
+    page.wait("document.querySelector('#panel-body table')")
+    page.run("document.querySelectorAll('#panel details').forEach((d) => { d.open = true; })")
+    text = page.run("document.getElementById('panel-body').innerText")
+    assert "168.0 m²" in text, "14 by 12 metres"
+    assert "_m2" not in text
+    assert "ridge_height" not in text
+
+
+def test_the_command_can_be_copied(page: Chromium) -> None:
+    page.run("navigator.clipboard.writeText = (text) => { window.copiedText = text; return Promise.resolve(); }")
+    page.run(f"cityflowView.choose('{town.FLAT}')")
+    page.wait("document.querySelector('#panel-body table')")
+    page.run("document.querySelector('.command button').click()")
+    page.wait("window.copiedText")
+    assert page.run("window.copiedText") == f"cityflow rerun runs/painted --unit '{town.FLAT}'"
+    page.wait("document.querySelector('.command button').textContent === 'Copied'")
+
+
+def test_of_several_cities_the_page_leads_back_to_all(browser: Chromium, painted: Path) -> None:
+    with served(painted, "a city") as address:
+        browser.open("about:blank")
+        browser.messages.clear()
+        browser.open(address.replace(" ", "%20"), READY)
+        assert not browser.run("document.getElementById('cities').hidden")
+        assert browser.run("document.getElementById('cities').pathname") == "/"
+        assert browser.run("document.querySelector('nav a').pathname") == "/a%20city/report.html"
+        browser.run(f"cityflowView.choose('{town.FLAT}')")
+        browser.wait("document.querySelector('#panel-body table')")
+        assert "/a%20city/view/index.html#" in browser.run("cityflowView.link.address")
+        assert browser.messages == []
+        browser.open("about:blank")
+
+
+def test_one_city_alone_has_no_others(page: Chromium) -> None:
+    assert page.run("document.getElementById('cities').hidden")
+
+
 def test_every_layer_changes_what_is_drawn_and_goes_away_again(page: Chromium) -> None:
     plain = canvas(page)
     for name in ("terrain", "buildings", "points", "dsm", "cuts", "failures"):
@@ -166,6 +273,7 @@ def test_failures_are_red_and_a_click_tells_the_reason(page: Chromium) -> None:
     page.click(*at.mean(axis=0))
     page.wait("document.querySelector('#panel-body details')")
     assert page.run("document.getElementById('panel-title').textContent").startswith("ghost")
+    assert page.run("document.querySelector('#panel .reason').textContent")
     assert any(r in page.run("document.getElementById('panel').innerText") for r in ("no height", "same polygon"))
 
 

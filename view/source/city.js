@@ -80,6 +80,7 @@ export class City {
 
   update() {
     this.tiles?.update();
+    if (this.selected !== null && !this.edges) this.#outline();
     if (!this.isLoading) this.stage.isBlank = false;
     byId('loading').hidden = this.models.size > 0 || !this.isLoading;
   }
@@ -125,7 +126,10 @@ export class City {
       this.stage.scene.remove(this.edges);
       disposed(this.edges);
     }
-    this.edges = this.selected === null ? null : edgesOf(trianglesOf(this, this.selected));
+    // tiles are attached to the scene some time after they have come
+    const model = [...this.models.values()].find(({ rows, scene }) => rows.has(this.selected) && scene.parent);
+    model?.scene.updateWorldMatrix(true, true);
+    this.edges = model ? edgesOf(trianglesOf(this, this.selected)) : null;
     if (!this.edges) return;
     this.edges.visible = this.shown.buildings;
     this.stage.scene.add(this.edges);
@@ -197,7 +201,6 @@ export class City {
     this.stage.isBlank = false;
     this.#dress(model);
     this.#mark(model);
-    if (model.rows.has(this.selected)) this.#outline();
     this.stage.changed();
   }
 

@@ -56,6 +56,9 @@ async function start() {
   const tools = new Tools(city, layers, stage, about);
   const page = { about, index, stage, city, layers, link, tools };
   page.panel = new Panel(index.byId, { run: served.run, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
+  // before moving writes itself into the link, which may lead elsewhere
+  page.clear = keepClear(stage);
+  stage.show(about.bounds, endsOf(index.units));
   Object.assign(window.cityflowView, page, { choose: (id) => choose(page, id) });
   wireLayers(page);
   wireCanvas(page);
@@ -65,8 +68,6 @@ async function start() {
     approach(page, unit);
   });
   city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
-  page.clear = keepClear(stage);
-  stage.show(about.bounds, endsOf(index.units));
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
@@ -80,7 +81,7 @@ async function start() {
 function giveUp(why) {
   byId('app').hidden = true;
   byId('fallback').hidden = false;
-  byId('why').textContent = why;
+  byId('why').replaceChildren(...why.split('`').map((text, k) => (k % 2 ? element('code', {}, text) : text)));
 }
 
 function stageOrNull() {
@@ -205,6 +206,8 @@ function choose(page, id, surface = null) {
   page.link.set('unit', id);
   const opened = id === null ? page.panel.close() : page.panel.open(id, surface);
   page.clear(!window.cityflowView.isReady);
+  const place = page.index.byId.get(id)?.place;
+  if (place && window.cityflowView.isReady) page.stage.uncover(new Vector3(...place));
   return opened;
 }
 

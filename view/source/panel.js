@@ -43,12 +43,12 @@ export class Panel {
       body.replaceChildren(element('p', {}, 'The run has no record of this building; its files are of another run.'));
       return;
     }
-    const known = (await json(`data/units/${encodeURIComponent(unit.tile || '_')}.json`))[id] ?? {};
+    const ofTile = await json(`data/units/${encodeURIComponent(unit.tile || '_')}.json`).catch(() => ({}));
+    const known = ofTile[id] ?? { reason: 'What is known of this building cannot be read: its file is missing or damaged.' };
     const images = known.leaf ? await json(`data/images/${encodeURIComponent(known.leaf)}.json`).catch(() => ({})) : {};
     if (this.asked !== id) return;
-    body.replaceChildren(
-      this.#head(unit, known, surface), this.#command(id, unit), this.#quality(unit, known), candidates(known), sources(known, images[id]), attributes(known),
-    );
+    const parts = [this.#head(unit, known, surface), this.#command(id, unit), this.#quality(unit, known), candidates(unit, known), sources(known, images[id]), attributes(known)];
+    body.replaceChildren(...parts.filter(Boolean));
     say(`${id}: ${STATUS[unit.status][0]}${known.reason ? `, ${known.reason}` : ''}`);
   }
 
@@ -76,26 +76,28 @@ export class Panel {
   }
 
   #quality(unit, known) {
+    const hasModel = unit.status === 'done' || unit.status === 'degraded';
     const rows = [
-      ['Method', known.method && words(known.method)], ['Level of detail', known.lod], ['Roof planes', known.planes],
+      ['Method', hasModel && known.method ? words(known.method) : null], ['Level of detail', known.lod], ['Roof planes', hasModel ? known.planes : null],
       ['NMAD, scatter without outliers', unit.nmad === null ? null : centimetres(unit.nmad)], ['RMSE, all points', unit.rmse === null ? null : centimetres(unit.rmse)],
       ['Points within 20 cm of the model', known.share_explained === null ? null : percent(known.share_explained)],
       ['Time of reconstruction', known.seconds === undefined ? null : `${known.seconds.toFixed(2)} s`],
     ];
-    return section('Quality', list(rows), true);
+    return hasModel ? section('Quality', list(rows), true) : null;
   }
 }
 
-function candidates(known) {
+function candidates(unit, known) {
+  const kept = unit.status === 'failed' ? null : known.kept;
   if (!known.scores?.length) return section('Candidates of the methods', element('p', { class: 'muted' }, 'No method was tried on it.'), true);
   const head = element('tr', {}, ['Method', ...SCORES.map(([, title]) => title)].map((title) => element('th', { scope: 'col' }, title)));
   const rows = known.scores.flatMap((score, k) => {
-    const name = element('th', { scope: 'row' }, words(score.method), k === known.kept ? element('b', {}, ' (kept)') : '');
+    const name = element('th', { scope: 'row' }, words(score.method), k === kept ? element('b', {}, ' (kept)') : '');
     const fault = score.valid ? '' : element('tr', {}, element('td', { colspan: SCORES.length + 1, class: 'fault' }, score.fault || 'no solid'));
-    const shown = element('tr', { class: k === known.kept ? 'kept' : null, title: partsOf(score) }, name, SCORES.map(([key, , form]) => element('td', {}, form(score[key]))));
+    const shown = element('tr', { class: k === kept ? 'kept' : null, title: partsOf(score) }, name, SCORES.map(([key, , form]) => element('td', {}, score.faces ? form(score[key]) : '–')));
     return [shown, fault];
   });
-  const made = known.scores[known.kept] && partsOf(known.scores[known.kept]);
+  const made = known.scores[kept] && partsOf(known.scores[kept]);
   const note = element('p', { class: 'muted' }, `The lower the penalty the better; solids that are not valid come last. ${made ? `Of the kept one: ${made}.` : ''}`);
   return section('Candidates of the methods', element('div', {}, element('div', { class: 'scroll' }, element('table', {}, element('thead', {}, head), element('tbody', {}, rows))), note), true);
 }

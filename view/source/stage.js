@@ -10,6 +10,7 @@ const KEYS = { KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0,
 const LOOK_PER_PIXEL = 0.003;
 const GLIDE_MS = 450;
 const ASIDE_MS = 200;
+const RIM_PX = 40;
 
 /** Width and height in pixels of the page. */
 const sizeOf = ({ clientWidth, clientHeight }) => [Math.max(clientWidth, 1), Math.max(clientHeight, 1)];
@@ -126,15 +127,28 @@ export class Stage {
     else this.#glide('aside', ASIDE_MS, step);
   }
 
+  /** Move so that a place is in the middle of what no panel covers, unless it is seen there anyway. */
+  uncover(place) {
+    const at = this.onPage(place);
+    const { left, right, top, bottom } = this.aim ?? this.covered;
+    const { left: x0, top: y0 } = this.canvas.getBoundingClientRect();
+    const [dx, dy] = [(left - right - this.covered.left + this.covered.right) / 2, (top - bottom - this.covered.top + this.covered.bottom) / 2];
+    const [x, y] = at ? [at[0] - x0 + dx, at[1] - y0 + dy] : [-1, -1];
+    const isSeen = x > left + RIM_PX && x < this.size[0] - right - RIM_PX && y > top + RIM_PX && y < this.size[1] - bottom - RIM_PX;
+    if (isSeen || this.isFlying) return;
+    const shift = place.clone().sub(this.controls.target);
+    this.#glideTo(this.camera.position.clone().add(shift).toArray(), place.toArray());
+  }
+
   #aside() {
     const { left, right, top, bottom } = this.covered;
     this.camera.setViewOffset(...this.size, (right - left) / 2, (bottom - top) / 2, ...this.size);
     this.changed();
   }
 
-  /** Camera and what it looks at, six numbers to the centimetre. */
+  /** Camera and what it looks at, six numbers to the millimetre. */
   get place() {
-    return [...this.camera.position.toArray(), ...this.#ahead().toArray()].map((v) => Math.round(v * 100) / 100);
+    return [...this.camera.position.toArray(), ...this.#ahead().toArray()].map((v) => Math.round(v * 1000) / 1000);
   }
 
   fly(isFlying) {
