@@ -95,6 +95,9 @@ def test_an_area_keeps_the_pages_of_the_rest(
     cityflow.run(town, run, "--aoi", f"{x_0 + 5},{y_0},{x_1},{y_1}")
     pages = {p: d for p, d in contents(town_run).items() if p.startswith("products/textures/")}
     assert {p: d for p, d in contents(run).items() if p.startswith("products/textures/")} == pages
+    told = {u["id"] for u in report(run)["units"]}
+    assert told == {"b"}, "what stands around is modelled, since it hides walls, and is nobody's wish"
+    assert len(newest(run, "reconstruct")) > len(told)
 
 
 def test_one_unit_again_with_wishes_of_its_own(

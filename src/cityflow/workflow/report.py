@@ -214,14 +214,12 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
 
 
 def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:
+    """The units that were asked for, without those beyond the area of interest that were modelled for what they share or hide."""
     exported = export.read_rows(run.store, [p for r in records.of(export.STAGE) for p in r.outputs])
     for record in records.of(reconstruct.STAGE):
-        yield _unit(
-            record,
-            outlines.tiles.get(record.unit, ""),
-            outlines.rings.get(record.unit, ()),
-            exported.get(record.unit, {}),
-        )
+        tile = outlines.tiles.get(record.unit, "")
+        if not tile or record.unit in outlines.asked:
+            yield _unit(record, tile, outlines.rings.get(record.unit, ()), exported.get(record.unit, {}))
 
 
 def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
