@@ -11,7 +11,7 @@ from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.fitting import fitted
-from cityflow.windows.panels import JOINT_PX, latticed, panelled
+from cityflow.windows.panels import JOINT_PX, barred, latticed, panelled
 from cityflow.windows.picture import picture_of
 from cityflow.windows.search import PERHAPS, Found, found_on
 from cityflow.windows.storeys import storeys_of
@@ -21,6 +21,8 @@ TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
+FEW = 0.05
+"""Of a wall that windows cover, below which bars from end to end say that it is of glass."""
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25
 """Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
@@ -71,7 +73,7 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     ):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
-    if covered > parameters.most_glass * seen_m2:
+    if covered > parameters.most_glass * seen_m2 or (covered < FEW * seen_m2 and barred(picture)):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
     ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None

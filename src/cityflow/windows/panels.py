@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.windows.picture import Picture
 
 JOINT_M, JOINT_PX = 0.3, 3.0
 """What parts panels, at most; in cells where these are coarse."""
@@ -12,6 +13,11 @@ LEAST_LATTICE = 0.1
 """Of a façade, that boxes whose sides run on cover, from which it is a lattice; most of its fields are too faint to be boxes."""
 LAP_M = 0.2
 """By which neighbours may overlap: sides are found to a cell or so."""
+BANDS, THROUGH, BAR_SIGMAS = 12, 0.8, 1.5
+BAR_SIDE_M = 0.16
+"""What is beside a bar."""
+LEAST_BARS, BAR_EVERY_M = (4, 2), (2.2, 3.8)
+"""Bars, upright and level, at least, and farthest apart in the mean."""
 LEAST_BOXES, MOST_TIGHT = 6, 0.4
 """Boxes that say what a façade is of, and share of them that may have close neighbours both beside and above or below."""
 
@@ -45,3 +51,37 @@ def _close(boxes: FloatArray, axis: int, joint: float) -> BoolArray:
     near = (gap <= joint) & (gap > -LAP_M) & (level >= 0.6 * np.minimum((end - begin)[:, None], (end - begin)[None]))
     np.fill_diagonal(near, False)
     return np.asarray(near.any(axis=1))
+
+
+def barred(picture: Picture) -> bool:
+    """Whether thin bars run over the whole façade, upright and level, closer than storeys and columns of windows are: a curtain of glass, or panels."""
+    rows, cols = picture.light.shape
+    upright = _through_lines(picture.light, picture)
+    level = _through_lines(np.ascontiguousarray(picture.light.T), picture)
+    wide, high = cols * picture.cell, rows * picture.cell
+    return upright >= max(LEAST_BARS[0], wide / BAR_EVERY_M[0]) and level >= max(LEAST_BARS[1], high / BAR_EVERY_M[1])
+
+
+def _through_lines(light: Float32Array, picture: Picture) -> int:
+    """Columns that are darker, or brighter, than those beside them in most bands from top to bottom; what a bar mirrors may turn its sign."""
+    seen = picture.seen if light.shape == picture.seen.shape else picture.seen.T
+    side = max(round(picture.pixels(BAR_SIDE_M)), 2)
+    if light.shape[1] < 6 * side or light.shape[0] < 2 * BANDS:
+        return 0
+    beside = (np.roll(light, side, axis=1) + np.roll(light, -side, axis=1)) / 2
+    off = np.where(seen, light - beside, 0.0)
+    bands = np.array([b.sum(axis=0) for b in np.array_split(off, BANDS)])
+    count = np.array([b.sum(axis=0) for b in np.array_split(seen, BANDS)])
+    mean = np.where(count >= 2, bands / np.maximum(count, 1), 0.0)
+    noise = 1.48 * np.median(np.abs(mean), axis=1, keepdims=True)
+    through = (np.abs(mean) > BAR_SIGMAS * noise).mean(axis=0) >= THROUGH
+    return _apart(np.flatnonzero(through[side:-side]), picture.pixels(0.5))
+
+
+def _apart(at: IntArray, least: float) -> int:
+    """How many of some columns are at least so far apart."""
+    count, last = 0, -np.inf
+    for column in at.tolist():
+        if column - last >= least:
+            count, last = count + 1, column
+    return count
