@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -54,7 +54,7 @@ def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
         off_map=_off_map(units, {s.row for s in unit_map.shapes}),
         worst=_highest(units, "nmad", listed),
         slowest=_highest(units, "seconds", listed),
-        payload=Markup(_script_json(_payload(units, data))),
+        payload=Markup(_script_json(_payload(units, data, figures["worth_a_look"]))),
         style=template_text("report.css"),
         script=template_text("report.js"),
     )
@@ -117,7 +117,7 @@ PAYLOAD_FIELDS = (
 )  # fmt: skip
 
 
-def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
+def _payload(units: Sequence[UnitRow], data: ReportData, looks: Sequence[Mapping[str, str]]) -> dict[str, Any]:
     """What the page's script needs: rows without repeated keys, figures to four digits."""
     rows = [[_short(getattr(u, name)) for name in PAYLOAD_FIELDS] for u in units]
     keys = sorted({key for u in units for key in u.attributes})
@@ -126,6 +126,7 @@ def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
     pages = {u.id: data.pages[u.id] for u in units if u.id in data.pages}
     return {
         "fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": finite(overrides), "pages": pages,
+        "looks": {s["id"]: s["reason"] for s in looks},
     }  # fmt: skip
 
 

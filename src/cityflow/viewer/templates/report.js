@@ -74,13 +74,15 @@ if (city) {
     details.textContent = "";
     details.append(make("h3", value(row, "id")), chip(value(row, "status")));
     if (value(row, "reason")) details.append(make("p", value(row, "reason")));
+    const look = data.looks[value(row, "id")];
+    if (look) details.append(make("p", "Worth a look: " + look));
     const page = data.pages[value(row, "id")];
     if (page) { const link = make("a", "All about it: pictures, planes, candidates"), p = make("p"); link.href = page; p.append(link); details.append(p); }
     const list = make("dl");
     const line = (name, text) => { list.append(make("dt", name), make("dd", text)); };
     line("Tile", plain(value(row, "tile"))); line("Level of detail", plain(value(row, "lod"))); line("Method", plain(value(row, "method")));
     line("Roof planes", plain(value(row, "planes") || null)); line("NMAD", cm(value(row, "nmad"))); line("RMSE", cm(value(row, "rmse")));
-    line("Bias", cm(value(row, "bias"))); line("LE95", cm(value(row, "le95"))); line("Explained", percent(value(row, "share_explained")));
+    line("Bias", cm(value(row, "bias"))); line("LE95", cm(value(row, "le95"))); line("Points on planes", percent(value(row, "share_explained")));
     line("Time", time(value(row, "seconds"))); line("Memory", dash(value(row, "peak_mb")) ? "–" : Math.round(value(row, "peak_mb")) + " MB");
     details.append(list);
     const more = make("dl");
@@ -176,7 +178,7 @@ document.addEventListener("click", event => {
 });
 
 // Table of all units
-const columns = [["id", "Building", plain], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "Explained", percent, 1], ["seconds", "Time", time, 1], ["reason", "Reason", v => v || ""]];
+const columns = [["id", "Building", plain], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "On planes", percent, 1], ["seconds", "Time", time, 1], ["reason", "Reason", v => v || ""]];
 const head = $("#all thead tr"), body = $("#all tbody"), perPage = 50;
 let sort = "id", down = false, page = 0, rows = [];
 const render = () => {
