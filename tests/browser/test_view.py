@@ -392,6 +392,44 @@ def test_keys_choose_move_search_and_close(page: Chromium) -> None:
     assert page.run("document.activeElement.id") == "search"
 
 
+CONTRAST = """(() => {
+  const parts = (text) => text.match(/[0-9.]+/g).map(Number);
+  const light = ([r, g, b]) => [r, g, b].map((v) => v / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+  const behind = (element) => {
+    for (let at = element; at; at = at.parentElement) {
+      const [r, g, b, a = 1] = parts(getComputedStyle(at).backgroundColor);
+      if (a > 0.9) return [r, g, b];
+    }
+    return [255, 255, 255];
+  };
+  const found = {};
+  for (const element of document.querySelectorAll('#app *')) {
+    const own = [...element.childNodes].filter((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own.length || !element.checkVisibility() || element.closest('label:has(:disabled)') || element.matches('option')) continue;
+    const [a, b] = [light(parts(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
+    const ratio = (a + 0.05) / (b + 0.05);
+    if (ratio < 4.5) found[own[0].textContent.trim().slice(0, 40)] = ratio;
+  }
+  return found;
+})()"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_stand_out_from_what_is_behind_them(page: Chromium, scheme: str) -> None:
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    try:
+        page.run("cityflowView.choose('ghost'); document.getElementById('tool-section').click()")
+        page.wait("document.querySelector('#panel-body details')")
+        page.run("document.querySelectorAll('#panel details').forEach((d) => { d.open = true; })")
+        assert page.run(CONTRAST) == {}
+        page.run("cityflowView.choose('flat red'); document.getElementById('help').showModal()")
+        page.wait("document.querySelector('#panel-body tr.kept')")
+        assert page.run(CONTRAST) == {}
+    finally:
+        page.call("Emulation.setEmulatedMedia", features=[])
+
+
 def test_every_control_has_a_name_for_screen_readers(page: Chromium) -> None:
     nodes = page.call("Accessibility.getFullAXTree")["nodes"]
     wanted = {"button", "checkbox", "radio", "combobox", "searchbox", "link", "slider", "Canvas"}
