@@ -6,6 +6,7 @@ import json
 import shutil
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -15,10 +16,13 @@ from browser import painted_run as town
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.reference import resolve
+from cityflow.workflow import view
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run_folder import describe_run
 from cityflow.workflow.serve import bring_up_to_date, reader
+from cityflow.workflow.unit_pages import page_path
+from cityflow.workflow.view import state_of
 from cityflow.workflow.view_frame import PageFrame
 
 BOUNDS = (80000.0, 440000.0, 90000.0, 450000.0)
@@ -73,6 +77,31 @@ def test_what_is_known_of_a_building(made: tuple[Prepared, CurrentRecords]) -> N
     assert kept["method"].split("/")[0] == known["method"]
     assert sum(kept["parts"].values()) == pytest.approx(kept["penalty"], abs=1e-4)
     assert _tree(run, f"images/{known['leaf']}.json")[town.FLAT] == [["ortho", 1.0]]
+
+
+def test_a_building_with_a_page_in_the_report_leads_there(
+    made: tuple[Prepared, CurrentRecords],
+) -> None:
+    run, records = made
+    path = page_path(town.FLAT)
+    run.store.write_bytes(path, b"page")
+    try:
+        town.write_view(run, records)
+        units = _tree(run, "units/900_4600.json")
+        assert unquote(units[town.FLAT]["page"]) == path
+        assert [u for u, known in units.items() if "page" in known] == [town.FLAT]
+    finally:
+        run.store.remove(path)
+        town.write_view(run, records)
+
+
+def test_a_page_of_another_version_is_out_of_date(
+    made: tuple[Prepared, CurrentRecords], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = state_of(made[1])
+    assert before == state_of(made[1])
+    monkeypatch.setattr(view, "page_version", lambda: "another")
+    assert state_of(made[1]) != before
 
 
 def test_points_and_surface_are_the_survey_s(made: tuple[Prepared, CurrentRecords]) -> None:
