@@ -14,6 +14,7 @@ from cityflow.core.depth_map import ImagePoints, points_of
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.io.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
 from cityflow.reconstruction.extruded import extrude
@@ -26,6 +27,8 @@ from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
 from cityflow.texture.placement.place import place
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
+from cityflow.viewer.model_view import draw_models, surfaces_of, terrain_surfaces
+from cityflow.viewer.side_view import draw_side, side_camera
 from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
@@ -72,6 +75,11 @@ def surface_and_ortho(points: ImagePoints, images: list[ColourImage]) -> None:
     assert made.texture.raw, "the house got no texture"
     place([p.mask for p in made.texture.raw])
     find_unit_windows(face_planes(house, None), {p.key: p for p in made.texture.rectified}, WindowParameters())
+    draw_models(surfaces_of([house]), terrain_surfaces(heights, grid), 200)
+    corners = np.array([(44.0, 45.0, 0.0), (56.0, 45.0, 0.0), (56.0, 45.0, 9.0)])
+    page, uvd = np.zeros((8, 8, 3), np.uint8), np.array([(0.1, 0.1, 1.0), (0.9, 0.1, 1.0), (0.9, 0.9, 1.0)])
+    wall = TexturedTriangles(corners, uvd, np.array([(0, 1, 2)]), np.array([0]), np.array([(90, 90, 90)]), [page])
+    draw_side(wall, side_camera(np.array([50.0, 45.0, 3.0]), 60.0, 0.0))
 
 
 reconstruct_houses()

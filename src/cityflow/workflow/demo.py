@@ -53,7 +53,7 @@ CITIES = (
     FLIGHT,
     City(
         "boruszyn", "Barns of Boruszyn, from 28 photographs taken by a kite", "workflows/demo_boruszyn.yaml",
-        "catalogs/boruszyn", "340605,548050,340685,548155",
+        "catalogs/boruszyn", "340600,548040,340690,548185",
     ),
     City("delft", "Delft, from a LiDAR survey", "workflows/lidar_city.yaml", "catalogs/delft"),
 )  # fmt: skip
