@@ -11,4 +11,3 @@ from cityflow.texture.ranking.ranking_parameters import RankingParameters
 Rank = Callable[[FacePlane, Sequence[SeenFace], RankingParameters], list[int]]
 
 METHODS: Mapping[str, Rank] = {worst_gsd.METHOD: worst_gsd.rank, gross.METHOD: gross.rank}
-DEFAULT_METHOD = worst_gsd.METHOD
