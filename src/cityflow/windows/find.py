@@ -11,7 +11,7 @@ from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.fitting import fitted
-from cityflow.windows.panels import JOINT_PX, barred, latticed, panelled
+from cityflow.windows.panels import JOINT_PX, barred, panelled
 from cityflow.windows.picture import picture_of
 from cityflow.windows.search import PERHAPS, Found, found_on
 from cityflow.windows.storeys import storeys_of
@@ -67,10 +67,8 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     found = found_on(picture, parameters)
     openings = _openings(face, found, parameters)
     covered = sum(o.area for o in openings)
-    perhaps = found.sure >= PERHAPS
-    if panelled(found.bounds[perhaps], JOINT_PX * picture.cell) or latticed(
-        found.bounds, found.lattice, covered, seen_m2
-    ):
+    telling = (found.sure >= PERHAPS) | found.lattice
+    if panelled(found.bounds[telling], JOINT_PX * picture.cell):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
     if covered > parameters.most_glass * seen_m2 or (covered < FEW * seen_m2 and barred(picture)):

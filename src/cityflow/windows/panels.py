@@ -9,8 +9,6 @@ from cityflow.windows.picture import Picture
 
 JOINT_M, JOINT_PX = 0.3, 3.0
 """What parts panels, at most; in cells where these are coarse."""
-LEAST_LATTICE = 0.1
-"""Of a façade, that boxes whose sides run on cover, from which it is a lattice; most of its fields are too faint to be boxes."""
 LAP_M = 0.2
 """By which neighbours may overlap: sides are found to a cell or so."""
 BANDS, THROUGH, BAR_SIGMAS = 12, 0.8, 1.5
@@ -33,13 +31,6 @@ def panelled(bounds: FloatArray, least_m: float) -> bool:
         return False
     joint = max(JOINT_M, least_m)
     return bool(np.mean(_close(bounds, 0, joint) & _close(bounds, 1, joint)) >= MOST_TIGHT)
-
-
-def latticed(bounds: FloatArray, lattice: BoolArray, windows_m2: float, seen_m2: float) -> bool:
-    """Whether boxes whose sides run on cover more of a façade than its windows do, and a good part of it: glass, cladding, or beams from end to end."""
-    area = (bounds[:, 2:] - bounds[:, :2]).prod(axis=1)
-    covered = float(area[lattice].sum())
-    return bool(lattice.sum() >= LEAST_BOXES and covered >= LEAST_LATTICE * seen_m2 and covered > windows_m2)
 
 
 def _close(boxes: FloatArray, axis: int, joint: float) -> BoolArray:
