@@ -21,7 +21,7 @@ TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
-FEW = 0.05
+FEW = 0.12
 """Of a wall that windows cover, below which bars from end to end say that it is of glass."""
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25

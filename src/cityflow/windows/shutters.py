@@ -15,12 +15,14 @@ from cityflow.windows.proposals import WHOLE
 from cityflow.windows.rows import in_row, overlap
 from cityflow.windows.window_parameters import WindowParameters
 
-SHARES = np.linspace(0.06, 0.44, 25)
+SHARES = np.concatenate([[0.0], np.linspace(0.06, 0.44, 25)])
 """Of the width of both wings and the window, where a wing may end; a frame ends before `WING`, a leaf of the window behind it."""
 WING = (0.165, 0.345)
 WING_PX = 2.0
 LEAST_STEP = 0.3
 """Mean step from wing to window over all boxes of a size, in thresholds of the façade's edges."""
+OUTER = 0.08
+"""By that from wall to wing."""
 EVEN = 1.6
 """By that which differs from the left to the right wing: shutters are a pair."""
 LEVEL = 0.8
@@ -113,13 +115,18 @@ def _wings(
     even, uneven = np.zeros((len(shut), len(share))), np.zeros((len(shut), len(share)))
     for values, threshold in _values(picture, looks):
         left, right = _steps_at(shut, values)
-        even += _mean(((left + right) / 2 / threshold) ** 2, company)
-        uneven += _mean(((left - right) / 2 / threshold) ** 2, company)
+        even += _mean(np.abs((left + right) / 2 / threshold), company) ** 2
+        uneven += _mean(np.abs((left - right) / 2 / threshold), company) ** 2
     at = np.where((share >= WING[0]) & (share <= WING[1]), even, -1).argmax(axis=1)
     top, side = np.sqrt(even[rows, at]), np.sqrt(uneven[rows, at])
     outside = np.sqrt(np.where(share[at][:, None] > share, even, np.inf).min(axis=1))
     inside = np.sqrt(np.where(share > WING[1], even, 0).max(axis=1))
-    good = (top >= LEAST_STEP) & (top >= EVEN * side) & (outside <= VALLEY * top) & (inside <= top)
+    good = (
+        (top >= np.maximum(LEAST_STEP, OUTER * np.sqrt(even[:, 0])))
+        & (top >= EVEN * side)
+        & (outside <= VALLEY * top)
+        & (inside <= top)
+    )
     return share[at], np.asarray(good)
 
 
