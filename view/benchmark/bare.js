@@ -33,7 +33,8 @@ if (isEqual) {
   scene.add(light);
 }
 tiles.errorTarget = Number(said.get('error'));
-tiles.lruCache.maxBytesSize = 2 ** 33;
+// as in the view, nothing is let go of while one walks around
+Object.assign(tiles.lruCache, { minBytesSize: 2 ** 33, maxBytesSize: 2 ** 33 });
 tiles.setCamera(camera);
 tiles.setResolutionFromRenderer(camera, renderer);
 scene.add(tiles.group);
