@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.windows.agreement import completed_heights
 from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, sized, within_wall
 from cityflow.windows.choice import chosen, support
 from cityflow.windows.confidence import confidence, running_on
@@ -89,7 +90,10 @@ def _found_on(picture: Picture, parameters: WindowParameters) -> Found:
     lattice = running_on(looks, found).min(axis=1) >= RUNS_ON
     keep = (sure >= min(PERHAPS, parameters.least_confidence)) | lattice
     found, company, sure = found.of(keep), company[keep], sure[keep]
-    boxes = aligned(found.boxes, sure, tolerance)
+    windows = sure >= parameters.least_confidence
+    whole = found.boxes.copy()
+    whole[windows] = completed_heights(whole[windows], looks, tolerance)
+    boxes = aligned(whole, sure, tolerance)
     alike = in_column(found.boxes, found.boxes, tolerance).any(axis=1)
     doors = door_like(boxes, picture) | (on_foot(found.boxes, picture) & ~alike)
     return Found(bounds_of([picture.bounds(b) for b in boxes]), sure, company, late[keep] > 0, doors, lattice[keep])
