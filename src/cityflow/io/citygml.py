@@ -100,11 +100,12 @@ def _schema_locations(namespaces: Mapping[str, str]) -> str:
 def _building(building: Building, appearance: Appearance, openings: UnitOpenings | None) -> str:
     name = ncname("b", building.id)
     bounds = extent_of([building])
-    look, walls = BuildingAppearance(appearance, building), WallsWithOpenings(building, openings)
+    look = BuildingAppearance(appearance, building)
+    walls = WallsWithOpenings(building, openings, look)
     parts = [f'<bldg:Building gml:id="{name}">\n<gml:name>{text_xml(building.id)}</gml:name>\n']
     if bounds is not None:
         parts.append(_envelope(bounds))
-    parts += [generic_xml(described(building)), look.xml()]
+    parts += [generic_xml(described(building)), look.xml(walls.looks)]
     parts += [*_standard(building), walls.storeys_xml()]
     if not building.footprint.is_empty:
         parts.append(_footprint(building))

@@ -7,7 +7,9 @@ pass them over.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from types import MappingProxyType
 from urllib.parse import quote
 
 from cityflow.core.arrays import FloatArray, IntArray
@@ -27,6 +29,7 @@ from cityflow.io.attributes import ncname
 NAMESPACE = "http://www.opengis.net/citygml/appearance/2.0"
 SOLID_MARK, BEYOND_MARK = "2", "b"
 """Marks of the two textured shells in the ids of their polygons."""
+NO_LOOKS: Mapping[str, Look] = MappingProxyType({})
 
 
 def polygon_stem(identifier: str, mark: str) -> str:
@@ -53,11 +56,21 @@ class BuildingAppearance:
         """How the faces of a shell look."""
         return self._looks.get(mark, {})
 
-    def xml(self) -> str:
-        """The property ``app:appearance``; empty where nothing looks other than it always did."""
+    @property
+    def pages(self) -> Sequence[TexturePage]:
+        """That textures of faces refer to."""
+        return self._appearance.pages()
+
+    def xml(self, more: Mapping[str, Look] = NO_LOOKS) -> str:
+        """The property ``app:appearance``; empty where nothing looks other than it always did.
+
+        Parameters
+        ----------
+        more : looks of other polygons by their gml:ids
+        """
         targets: dict[int, list[str]] = {}
         colours: dict[Colour, list[str]] = {}
-        for name, look, rings in self._faces():
+        for name, look, rings in chain(self._faces(), _with_rings(more)):
             if isinstance(look, PlainFace):
                 colours.setdefault(look.colour, []).append(f"<app:target>#{name}</app:target>\n")
             else:
@@ -71,10 +84,13 @@ class BuildingAppearance:
         """Polygon, look, and of textured faces the texture coordinates of each ring."""
         for mark, looks in self._looks.items():
             stem = polygon_stem(self._id, mark)
-            texts = _ring_texts(coordinates_of(looks.values(), closed=True))
-            for i, look in looks.items():
-                rings = [next(texts) for _ in look.rings] if isinstance(look, FaceTexture) else []
-                yield f"{stem}{i}", look, rings
+            yield from _with_rings({f"{stem}{i}": look for i, look in looks.items()})
+
+
+def _with_rings(looks: Mapping[str, Look]) -> Iterator[tuple[str, Look, list[str]]]:
+    texts = _ring_texts(coordinates_of(looks.values(), closed=True))
+    for name, look in looks.items():
+        yield name, look, [next(texts) for _ in look.rings] if isinstance(look, FaceTexture) else []
 
 
 def draped(appearance: Appearance, drape: Drape, name: str, vertices: FloatArray, triangles: IntArray) -> Iterator[str]:

@@ -111,7 +111,7 @@ def feature_line(
     """One CityJSONFeature with LoD 0, 1.2, 1.3 and 2.2, as a line of UTF-8 JSON that ends with a newline.
 
     With rectified textures LoD 2.2 is textured, and each of its faces that the textures know is a surface of its own. Where the building has
-    windows its surfaces are there once more at LoD 3, without textures.
+    windows its surfaces are there once more at LoD 3, with the same textures.
     """
     vertices, look = _Vertices(transform), FeatureAppearance(appearance, building)
     found = openings.get(building.id)
@@ -120,7 +120,7 @@ def feature_line(
     }
     footprint = [] if building.footprint.is_empty else [_footprint(building, vertices)]
     beyond = [] if building.beyond is None else [_beyond(building, building.beyond, vertices, look, found)]
-    opened = geometry_with_openings(building, found, vertices.add)
+    opened = geometry_with_openings(building, found, vertices.add, look)
     attributes: dict[str, Json] = {**described(building), PLANES_KEY: [plane_json(p) for p in building.planes]}
     if building.overhangs:
         attributes[OVERHANGS_KEY] = overhang_rows(building.overhangs)
@@ -183,7 +183,7 @@ def _solid(
     walls = said_of_walls(found, "solid", building.solids[lod]) if lod is Lod.LOD22 else {}
     surfaces = _surfaces_of(building.solids[lod], building, lod, vertices, looks, walls)
     semantics = {**surfaces["semantics"], "values": [surfaces["semantics"]["values"]]}
-    members = look.members(building.solids[lod].faces, looks, in_shell=True)
+    members = look.members([f.rings for f in building.solids[lod].faces], looks, in_shell=True)
     return {**surfaces, "type": "Solid", "boundaries": [surfaces["boundaries"]], "semantics": semantics, **members}
 
 
@@ -192,7 +192,7 @@ def _beyond(
 ) -> Json:
     looks = look.of("beyond")
     surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks, said_of_walls(found, "beyond", shell))
-    return {**surfaces, **look.members(shell.faces, looks)}
+    return {**surfaces, **look.members([f.rings for f in shell.faces], looks)}
 
 
 def _surfaces_of(

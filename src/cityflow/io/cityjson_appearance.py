@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import posixpath
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from typing import Any
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Building, Face
+from cityflow.core.building import Building
 from cityflow.core.texture import Colour, Drape, FaceTexture, PlainFace, Shell, TexturePage
 from cityflow.io.appearance import TEXTURE_DECIMALS, THEME, Appearance, Looks, coordinates_of, looks_of, unit_colour
 
@@ -25,17 +25,23 @@ class FeatureAppearance:
         self._appearance, self._texture = appearance, appearance.of(building)
         self._pages: dict[int, int] = {}
         self._colours: dict[Colour, int] = {}
-        self._uv: list[list[float]] = []
+        self._uv: dict[tuple[float, ...], int] = {}
 
     def of(self, shell: Shell) -> Looks:
         """How the faces of a shell look."""
         return looks_of(self._texture, shell)
 
-    def members(self, faces: Sequence[Face], looks: Looks, in_shell: bool = False) -> dict[str, Json]:
+    @property
+    def pages(self) -> Sequence[TexturePage]:
+        """That textures of faces refer to."""
+        return self._appearance.pages()
+
+    def members(self, faces: Sequence[Sized], looks: Looks, in_shell: bool = False) -> dict[str, Json]:
         """``texture`` and ``material`` of a geometry, each only where a face has one.
 
         Parameters
         ----------
+        faces : the rings of each
         in_shell : whether the faces are the only shell of a Solid, whose arrays are one level deeper
         """
         textures, materials = self._textures(faces, looks), self._materials(faces, looks)
@@ -49,27 +55,26 @@ class FeatureAppearance:
         found: dict[str, Json] = {}
         if self._pages:
             found["textures"] = [texture_json(self._appearance, pages[page]) for page in self._pages]
-            found["vertices-texture"] = self._uv
+            found["vertices-texture"] = [list(uv) for uv in self._uv]
         if self._colours:
             found["materials"] = [_material(colour) for colour in self._colours]
         return found | {default: THEME for kind, default in _DEFAULTS.items() if kind in found}
 
-    def _textures(self, faces: Sequence[Face], looks: Looks) -> list[Json]:
+    def _textures(self, faces: Sequence[Sized], looks: Looks) -> list[Json]:
         """For each face and ring the texture and its coordinates; null in rings without."""
         rings = coordinates_of(looks.values())
-        values: list[Json] = [[[None] for _ in face.rings] for face in faces]
+        values: list[Json] = [[[None] for _ in range(len(face))] for face in faces]
         textured = {i: look for i, look in looks.items() if isinstance(look, FaceTexture)}
         for i, look in textured.items():
             page = self._pages.setdefault(look.page, len(self._pages))
             values[i] = [[page, *self._add(next(rings))] for _ in look.rings]
         return values if textured else []
 
-    def _add(self, ring: list[list[float]]) -> range:
-        first = len(self._uv)
-        self._uv += [corner[:2] for corner in ring]
-        return range(first, len(self._uv))
+    def _add(self, ring: list[list[float]]) -> list[int]:
+        # equal ones once: walls with openings have those of the walls without, holes those of what fills them
+        return [self._uv.setdefault((u, v), len(self._uv)) for u, v, _ in ring]
 
-    def _materials(self, faces: Sequence[Face], looks: Looks) -> list[Json]:
+    def _materials(self, faces: Sequence[Sized], looks: Looks) -> list[Json]:
         plain = {i: look.colour for i, look in looks.items() if isinstance(look, PlainFace)}
         numbers = {i: self._colours.setdefault(colour, len(self._colours)) for i, colour in plain.items()}
         return [numbers.get(i) for i in range(len(faces))] if plain else []
