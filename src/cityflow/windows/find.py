@@ -21,8 +21,8 @@ TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
-FEW = 0.12
-"""Of a wall that windows cover, below which bars from end to end say that it is of glass."""
+SURE, FEW = 0.9, 4
+"""Confidence of windows, and their number, from which bars from end to end do not say that a wall is of glass."""
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25
 """Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
@@ -71,11 +71,15 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     if panelled(found.bounds[telling], JOINT_PX * picture.cell):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
-    if covered > parameters.most_glass * seen_m2 or (covered < FEW * seen_m2 and barred(picture)):
+    if covered > parameters.most_glass * seen_m2 or (_few_are_sure(openings) and barred(picture)):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
     ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None
     return FaceOpenings(face.key, openings, storeys, area, seen_m2, ratio)
+
+
+def _few_are_sure(openings: Sequence[Opening]) -> bool:
+    return sum(o.confidence >= SURE for o in openings) < FEW
 
 
 def _openings(face: FacePlane, found: Found, parameters: WindowParameters) -> tuple[Opening, ...]:

@@ -12,6 +12,8 @@ JOINT_M, JOINT_PX = 0.3, 3.0
 LAP_M = 0.2
 """By which neighbours may overlap: sides are found to a cell or so."""
 BANDS, THROUGH, BAR_SIGMAS = 12, 0.8, 1.5
+LEAST_BAR = 0.01
+"""Difference of the square root of brightness; on a quiet wall anything is more than its scatter."""
 BAR_SIDE_M = 0.16
 """What is beside a bar."""
 LEAST_BARS, BAR_EVERY_M = (4, 2), (2.2, 3.8)
@@ -65,7 +67,7 @@ def _through_lines(light: Float32Array, picture: Picture) -> int:
     count = np.array([b.sum(axis=0) for b in np.array_split(seen, BANDS)])
     mean = np.where(count >= 2, bands / np.maximum(count, 1), 0.0)
     noise = 1.48 * np.median(np.abs(mean), axis=1, keepdims=True)
-    through = (np.abs(mean) > BAR_SIGMAS * noise).mean(axis=0) >= THROUGH
+    through = (np.abs(mean) > np.maximum(BAR_SIGMAS * noise, LEAST_BAR)).mean(axis=0) >= THROUGH
     return _apart(np.flatnonzero(through[side:-side]), picture.pixels(0.5))
 
 
