@@ -21,7 +21,9 @@ const GROUPS = [
     ['outline_remark', 'Outline', String],
   ]],
   ['Façades', [
-    ['storeys', 'Storeys, by rows of windows', count], ['windows', 'Windows', count], ['window_to_wall_ratio', 'Windows of the walls', share],
+    ['storeys', 'Storeys, by the source', count], ['storeys_by_windows', 'Storeys, by rows of windows', count], ['windows', 'Windows', count], ['window_to_wall_ratio', 'Windows of the walls', share],
+    ['windows_seen_share', 'Walls looked at for windows', share], ['windows_confidence', 'Windows, mean confidence', share], ['windows_missing', 'No windows known', String],
+    ['window_to_wall_missing', 'No share of windows', String],
     ['textured_share', 'Faces with a photograph', share], ['texture_interpolated', 'of that, filled in', share], ['texture_gsd_m', 'Size of a pixel', cents],
   ]],
   ['Measured points', [
