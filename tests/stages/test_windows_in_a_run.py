@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 import shapely
 from lxml import etree
 from numpy.typing import NDArray
+from PIL import Image
 
 from cityflow.core.building import Lod
 from cityflow.core.camera import Camera
@@ -20,8 +22,22 @@ from cityflow.errors import CityflowError
 from cityflow.flow.task import Task
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.stages.area import Area
-from stages.painted_houses import CRS_CODE, FLOOR, MIDDLE, PLANS, Painted, Windows, X, Y, looking, pictures, survey_in
+from stages.painted_houses import (
+    CRS_CODE,
+    FLOOR,
+    MIDDLE,
+    PANE,
+    PLANS,
+    Painted,
+    Windows,
+    X,
+    Y,
+    looking,
+    pictures,
+    survey_in,
+)
 from stages.test_texture_sources import Run, features, run, source_of
+from textured_houses import sample
 
 FINE = Camera(900, 660, 990.0, 990.0, 450.0, 330.0)
 """Seven centimetres a pixel."""
@@ -136,6 +152,44 @@ def test_citygml_has_the_same_windows(whole: Run) -> None:
         ]
         corners = np.array([(r.min(axis=0), r.max(axis=0)) for r in rings])
         assert in_order(corners) == pytest.approx(found[str(house.findtext("gml:name", namespaces=GML))], abs=1e-4)
+
+
+def test_windows_wear_the_dark_panes_of_the_photographs(whole: Run) -> None:
+    """At LoD3, where viewers that show the highest level would else show bare walls."""
+    transform = Transform.of_header(json.loads(whole.store.read_bytes("products/city.city.jsonl").splitlines()[0]))
+    for feature in (f for f in features(whole) if f["id"] in PLANS):
+        look, (thing,) = feature["appearance"], feature["CityObjects"].values()
+        (fine,) = [g for g in thing["geometry"] if g["lod"] == "3"]
+        vertices, uv = transform.decode(feature["vertices"]), np.array(look["vertices-texture"])
+        pages = [pixels_of(whole.store.read_bytes(f"products/{t['image']}")) for t in look["textures"]]
+        surfaces, said = fine["semantics"]["surfaces"], fine["texture"]["photographs"]["values"]
+        panes = [k for k, s in enumerate(surfaces) if s["type"] == "Window"]
+        assert len(panes) == len(true_rings(feature["id"]))
+        for k in panes:
+            page, *corners = said[k][0]
+            inside, outside = (sample(pages[page], about_middle(uv[corners], f)).mean(axis=1) for f in (0.6, 1.6))
+            assert inside.max() < PANE + 25 < outside.min() - 25
+        for rings, values in zip(fine["boundaries"], said, strict=True):
+            if values[0][0] is not None:
+                size = np.array(pages[values[0][0]].shape[1::-1])
+                assert [len(v) - 1 for v in values] == [len(r) for r in rings]
+                assert off_affine(vertices[rings[0]], uv[values[0][1:]] * size) < 0.01
+
+
+def pixels_of(data: bytes) -> NDArray[np.uint8]:
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+
+def about_middle(ring: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+    middle = ring.mean(axis=0)
+    return np.asarray(middle + factor * (ring - middle))
+
+
+def off_affine(ring: NDArray[np.float64], at: NDArray[np.float64]) -> float:
+    """How far places on a page are from the best affine map of the corners of a face, pixels."""
+    terms = np.column_stack([np.ones(len(ring)), ring - ring.mean(axis=0)])
+    fitted = np.linalg.lstsq(terms, at, rcond=1e-4)[0]
+    return float(np.abs(terms @ fitted - at).max())
 
 
 def test_buildings_and_walls_say_their_share_and_storeys(whole: Run) -> None:
