@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
+import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +34,7 @@ NS = {
 }  # fmt: skip
 GML_ID, HREF = f"{{{NS['gml']}}}id", "{http://www.w3.org/1999/xlink}href"
 SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
+READER = Path(__file__).with_name("citygml_looks.cpp")
 SURVEY = Transform(84000, 447000, 0)
 FOLDER = "products/files"
 LOW, SIZE = np.array([(0.2, 0.3), (0.6, 0.45)]), np.array([0.2, 0.25])
@@ -272,6 +275,32 @@ def test_files_follow_their_schemas(
         schema = next(s for s in schemas if s["$id"].endswith(f"/{kind}.schema.json"))
         for value in values:
             jsonschema_rs.validator_for(schema, registry=registry).validate(json.loads(value))
+
+
+@pytest.mark.skipif(
+    shutil.which("g++") is None or not Path("/usr/include/citygml/citygml.h").exists(), reason="needs libcitygml-dev"
+)
+def test_libcitygml_finds_the_right_pixel_all_over_walls_and_windows(
+    neighbours: list[Building], found: dict[str, UnitOpenings], amersfoort: Reference, tmp_path: Path
+) -> None:
+    """As viewers that stand on it draw them, triangle by triangle; the windows are not painted here."""
+    painted = paint(neighbours, rectified=True)
+    root = citygml(neighbours, amersfoort, Appearance(FOLDER, painted.textures), found)
+    (tmp_path / "a.gml").write_bytes(etree.tostring(root))
+    program = [str(tmp_path / "looks")]
+    subprocess.run(["g++", "-std=c++17", str(READER), "-o", *program, "-lcitygml"], check=True, timeout=120)
+    told = subprocess.run([*program, str(tmp_path / "a.gml")], capture_output=True, text=True, timeout=60, check=True)
+    rows = (line.split("\t") for line in told.stdout.splitlines())
+    opened = {row[1]: row for row in rows if row[1].startswith(("w-", "o-")) and row[2]}
+    # four walls with a texture, two openings each; the fifth has none
+    assert sorted(name[0] for name in opened) == ["o"] * 8 + ["w"] * 4
+    for _, _, image, _, numbers in opened.values():
+        pixels = painted.pixels[f"products/{image.removeprefix('../')}"]
+        for triangle in np.array(numbers.split(), float).reshape(-1, 3, 5):
+            at = np.random.default_rng(5).dirichlet(np.ones(3), 10) @ triangle
+            colours = sample(pixels, at[:, 3:])
+            (code,) = set(codes(colours))
+            assert places(colours) == pytest.approx(painted.faces[code].shares(at[:, :3]), abs=0.01)
 
 
 def test_texture_vertices_grow_by_the_corners_of_windows_alone(

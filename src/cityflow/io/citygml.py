@@ -60,7 +60,7 @@ def write_citygml(
     appearance: Appearance = BARE,
     openings: Openings = NO_OPENINGS,
 ) -> None:
-    """Write a city model; `bounds` (if known) become its envelope, rectified textures its look at LoD2, `openings` its walls at LoD3."""
+    """Write a city model; `bounds` (if known) become its envelope, `openings` its walls at LoD3, rectified textures the look of both."""
     appearance.require_rectified("CityGML")
     pieces = chain(
         _head(reference, bounds, title, with_looks=appearance.textures is not None or appearance.drape is not None),
