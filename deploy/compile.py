@@ -5,6 +5,10 @@ Otherwise the first tasks of the first run wait for it.
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from tempfile import TemporaryDirectory
+
 import numpy as np
 import shapely
 
@@ -14,15 +18,21 @@ from cityflow.core.depth_map import ImagePoints, points_of
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.reconstruction import Evidence
+from cityflow.flow.store import Store
+from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.io.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
+from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.stages.synth import SynthSource, run_picture
+from cityflow.stages.synth_survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho
+from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
 from cityflow.texture.placement.place import place
 from cityflow.texture.planes import face_planes
@@ -58,6 +68,7 @@ def work_on_pictures() -> None:
     assert found.depth_map is not None
     points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), views[1])
     assert len(points), "the plain was not matched"
+    find_wall_points(points, WallPointParameters())
     surface_and_ortho(points, [ColourImage(v, p) for v, p in zip(views, pixels, strict=True)])
 
 
@@ -70,7 +81,10 @@ def surface_and_ortho(points: ImagePoints, images: list[ColourImage]) -> None:
     true_ortho(grid, heights, (grid, heights), images)
     house = extrude(shapely.box(46.0, 46.0, 54.0, 54.0), -2.0, 4.0)
     made = texture_unit(
-        face_planes(house, None), images, Surroundings([house], [], heights.astype(np.float64), grid), TextureParameters()
+        face_planes(house, None),
+        images,
+        Surroundings([house], [], heights.astype(np.float64), grid),
+        TextureParameters(),
     )
     assert made.texture.raw, "the house got no texture"
     place([p.mask for p in made.texture.raw])
@@ -82,5 +96,15 @@ def surface_and_ortho(points: ImagePoints, images: list[ColourImage]) -> None:
     draw_side(wall, side_camera(np.array([50.0, 45.0, 3.0]), 60.0, 0.0))
 
 
-reconstruct_houses()
-work_on_pictures()
+def render() -> None:
+    """A picture of a made town, as the demonstration takes them."""
+    flight = preset("nadir", width_px=96, height_px=64, gsd_m=0.3)
+    task = next(iter(SynthSource(SynthParameters(size=(20.0, 20.0), flight=flight)).initial()))
+    with TemporaryDirectory() as folder:
+        run_picture(Workspace(Store.open(folder), task), task)
+
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for part in [pool.submit(p) for p in (work_on_pictures, reconstruct_houses, render)]:
+            part.result()

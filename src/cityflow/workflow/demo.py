@@ -26,7 +26,7 @@ from cityflow.workflow.synth_files import PoseNoise
 from cityflow.workflow.view import CITY
 
 SURVEY = "flight_survey"
-AROUND_M = 25.0
+AROUND_M = 45.0
 """Buildings so far beyond the ground that is flown over are still seen from enough sides."""
 
 
