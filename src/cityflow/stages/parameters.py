@@ -81,7 +81,7 @@ class ImagesParameters(Parameters):
         0,
         ge=0,
         le=4,
-        description="surfaces come from images of 1 / 2^level of their size: 1 takes a quarter of the time; textures keep all pixels",
+        description="surfaces come from images of 1 / 2^level of their size: 1 is a quarter of the pixels; textures keep all",
     )
     cell_m: float | None = Field(
         None, ge=0.02, le=1, description="cell of DSM and ortho, metres; null: from the ground sampling distance"
