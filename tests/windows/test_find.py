@@ -257,3 +257,29 @@ def test_the_same_picture_gives_the_same_windows() -> None:
     drawn = draw_facade("muntins", CLEAR, np.random.default_rng(2))
     one, two = (find_windows(*textured(drawn), P) for _ in range(2))
     assert [(o.bounds, o.confidence) for o in one.openings] == [(o.bounds, o.confidence) for o in two.openings]
+
+
+def nth(style: str, seed: tuple[int, int], n: int) -> DrawnFacade:
+    """The n-th façade that the benchmark draws of a style."""
+    rng = np.random.default_rng(seed)
+    for _ in range(n + 1):
+        errors = ImageErrors.at_random(rng)
+        drawn = draw_hard_facade(style, errors, rng) if style in HARD else draw_facade(style, errors, rng)  # type: ignore[arg-type]
+    return drawn
+
+
+def test_rows_do_not_ask_for_wings_of_shutters() -> None:
+    """Panes as bright as their wall between dark wings, which stand in rows as windows do."""
+    drawn = nth("shutters", (93, 3), 6)
+    counts = counted(drawn, find_windows(*textured(drawn), P))
+    assert counts.true == 33
+    assert counts.recall >= 0.9
+    assert counts.precision >= 0.9
+
+
+def test_three_windows_are_no_window_with_its_shutters() -> None:
+    drawn = nth("shops", (93, 19), 5)
+    counts = counted(drawn, find_windows(*textured(drawn), P))
+    assert counts.true == 22
+    assert counts.recall >= 0.9
+    assert counts.precision >= 0.9

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class Candidates:
     contrast : (N,) difference from the rim, in thresholds
     seen : (N,) share with true texture
     look : (N,) which of the façade's edges they come from
+    around : (N, 4) the box itself; of what stands between open shutters, from the outer edge of the one wing to that of the other
     """
 
     boxes: IntArray
@@ -53,21 +54,17 @@ class Candidates:
     contrast: FloatArray
     seen: FloatArray
     look: IntArray
+    around: IntArray
 
     def __len__(self) -> int:
         return len(self.boxes)
 
     def of(self, which: BoolArray | IntArray) -> Candidates:
-        return Candidates(*(getattr(self, n)[which] for n in ("boxes", "sides", "steps", "contrast", "seen", "look")))
+        return Candidates(*(getattr(self, f.name)[which] for f in fields(self)))
 
     @classmethod
     def joined(cls, parts: Sequence[Candidates]) -> Candidates:
-        return cls(
-            *(
-                np.concatenate([getattr(p, n) for p in parts])
-                for n in ("boxes", "sides", "steps", "contrast", "seen", "look")
-            )
-        )
+        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
     @property
     def soundness(self) -> FloatArray:
@@ -89,7 +86,7 @@ def judged(picture: Picture, looks: Sequence[Edges], look: int, boxes: IntArray)
     edges, rim = looks[look], max(round(picture.pixels(RIM_M)), 1)
     return Candidates(
         boxes, completeness(edges, boxes), strength(edges, boxes), contrast(edges, boxes, rim), seen_share(edges, boxes),
-        np.full(len(boxes), look),
+        np.full(len(boxes), look), boxes,
     )  # fmt: skip
 
 

@@ -14,20 +14,17 @@ SUPPORT_WEIGHT = 0.15
 """Of company in rows and columns, beside soundness, of 0 to 1."""
 
 
-def chosen(found: Candidates, bonus: FloatArray, shut: IntArray, tolerance: float) -> tuple[Candidates, IntArray]:
+def chosen(found: Candidates, bonus: FloatArray, tolerance: float) -> tuple[Candidates, IntArray]:
     """Boxes that do not overlap, the soundest, and of their kind the most frequent first; and how much company each has.
 
     Parameters
     ----------
     bonus : (N,) what speaks for a box beside its sides
-    shut : (M, 4) windows with their shutters, for the last M boxes: where one of those is chosen, nothing else stands within
     """
-    own = found.boxes.copy()
-    own[len(own) - len(shut) :] = shut
-    first = _without_overlap(found.boxes, own, found.soundness + bonus, SAME, 1.1)
-    found, own, bonus = found.of(first), own[first], bonus[first]
+    first = _without_overlap(found.boxes, found.around, found.soundness + bonus, SAME, 1.1)
+    found, bonus = found.of(first), bonus[first]
     worth = found.soundness + SUPPORT_WEIGHT * np.minimum(support(found, tolerance), 4) / 4 + bonus
-    found = found.of(_without_overlap(found.boxes, own, worth, 0.1, 0.25))
+    found = found.of(_without_overlap(found.boxes, found.around, worth, 0.1, 0.25))
     return found, support(found, tolerance)
 
 

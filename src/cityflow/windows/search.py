@@ -107,7 +107,7 @@ def searched(
     found, company = _first(picture, looks, parameters)
     sure = confidence(found, company, np.zeros(len(found)), picture, looks) >= parameters.least_confidence
     more = _completed(picture, found.of(sure), parameters)
-    more = more.of(overlap(more.boxes, found.boxes[sure])[1].max(axis=1, initial=0) < 0.1)
+    more = more.of(overlap(more.boxes, found.around[sure])[1].max(axis=1, initial=0) < 0.1)
     both = Candidates.joined([found, more])
     late = np.repeat([0.0, 1.0], [len(found), len(more)])
     return both, support(both, tolerance), late
@@ -122,7 +122,7 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     whole = fused(plain, picture, looks, panes)
     whole = Candidates.joined([whole, fused(Candidates.joined([plain, whole]), picture, looks, panes)])
     grown = framed(Candidates.joined([plain, whole]), picture, looks, panes)
-    between, shut = between_shutters(plain, picture, looks, parameters)
+    between = between_shutters(plain, picture, looks, parameters)
     parts = (plain, whole, grown, between)
     found = Candidates.joined(parts)
     area = picture.cell**2 * (found.boxes[:, 2:] - found.boxes[:, :2]).prod(axis=1)
@@ -131,7 +131,7 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     bonus = np.where(holding, np.maximum(bonus, BONUS[1]), bonus) + AREA_BONUS * np.minimum(area, 3)
     fits = (found.seen >= parameters.least_seen) & sized(found.boxes, picture, parameters)
     fits &= within_wall(found.boxes, picture, parameters, on_foot(found.boxes, picture))
-    return chosen(found.of(fits), bonus[fits], shut[fits[len(fits) - len(shut) :]], _tolerance(picture, parameters))
+    return chosen(found.of(fits), bonus[fits], _tolerance(picture, parameters))
 
 
 def _completed(picture: Picture, found: Candidates, parameters: WindowParameters) -> Candidates:
@@ -149,9 +149,9 @@ def _completed(picture: Picture, found: Candidates, parameters: WindowParameters
             good = (made.sides.mean(axis=1) >= 0.6) & (made.contrast > 1) & (made.seen >= parameters.least_seen)
             parts.append(made.of(good & within_wall(asked, picture, parameters, np.zeros(len(asked), bool))))
     more = Candidates.joined(parts)
-    apart = overlap(more.boxes, found.boxes)[1].max(axis=1, initial=0) < 0.1
+    apart = overlap(more.boxes, found.around)[1].max(axis=1, initial=0) < 0.1
     more = more.of(apart)
-    return chosen(more, np.zeros(len(more)), np.empty((0, 4), np.int64), tolerance)[0]
+    return chosen(more, np.zeros(len(more)), tolerance)[0]
 
 
 def _tolerance(picture: Picture, parameters: WindowParameters) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.windows.candidates import Candidates, judged, sized
-from cityflow.windows.edges import Edges, box_sums, integral
+from cityflow.windows.edges import Edges, box_sums, completeness, integral
 from cityflow.windows.picture import Picture
 from cityflow.windows.proposals import WHOLE
 from cityflow.windows.rows import in_row, overlap
@@ -28,6 +28,8 @@ EVEN = 1.6
 LEVEL = 0.8
 """Step from the middle of the window to the wall above and below it, in the same measure."""
 APART_M = 0.12
+ENDS = 0.5
+"""Least completeness of a window's lintel and sill beside its wings, in the mean over all boxes of a size."""
 VALLEY = 0.75
 """Least step between the outer and the inner edge of a wing by that at its inner one: the blurred edge of a window has no second edge within it."""
 BAND = 0.1
@@ -36,22 +38,18 @@ BAND = 0.1
 
 def between_shutters(
     found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
-) -> tuple[Candidates, IntArray]:
-    """What stands between the wings of open shutters, half as wide as itself each; and the boxes of both wings and all.
+) -> Candidates:
+    """What stands between the wings of open shutters, half as wide as itself each; what is around them are both wings and all.
 
     One window alone seldom says whether it has wings: they may be as dark as its glass, and a curtain looks like one. But shutters are a pair, and the
     same at all windows of a size, so the steps at equal places in all these are looked at together.
-
-    Returns
-    -------
-    candidates, (N, 4) boxes from the outer edge of the one wing to that of the other
     """
     shut = np.unique(
         np.concatenate([_around(found, picture, parameters), _between(found, picture, parameters)]), axis=0
     )
     shut = shut[_filled(shut, picture, looks)]
     if len(shut) == 0:
-        return found.of(np.zeros(0, np.int64)), shut
+        return found.of(np.zeros(0, np.int64))
     company = _alike(shut)
     share, good = _wings(shut, company, picture, looks)
     wide = shut[:, 2] - shut[:, 0]
@@ -59,7 +57,8 @@ def between_shutters(
     pane = np.stack([shut[:, 0] + wing, shut[:, 1], shut[:, 2] - wing, shut[:, 3]], axis=1)
     good &= (wing >= WING_PX) & sized(pane, picture, parameters)
     good &= _mean(_holds_a_window(pane, found, picture, parameters), company) < 0.3
-    return _with_wings(pane[good], shut[good], picture, looks), shut[good]
+    good &= _mean(_ends(pane, looks), company) >= ENDS
+    return _with_wings(pane[good], shut[good], picture, looks)
 
 
 def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, looks: Sequence[Edges]) -> Candidates:
@@ -73,7 +72,7 @@ def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, looks: Sequenc
     )
     return replace(
         out, sides=np.maximum(out.sides, around.sides), steps=np.maximum(out.steps, around.steps),
-        contrast=np.maximum(out.contrast, around.contrast),
+        contrast=np.maximum(out.contrast, around.contrast), around=around.boxes,
     )  # fmt: skip
 
 
@@ -105,6 +104,16 @@ def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture, paramet
     apart = (whole[None, :, 0] - pane[:, None, 0] >= least) & (pane[:, None, 2] - whole[None, :, 2] >= least)
     wide = (whole[:, 2] - whole[:, 0])[None] >= 0.4 * (pane[:, 2] - pane[:, 0])[:, None]
     return np.asarray((level & apart & wide).any(axis=1))
+
+
+def _ends(pane: IntArray, looks: Sequence[Edges]) -> FloatArray:
+    """(N,) completeness of lintel and sill right beside the wings, of the worse of both: where wall lies there, the wings are windows themselves."""
+    quarter = np.maximum((pane[:, 2] - pane[:, 0]) // 4, 1)
+    worst = np.ones(len(pane))
+    for start in (pane[:, 0], pane[:, 2] - quarter):
+        part = np.stack([start, pane[:, 1], start + quarter, pane[:, 3]], axis=1)
+        worst = np.minimum(worst, np.max([completeness(k, part)[:, [1, 3]].min(axis=1) for k in looks], axis=0))
+    return worst
 
 
 def _wings(
