@@ -130,7 +130,8 @@ def test_an_outline_far_away_is_refused_and_makes_no_tile(catalog: Path, tmp_pat
 
 def test_refused_outlines_have_rings_for_the_map(catalog: Path, tmp_path: Path) -> None:
     run = prepared(catalog, tmp_path, {"rejected": [("", SHED.centroid)]})
-    rings, tiles = _outlines(run, outlined(run))
+    found = _outlines(run, outlined(run))
+    rings, tiles = found.rings, found.tiles
     assert sorted(rings) == ["faraway", "house", "shed", "twin"]
     assert sorted(tiles) == ["house"]
     assert shapely.Polygon(rings["shed"][0]).equals(SHED)
