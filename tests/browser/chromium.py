@@ -155,11 +155,23 @@ class Chromium:
         for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
-    def key(self, key: str, code: str = "") -> None:
+    def drag(self, begin: tuple[float, float], end: tuple[float, float], button: str = "left", steps: int = 5) -> None:
+        """A button pressed at one place, and let go at another; places between are passed."""
+        held: dict[str, Any] = {"button": button, "buttons": {"left": 1, "right": 2}[button]}
+        way = np.linspace(begin, end, steps + 1).tolist()
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=way[0][0], y=way[0][1], clickCount=1, **held)
+        for x, y in way[1:]:
+            self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, **held)
+        held["buttons"] = 0
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=way[-1][0], y=way[-1][1], clickCount=1, **held)
+
+    def key(self, key: str, code: str = "", shift: bool = False) -> None:
         """A key pressed and let go."""
         text: dict[str, Any] = {"text": key} if len(key) == 1 else {}
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **text)
+            self.call(
+                "Input.dispatchKeyEvent", type=kind, key=key, code=code or key, modifiers=8 if shift else 0, **text
+            )
 
     def picture(self, path: Path | None = None) -> ByteArray:
         """(rows, cols, 3) pixels of what the window shows; written as PNG where a path is given."""

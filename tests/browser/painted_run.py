@@ -30,12 +30,14 @@ from survey_files import write_las
 X, Y, GROUND = 90000.0, 460000.0, 3.0
 WIDTH, DEPTH = 160, 100
 FLAT, GABLE, DOUBLE, GHOST = "flat red", "gable blue", "double", "ghost"
+TWIN = "-5 7"
+"""The outline of the ghost once more, which is refused; its id looks like an option of a command."""
 OUTLINES = {
     FLAT: shapely.box(X + 30, Y + 30, X + 44, Y + 42),
     GABLE: shapely.box(X + 70, Y + 50, X + 84, Y + 60),
     DOUBLE: shapely.box(X + 110, Y + 30, X + 130, Y + 40),
     GHOST: shapely.box(X + 30, Y + 70, X + 40, Y + 80),
-    "ghost again": shapely.box(X + 30, Y + 70, X + 40, Y + 80),
+    TWIN: shapely.box(X + 30, Y + 70, X + 40, Y + 80),
 }
 COLOURS = {FLAT: (200, 60, 40), GABLE: (50, 80, 200), DOUBLE: (220, 200, 90)}
 GRASS = (110, 130, 90)

@@ -89,17 +89,34 @@ def _share_right(browser: Chromium) -> float:
     return float(np.mean(np.abs(seen - wanted).max(axis=1) < 40))
 
 
+def _choose(browser: Chromium, label: str) -> None:
+    """Choose how raw photographs are shown, in the page's own list, with the keyboard."""
+    words = {"divided": "raw, perspective-correct", "bent": "raw, not corrected (bent)"}
+    browser.run("document.getElementById('textures').focus()")
+    key = "ArrowDown" if label == "bent" else "ArrowUp"
+    browser.key(key)
+    browser.wait("!cityflowView.isBusy")
+    chosen = browser.run("document.getElementById('textures').selectedOptions[0].text")
+    assert chosen == words[label]
+
+
 def test_dividing_keeps_the_border_straight_and_not_dividing_bends_it(browser: Chromium, address: str) -> None:
     with served(Path(address)) as url:
         browser.messages.clear()
         browser.open(url, READY)
         browser.run("cityflowView.stage.look([6.5, -16, 5], [6, 0, 4.4])")
-        shares = {}
+        shares, pictures = {}, {}
+        assert browser.run("document.getElementById('textures').value") == "divided", "what is straight comes first"
+        shares["at first"] = _share_right(browser)
         for choice in ("bent", "divided"):
-            browser.run(f"cityflowView.city.textures('raw', {json.dumps(choice == 'divided')})")
-            browser.wait("!cityflowView.isBusy")
+            _choose(browser, choice)
             shares[choice] = _share_right(browser)
+            pictures[choice] = browser.picture()[60:700, 245:]
+        assert f"textures={choice}" in browser.run("cityflowView.link.address")
         assert browser.messages == []
         browser.open("about:blank")
+    assert shares["at first"] > 0.995
     assert shares["divided"] > 0.995
     assert shares["bent"] < 0.97
+    differing = np.abs(pictures["bent"].astype(int) - pictures["divided"]).max(axis=2) > 60
+    assert differing.sum() > 2000, "one sees which of them was chosen"

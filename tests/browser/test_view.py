@@ -3,78 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from browser import painted_run as town
 from browser.chromium import WITHOUT_WEBGL, Chromium
 from browser.conftest import READY, served
-from cityflow.core.arrays import ByteArray, FloatArray
+from browser.painted_page import SETTLED, canvas, check, colours_at, differing, middle, on_page, over, world_of
+from cityflow.cli import app
+from cityflow.core.arrays import FloatArray
 
-SETTLED = "!window.cityflowView.isBusy"
 RED, BLUE, GREEN = 0, 2, 1
-
-
-def on_page(page: Chromium, places: FloatArray) -> FloatArray:
-    """(N, 2) pixels where world positions are drawn, through the page's own camera and frame."""
-    frame = json.loads(page.run("JSON.stringify(cityflowView.about.world)"))
-    found: list[list[float]] = page.run(
-        f"""(() => {{
-        const V = cityflowView.stage.camera.position.constructor;
-        return {json.dumps(local_of(np.array(frame), places).tolist())}.map((p) => cityflowView.stage.onPage(new V(...p)));
-        }})()"""
-    )
-    pixels: FloatArray = np.array(found, np.float64)
-    return pixels
-
-
-def local_of(world: FloatArray, places: FloatArray) -> FloatArray:
-    """Positions in the page's frame, by turning its polynomials round (Newton)."""
-    local: FloatArray = places - world[:, 0]
-    for _ in range(6):
-        e, n, u = local.T
-        terms = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n, e * u, n * u])
-        local = np.asarray(local + (places - terms @ world.T), np.float64)
-    return local
-
-
-def over(name: str, z: float, n: int = 12, margin: float = 0.8) -> FloatArray:
-    """(n², 3) positions over an outline, inside by `margin`."""
-    x0, y0, x1, y1 = town.OUTLINES[name].bounds
-    x, y = np.meshgrid(np.linspace(x0 + margin, x1 - margin, n), np.linspace(y0 + margin, y1 - margin, n))
-    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)])
-
-
-def colours_at(picture: ByteArray, pixels: FloatArray) -> FloatArray:
-    rows, cols = pixels[:, 1].astype(int), pixels[:, 0].astype(int)
-    found: FloatArray = picture[rows, cols].astype(np.float64)
-    return found
-
-
-def middle(page: Chromium, name: str, dx: float = 0.0) -> tuple[float, float]:
-    shape = town.OUTLINES[name]
-    height = town.TOPS.get(name, town.GROUND)
-    place = np.array([[shape.centroid.x + dx, shape.centroid.y, height + (3.0 if dx < 0 else 0.0)]])
-    x, y = on_page(page, place)[0]
-    return float(x), float(y)
-
-
-def check(page: Chromium, element: str) -> None:
-    page.run(f"document.getElementById({element!r}).click()")
-    page.wait(SETTLED)
-
-
-def differing(a: ByteArray, b: ByteArray) -> int:
-    return int((np.abs(a.astype(int) - b.astype(int)).max(axis=2) > 12).sum())
-
-
-def canvas(page: Chromium) -> ByteArray:
-    """What the page shows beside its panels: legend and status lines do not count."""
-    return page.picture()[60:760, 245:]
 
 
 def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:
@@ -117,6 +63,10 @@ def test_a_click_shows_the_right_building(page: Chromium, name: str, dx: float, 
     assert "Done" in text
     assert "extruded" in text, "every method's candidate is listed"
     assert "ortho" in text, "and the image that coloured it"
+    parts = re.search(r"Of the kept one: ([0-9.]+) = (.*)\.", text)
+    assert parts, "what its penalty is made of"
+    told = [float(part.split()[0]) for part in parts[2].split(" + ")]
+    assert sum(told) == pytest.approx(float(parts[1]), abs=0.001 * len(told))
     command = page.run("document.getElementById('panel-command').value")
     quoted = f"'{title}'" if " " in title else title
     assert command == f"cityflow rerun runs/painted --unit {quoted}"
@@ -272,7 +222,7 @@ def test_failures_are_red_and_a_click_tells_the_reason(page: Chromium) -> None:
     assert colour[RED] > colour[GREEN] + 30
     page.click(*at.mean(axis=0))
     page.wait("document.querySelector('#panel-body details')")
-    assert page.run("document.getElementById('panel-title').textContent").startswith("ghost")
+    assert page.run("document.getElementById('panel-title').textContent") in (town.GHOST, town.TWIN)
     assert page.run("document.querySelector('#panel .reason').textContent")
     assert any(r in page.run("document.getElementById('panel').innerText") for r in ("no height", "same polygon"))
 
@@ -291,66 +241,6 @@ def test_search_finds_and_the_link_leads_back(page: Chromium, address: str) -> N
     assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
     assert differing(canvas(page), before) < 300
     assert page.messages == []
-
-
-def tool(page: Chromium, name: str, places: FloatArray) -> str:
-    page.run(f"document.getElementById('tool-{name}').click()")
-    for x, y in on_page(page, places):
-        page.click(float(x), float(y))
-    page.wait("document.querySelector('#tool-result dd')")
-    text: str = page.run("document.getElementById('tool-result').innerText")
-    return text
-
-
-def figure(text: str, key: str) -> float:
-    rows = [line.strip() for line in text.splitlines() if line.strip()]
-    return float(rows[rows.index(key) + 1].split()[0].replace(",", ""))
-
-
-def test_distances_heights_and_areas_are_those_of_the_model(page: Chromium) -> None:
-    x0, y0, x1, y1 = town.OUTLINES[town.FLAT].bounds
-    top = town.TOPS[town.FLAT]
-    lawn, roof = [x0 + 7, y0 - 6, town.GROUND], [x0 + 7, y0 + 6, top]
-    text = tool(page, "distance", np.array([lawn, roof]))
-    assert figure(text, "Height") == pytest.approx(9.0, abs=0.25)
-    assert figure(text, "In plan") == pytest.approx(12.0, abs=0.4)
-    assert figure(text, "Second above ground") == pytest.approx(9.0, abs=0.25)
-    corners = [[x, y, top] for x, y in ((x0 + 1, y0 + 1), (x1 - 1, y0 + 1), (x1 - 1, y1 - 1), (x0 + 1, y1 - 1))]
-    area = tool(page, "area", np.array(corners))
-    page.key("Enter")
-    assert figure(area, "Area") > 30
-    assert figure(page.run("document.getElementById('tool-result').innerText"), "Area") == pytest.approx(
-        120.0, rel=0.06
-    )
-
-
-def test_a_section_shows_points_and_model_at_their_heights(page: Chromium) -> None:
-    shape = town.OUTLINES[town.FLAT]
-    y = shape.centroid.y
-    ends = np.array([[town.X + 20, y, town.GROUND], [town.X + 60, y, town.GROUND]])
-    ends[0, 1] = ends[1, 1] = y - 8.5
-    text = tool(page, "section", ends)
-    page.wait("cityflowView.tools.profile")
-    assert figure(text, "Points") > 100
-    assert figure(text, "Length") == pytest.approx(40.0, abs=1.0)
-    profile = page.run(
-        "({lines: cityflowView.tools.profile.lines, points: cityflowView.tools.profile.points, lift: cityflowView.tools.profile.lift})"
-    )
-    ground = [z + profile["lift"] for s0, z, _, _, part in profile["lines"] if part == "terrain"]
-    assert np.median(ground) == pytest.approx(town.GROUND, abs=0.1)
-    heights = np.array([p[1] + profile["lift"] for p in profile["points"]])
-    assert np.median(heights) == pytest.approx(town.GROUND, abs=0.05)
-    assert not page.run("document.getElementById('profile').hidden")
-
-
-def test_residuals_at_a_click_are_those_of_the_run(page: Chromium) -> None:
-    text = tool(page, "residuals", np.array([[town.X + 37, town.Y + 36, town.TOPS[town.FLAT]]]))
-    assert town.FLAT in text
-    known = page.run("cityflowView.index.byId.get('flat red').nmad")
-    assert figure(text, "NMAD") == pytest.approx(100 * known, abs=0.2)
-    assert figure(text, "Points over the roof") > 800
-    page.key("Escape")
-    page.wait("document.getElementById('tool-panel').hidden")
 
 
 def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromium) -> None:
@@ -478,3 +368,163 @@ def test_without_webgl_the_page_says_so_and_shows_pictures(address: str) -> None
         assert "no WebGL" in bare.run("document.getElementById('why').textContent")
         bare.wait("[...document.images].filter((i) => i.complete && i.naturalWidth > 100).length >= 1")
         assert bare.messages == []
+
+
+def test_what_is_refused_is_explained_by_a_command_that_works(page: Chromium, painted: Path) -> None:
+    assert page.run(f"cityflowView.index.byId.get('{town.TWIN}').status") == "refused"
+    page.run(f"cityflowView.choose('{town.TWIN}')")
+    page.wait("document.getElementById('panel-command')")
+    command = page.run("document.getElementById('panel-command').value")
+    assert command == f"cityflow explain runs/painted -- '{town.TWIN}'"
+    words = [str(painted) if word == "runs/painted" else word for word in shlex.split(command)]
+    told = CliRunner().invoke(app, words[1:])
+    assert told.exit_code == 0, told.output
+    assert town.TWIN in told.output
+
+
+def accepted_cut(page: Chromium) -> dict[str, Any]:
+    """The cut line between the two halves of the double house."""
+    fields, rows = (
+        page.run(f"fetch('data/cuts.json').then((r) => r.json()).then((t) => t.{key})") for key in ("fields", "rows")
+    )
+    cuts = [cut for cut in (dict(zip(fields, row, strict=True)) for row in rows) if cut["accepted"]]
+    ends = world_of(page, np.array([end for cut in cuts for end in (cut["from"], cut["to"])]))
+    assert len(cuts) == 1
+    assert ends[:, 0] == pytest.approx([town.X + 120] * 2, abs=0.4), "where the heights of the halves differ"
+    assert sorted(ends[:, 1]) == pytest.approx([town.Y + 30, town.Y + 40], abs=0.4)
+    return {**cuts[0], "place": (np.array(cuts[0]["from"]) + cuts[0]["to"]) / 2}
+
+
+def drawn_at(page: Chromium, local: FloatArray) -> tuple[float, float]:
+    x, y = on_page(page, world_of(page, local[None]))[0]
+    return float(x), float(y)
+
+
+def is_told(page: Chromium, cut: dict[str, Any]) -> None:
+    page.wait("document.querySelector('#tool-result dd')")
+    rows = [
+        line.strip()
+        for line in page.run("document.getElementById('tool-result').innerText").splitlines()
+        if line.strip()
+    ]
+    assert rows[0] == "Cut line"
+    said = dict(zip(rows[1::2], rows[2::2], strict=True))
+    assert said["Outline"] == town.DOUBLE
+    assert float(said["Confidence"]) == pytest.approx(cut["confidence"], abs=0.006)
+    assert 0.5 < float(said["Confidence"]) <= 1
+    step = float(said["Roofs differ by"].removesuffix(" m"))
+    assert step == pytest.approx(3.0, abs=0.1), "as much as the halves do"
+
+
+def test_a_click_on_a_cut_line_tells_its_evidence(page: Chromium) -> None:
+    cut = accepted_cut(page)
+    at = drawn_at(page, cut["place"])
+    page.click(*at)
+    page.wait("document.querySelector('#panel-body table')")
+    assert page.run("document.getElementById('tool-panel').hidden"), "a layer that is not shown is not clicked"
+    page.key("Escape")
+    page.wait("document.getElementById('panel').hidden")
+    check(page, "layer-cuts")
+    page.run("cityflowView.stage.look([-20, -86, 92], [-20, 4, 3])")
+    page.wait(SETTLED)
+    page.click(*at)
+    is_told(page, cut)
+    assert page.run("document.getElementById('panel').hidden"), "it is the line that was clicked"
+    page.key("Escape")
+    page.wait("document.getElementById('tool-panel').hidden")
+    page.click(at[0] + 40, at[1])
+    page.wait("document.querySelector('#panel-body table')")
+    assert page.run("document.getElementById('tool-panel').hidden"), "beside the line stands a building"
+
+
+def test_enter_tells_the_evidence_of_a_cut_line_in_the_middle(page: Chromium) -> None:
+    cut = accepted_cut(page)
+    check(page, "layer-cuts")
+    place = cut["place"]
+    page.run(f"cityflowView.stage.look({(place + np.array([3, -30, 40])).tolist()}, {place.tolist()})")
+    page.run("document.getElementById('canvas').focus()")
+    page.wait(SETTLED)
+    page.key("Enter")
+    is_told(page, cut)
+
+
+def seen_from(page: Chromium) -> tuple[FloatArray, FloatArray]:
+    """Where the camera stands, and what it looks at."""
+    place = np.array(page.run("cityflowView.stage.place"))
+    return place[:3], place[3:]
+
+
+def angles(way: FloatArray) -> tuple[float, float]:
+    """Of the way from what is looked at to the camera: about the vertical, and from the vertical, radians."""
+    return float(np.arctan2(way[1], way[0])), float(np.arccos(way[2] / np.linalg.norm(way)))
+
+
+def test_the_right_button_turns_about_what_one_looks_at(page: Chromium) -> None:
+    height = page.run("cityflowView.stage.size[1]")
+    eye0, at0 = seen_from(page)
+    page.drag((700, 400), (800, 340), "right")
+    page.wait(SETTLED)
+    eye1, at1 = seen_from(page)
+    assert at1 == pytest.approx(at0, abs=0.002), "it stays in the middle"
+    assert np.linalg.norm(eye1 - at1) == pytest.approx(np.linalg.norm(eye0 - at0), rel=1e-3), "as far away"
+    (round0, down0), (round1, down1) = angles(eye0 - at0), angles(eye1 - at1)
+    assert (round1 - round0 + np.pi) % (2 * np.pi) - np.pi == pytest.approx(-2 * np.pi * 100 / height, rel=0.02)
+    assert down1 - down0 == pytest.approx(2 * np.pi * 60 / height, rel=0.02), "upwards, the eye sinks"
+    assert page.run("document.getElementById('panel').hidden"), "no building is chosen by it"
+
+
+def test_the_left_button_moves_what_one_looks_at_with_the_pointer(page: Chromium) -> None:
+    eye0, at0 = seen_from(page)
+    before = on_page(page, world_of(page, at0[None]))[0]
+    page.drag((700, 400), (790, 430))
+    page.wait(SETTLED)
+    eye1, at1 = seen_from(page)
+    assert eye1 - eye0 == pytest.approx(at1 - at0, abs=0.003), "nothing turns"
+    assert np.linalg.norm(at1 - at0) > 5
+    assert at1[2] == pytest.approx(at0[2], abs=0.01), "along the ground"
+    moved = on_page(page, world_of(page, at0[None]))[0] - before
+    assert moved == pytest.approx([90, 30], abs=6)
+    assert page.run("document.getElementById('panel').hidden"), "no building is chosen by it"
+
+
+def test_plus_comes_nearer_to_what_is_in_the_middle_and_minus_goes_back(page: Chromium) -> None:
+    page.run("document.getElementById('canvas').focus()")
+    eye0, at0 = seen_from(page)
+    for _ in range(5):
+        page.key("+")
+    page.wait(SETTLED)
+    eye1, at1 = seen_from(page)
+    assert np.linalg.norm(eye1 - at1) == pytest.approx(np.linalg.norm(eye0 - at1) * 0.8**5, rel=1e-3)
+    assert np.cross(eye1 - at1, eye0 - at0) / np.linalg.norm(eye0 - at0) ** 2 == pytest.approx(0, abs=1e-3), "in line"
+    for _ in range(5):
+        page.key("-")
+    page.wait(SETTLED)
+    eye2, _ = seen_from(page)
+    assert eye2 == pytest.approx(eye0, abs=0.05)
+
+
+def test_the_images_of_a_building_are_told_by_their_shares(browser: Chromium, painted: Path, tmp_path: Path) -> None:
+    shutil.copytree(painted, tmp_path / "run", ignore=shutil.ignore_patterns("work", "records", "surface.zarr"))
+    units = json.loads((tmp_path / "run/view/data/units/900_4600.json").read_text())
+    (leaf,) = (tmp_path / "run/view/data/images").glob(f"{units[town.FLAT]['leaf']}.json")
+    shares = [
+        ["nadir_07.jpg", 0.612],
+        ["left_03.jpg", 0.3],
+        ["right_11.jpg", 0.087],
+        ["left_04.jpg", 0.0],
+        ["right_12.jpg", 0.0],
+    ]
+    leaf.write_text(json.dumps({**json.loads(leaf.read_text()), town.FLAT: shares}))
+    with served(tmp_path / "run") as address:
+        browser.open(address, READY)
+        browser.run(f"cityflowView.choose('{town.FLAT}')")
+        browser.wait("document.querySelector('#panel-body table')")
+        rows = browser.run(
+            """[...document.querySelectorAll('#panel-body details')].filter((d) => d.innerText.startsWith('Images'))
+            .flatMap((d) => [...d.querySelectorAll('dt')].map((t) => [t.innerText, t.nextElementSibling.innerText]))"""
+        )
+        browser.open("about:blank")
+    names = ["nadir_07.jpg", "left_03.jpg", "right_11.jpg", "2 more"]
+    assert [name for name, _ in rows] == names
+    assert [float(share.split()[0].rstrip("%")) for _, share in rows[:3]] == pytest.approx([61.2, 30, 8.7], abs=0.6)
+    assert rows[3][1].startswith("less than 0.1")

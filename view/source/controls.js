@@ -17,6 +17,8 @@ export function wireControls(page, { choose }) {
     byId(`tool-${name}`).addEventListener('click', () => {
       fold(false);
       tools.start(name);
+      // so that keys move the city at once, and Enter takes a place
+      if (tools.active) stage.canvas.focus();
     });
   }
   byId('layers-open').addEventListener('click', () => fold(!byId('layers').classList.contains('open')));

@@ -1,5 +1,6 @@
 // The page comes together: what was written for it is read, and its controls are wired.
 import { Vector3 } from 'three';
+import { markMiddle } from './aim.js';
 import { City } from './city.js';
 import { wireControls } from './controls.js';
 import { evidenceOf, pickCut } from './cuts.js';
@@ -17,6 +18,7 @@ import { Tools } from './tools.js';
 
 const CLICK_PIXELS = 5;
 const OVERLAYS = ['points', 'dsm', 'cuts', 'failures'];
+const NEARER = { '+': 0.8, '=': 0.8, '-': 1.25 };
 
 window.cityflowView = {
   isReady: false, errors: [],
@@ -62,6 +64,7 @@ async function start() {
   Object.assign(window.cityflowView, page, { choose: (id) => choose(page, id) });
   wireLayers(page);
   wireCanvas(page);
+  markMiddle(stage, tools);
   wireControls(page, { choose: (id) => choose(page, id) });
   fillSearch(index.units, (unit) => {
     choose(page, unit.id);
@@ -177,10 +180,18 @@ function wireCanvas(page) {
     if (hit) stage.approach(hit.place, Math.max(25, 0.4 * stage.camera.position.distanceTo(hit.place)));
     return undefined;
   });
-  stage.canvas.addEventListener('keydown', (event) => {
-    if (event.key === 'Enter' && tools.active) tools.finish();
-    else if (event.key === 'Enter') chooseMiddle(page);
-  });
+  stage.canvas.addEventListener('keydown', (event) => keyed(page, event));
+}
+
+/** Enter does what a click in the middle does; plus and minus come nearer to what stands there, and go back from it. */
+function keyed(page, { key, shiftKey, ctrlKey, metaKey, repeat }) {
+  const { stage, city, tools } = page;
+  if (key === 'Enter' && !repeat) {
+    if (tools.active && shiftKey) tools.finish();
+    else clicked(page, stage.middle);
+  } else if (key in NEARER && !ctrlKey && !metaKey) {
+    stage.nearer(NEARER[key], city.pick(stage.ndc(stage.middle))?.place);
+  }
 }
 
 /** A tool takes the click, else a failed outline or cut line that is drawn there, else the building. */
@@ -194,11 +205,6 @@ function clicked(page, event) {
   city.raycaster.setFromCamera(ndc, stage.camera);
   const [failure] = city.raycaster.intersectObjects(layers.objects('failures').filter((o) => o.userData.unit), false);
   return choose(page, failure ? failure.object.userData.unit : (hit?.unit ?? null), hit?.surface);
-}
-
-function chooseMiddle(page) {
-  const hit = page.city.pick(page.stage.middle);
-  choose(page, hit?.unit ?? null, hit?.surface);
 }
 
 function choose(page, id, surface = null) {

@@ -86,6 +86,14 @@ export class Stage {
     this.#glideTo(back.add(place).toArray(), place.toArray());
   }
 
+  /** Come nearer to a place that one looks at, or go back from it: the distance is multiplied by `factor`. */
+  nearer(factor, place = this.controls.target) {
+    if (this.isFlying) return;
+    const way = this.camera.position.clone().sub(place);
+    way.setLength(MathUtils.clamp(factor * way.length(), this.controls.minDistance, this.controls.maxDistance));
+    this.look(way.add(place).toArray(), place.toArray());
+  }
+
   #glideTo(from, at) {
     const [from0, at0] = [this.camera.position.clone(), this.#ahead()];
     const [from1, at1] = [new Vector3(...from), new Vector3(...at)];
@@ -177,10 +185,10 @@ export class Stage {
     return new Vector2(((clientX - left) / width) * 2 - 1, 1 - ((clientY - top) / height) * 2);
   }
 
-  /** Device coordinates of what one looks at. */
+  /** Where a pointer would be that points at what one looks at: the middle of what no panel covers. */
   get middle() {
-    const { x, y } = this.#ahead().project(this.camera);
-    return new Vector2(x, y);
+    const [clientX, clientY] = this.onPage(this.#ahead());
+    return { clientX, clientY };
   }
 
   /** Where a place is drawn, in pixels of the page; null behind the camera. */

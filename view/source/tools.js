@@ -12,10 +12,10 @@ import { profileOf, sectionTriangles } from './section.js';
 import { drawProfile, LINES } from './profile.js';
 
 const TOOLS = {
-  distance: { points: 2, hint: 'Click two places. Esc ends.' },
-  area: { points: Infinity, hint: 'Click the corners one after the other; Enter or a double click closes the area. Esc ends.' },
-  section: { points: 2, hint: 'Click where the section begins and where it ends. Esc ends.' },
-  residuals: { points: 1, hint: 'Click a building. Esc ends.' },
+  distance: { points: 2, hint: 'Click two places, or bring them to the middle and press Enter. Esc ends.' },
+  area: { points: Infinity, hint: 'Click the corners one after the other, or press Enter in the middle; a double click or Shift and Enter closes the area. Esc ends.' },
+  section: { points: 2, hint: 'Click where the section begins and where it ends, or bring both to the middle and press Enter. Esc ends.' },
+  residuals: { points: 1, hint: 'Click a building, or press Enter for the one in the middle. Esc ends.' },
 };
 const INK = '#d6007a';
 
@@ -85,6 +85,7 @@ export class Tools {
     if (this.places.length >= TOOLS[this.active].points) this.places = [];
     this.places.push(hit.place.clone());
     this.#drawWay();
+    say(this.places.length === 1 ? 'One place is taken.' : `${this.places.length} places are taken.`);
     if (this.active === 'distance' && this.places.length === 2) this.#distance();
     if (this.active === 'area' && this.places.length > 2) this.#area();
     if (this.active === 'section' && this.places.length === 2) await this.#section();
@@ -92,7 +93,7 @@ export class Tools {
     return undefined;
   }
 
-  /** Enter or a double click: the area is closed, and the next click begins another. */
+  /** A double click, or Shift and Enter: the area is closed, and the next click begins another. */
   finish() {
     if (this.active !== 'area' || this.places.length < 3) return;
     this.#area();
