@@ -283,3 +283,24 @@ def test_three_windows_are_no_window_with_its_shutters() -> None:
     assert counts.true == 22
     assert counts.recall >= 0.9
     assert counts.precision >= 0.9
+
+
+@pytest.mark.parametrize(("style", "least"), [("glass", 5), ("mirror", 8)])
+def test_facades_of_glass_say_so_and_no_ratio(style: str, least: int) -> None:
+    rng = np.random.default_rng(13)
+    drawn = [
+        draw_hard_facade(style, CLEAR, rng) if style in WINDOWLESS else draw_facade(style, CLEAR, rng)  # type: ignore[arg-type]
+        for _ in range(10)
+    ]
+    found = [find_windows(*textured(d), P) for d in drawn]
+    refused = [f for f in found if f.reason]
+    assert len(refused) >= least
+    assert all(f.window_to_wall is None and not f.openings for f in refused)
+
+
+@pytest.mark.parametrize("style", ["plain", "shutters", "cornices", "slabs", "shops"])
+def test_walls_with_windows_are_never_said_to_be_of_glass(style: str) -> None:
+    rng = np.random.default_rng(14)
+    for _ in range(4):
+        drawn = draw_hard_facade(style, CLEAR, rng) if style in HARD else draw_facade(style, CLEAR, rng)  # type: ignore[arg-type]
+        assert find_windows(*textured(drawn), P).reason == ""

@@ -12,7 +12,7 @@ from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpeni
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.fitting import fitted
 from cityflow.windows.panels import JOINT_PX, barred, panelled
-from cityflow.windows.picture import picture_of
+from cityflow.windows.picture import Picture, picture_of
 from cityflow.windows.search import PERHAPS, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters
@@ -71,15 +71,17 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     if panelled(found.bounds[telling], JOINT_PX * picture.cell):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
-    if covered > parameters.most_glass * seen_m2 or (_few_are_sure(openings) and barred(picture)):
+    if covered > parameters.most_glass * seen_m2 or _is_glass(openings, picture):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
     ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None
     return FaceOpenings(face.key, openings, storeys, area, seen_m2, ratio)
 
 
-def _few_are_sure(openings: Sequence[Opening]) -> bool:
-    return sum(o.confidence >= SURE for o in openings) < FEW
+def _is_glass(openings: Sequence[Opening], picture: Picture) -> bool:
+    """Whether bars run from end to end; they do not speak against windows that are sure."""
+    sure = sum(o.confidence >= SURE for o in openings)
+    return sure < FEW and barred(picture, sure == 0)
 
 
 def _openings(face: FacePlane, found: Found, parameters: WindowParameters) -> tuple[Opening, ...]:

@@ -11,13 +11,18 @@ JOINT_M, JOINT_PX = 0.3, 3.0
 """What parts panels, at most; in cells where these are coarse."""
 LAP_M = 0.2
 """By which neighbours may overlap: sides are found to a cell or so."""
-BANDS, THROUGH, BAR_SIGMAS = 12, 0.8, 1.5
+BANDS, LEAST_KNOWN, THROUGH, BAR_SIGMAS = 12, 6, 0.8, 2.0
+"""Equal parts of a line, how many of them must show true texture, share of those in which a bar shows, and by how much of what differs from part to part."""
 LEAST_BAR = 0.01
 """Difference of the square root of brightness; on a quiet wall anything is more than its scatter."""
 BAR_SIDE_M = 0.16
 """What is beside a bar."""
 LEAST_BARS, BAR_EVERY_M = (4, 2), (2.2, 3.8)
 """Bars, upright and level, at least, and farthest apart in the mean."""
+LEAST_MULLIONS, MULLION_EVERY_M = 6, (0.7, 1.7)
+"""Upright bars that say it alone, at least, and how far apart in the mean."""
+LEAST_HIGH_M = 4.0
+"""Of a façade that upright bars alone say something of: on one of a single storey doors stand from end to end."""
 LEAST_BOXES, MOST_TIGHT = 6, 0.4
 """Boxes that say what a façade is of, and share of them that may have close neighbours both beside and above or below."""
 
@@ -46,12 +51,23 @@ def _close(boxes: FloatArray, axis: int, joint: float) -> BoolArray:
     return np.asarray(near.any(axis=1))
 
 
-def barred(picture: Picture) -> bool:
-    """Whether thin bars run over the whole façade, upright and level, closer than storeys and columns of windows are: a curtain of glass, or panels."""
+def barred(picture: Picture, empty: bool = False) -> bool:
+    """Whether thin bars run over the whole façade, upright and level, closer than storeys and columns of windows are: a curtain of glass, or panels.
+
+    Parameters
+    ----------
+    empty : nothing on the façade is surely a window: then upright bars alone say it, where they are as close as mullions, not as boards
+    """
     rows, cols = picture.light.shape
-    upright = _through_lines(picture.light, picture)
-    level = _through_lines(np.ascontiguousarray(picture.light.T), picture)
     wide, high = cols * picture.cell, rows * picture.cell
+    upright = _through_lines(picture.light, picture)
+    if (
+        empty
+        and high >= LEAST_HIGH_M
+        and max(LEAST_MULLIONS, wide / MULLION_EVERY_M[1]) <= upright <= wide / MULLION_EVERY_M[0]
+    ):
+        return True
+    level = _through_lines(np.ascontiguousarray(picture.light.T), picture)
     return upright >= max(LEAST_BARS[0], wide / BAR_EVERY_M[0]) and level >= max(LEAST_BARS[1], high / BAR_EVERY_M[1])
 
 
@@ -65,9 +81,10 @@ def _through_lines(light: Float32Array, picture: Picture) -> int:
     off = np.where(seen, light - beside, 0.0)
     bands = np.array([b.sum(axis=0) for b in np.array_split(off, BANDS)])
     count = np.array([b.sum(axis=0) for b in np.array_split(seen, BANDS)])
-    mean = np.where(count >= 2, bands / np.maximum(count, 1), 0.0)
-    noise = 1.48 * np.median(np.abs(mean), axis=1, keepdims=True)
-    through = (np.abs(mean) > np.maximum(BAR_SIGMAS * noise, LEAST_BAR)).mean(axis=0) >= THROUGH
+    mean, known = bands / np.maximum(count, 1), count >= 2
+    noise = 1.48 * np.median(np.abs(mean - np.median(mean, axis=0)), axis=1, keepdims=True)
+    bars = known & (np.abs(mean) > np.maximum(BAR_SIGMAS * noise, LEAST_BAR))
+    through = (known.sum(axis=0) >= LEAST_KNOWN) & (bars.sum(axis=0) >= THROUGH * known.sum(axis=0))
     return _apart(np.flatnonzero(through[side:-side]), picture.pixels(0.5))
 
 

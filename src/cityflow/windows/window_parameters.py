@@ -12,7 +12,9 @@ from cityflow.core.parameters import Parameters
 class WindowParameters(Parameters):
     """What counts as a window, and how sure one has to be."""
 
-    when: Literal["auto", "never"] = Field("auto", description="auto: where photographs show the unit; an ortho alone shows no wall")
+    when: Literal["auto", "never"] = Field(
+        "auto", description="auto: where photographs show the unit; an ortho alone shows no wall"
+    )
     least_m: float = Field(0.4, ge=0.2, le=2, description="shortest side of a window, m")
     most_m: float = Field(4.0, ge=1, le=10, description="longest side of a window, m")
     most_aspect: float = Field(4.0, ge=1, le=20, description="long by short side of a window")
