@@ -304,3 +304,11 @@ def test_walls_with_windows_are_never_said_to_be_of_glass(style: str) -> None:
     for _ in range(4):
         drawn = draw_hard_facade(style, CLEAR, rng) if style in HARD else draw_facade(style, CLEAR, rng)  # type: ignore[arg-type]
         assert find_windows(*textured(drawn), P).reason == ""
+
+
+def test_many_windows_that_are_nearly_sure_speak_against_glass() -> None:
+    """Wings of shutters in line from foot to eaves, and windows of 0.8 to 0.9 between them."""
+    drawn = nth("shutters", (71, 3), 4)
+    counts = counted(drawn, find_windows(*textured(drawn), P))
+    assert counts.true == 25
+    assert counts.recall >= 0.9

@@ -22,7 +22,8 @@ UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
 SURE, FEW = 0.9, 4
-"""Confidence of windows, and their number, from which bars from end to end do not say that a wall is of glass."""
+LIKELY, MANY = 0.7, 8
+"""Confidences of windows, and their numbers, from which bars from end to end do not say that a wall is of glass; of likely ones it must be most."""
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25
 """Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
@@ -80,8 +81,10 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
 
 def _is_glass(openings: Sequence[Opening], picture: Picture) -> bool:
     """Whether bars run from end to end; they do not speak against windows that are sure."""
-    sure = sum(o.confidence >= SURE for o in openings)
-    return sure < FEW and barred(picture, sure == 0)
+    sure, likely = (sum(o.confidence >= least for o in openings) for least in (SURE, LIKELY))
+    if sure >= FEW or likely >= max(MANY, len(openings) / 2):
+        return False
+    return barred(picture, likely == 0)
 
 
 def _openings(face: FacePlane, found: Found, parameters: WindowParameters) -> tuple[Opening, ...]:
