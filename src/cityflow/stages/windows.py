@@ -24,7 +24,7 @@ from cityflow.windows.find import find_unit_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters
 
 STAGE = "windows"
-VERSION = 7
+VERSION = 8
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
 """Sine of the tilt up to which a face is a wall."""
