@@ -118,7 +118,7 @@ def test_who_is_surer_is_right_more_often() -> None:
 def test_doors_are_where_doors_are() -> None:
     rng, right, wrong = np.random.default_rng(5), 0, 0
     for style in ("plain", "frames", "double", "blinds") * 2:
-        drawn = draw_facade(style, CLEAR, rng)  # type: ignore[arg-type]
+        drawn = draw_facade(style, CLEAR, rng)
         doors = np.array([o.bounds for o in find_windows(*textured(drawn), P).openings if o.kind == "door"])
         true = drawn.openings[drawn.openings[:, 4] == DOOR][:, [0, 2, 1, 3]]
         shared = intersection_over_union(doors.reshape(-1, 4), true).max(axis=1, initial=0.0)

@@ -63,7 +63,13 @@ class Camera:
         height, width = level_shape(self.height, self.width, level)
         scale = 0.5**level
         return replace(
-            self, width=width, height=height, fx=self.fx * scale, fy=self.fy * scale, cx=self.cx * scale, cy=self.cy * scale
+            self,
+            width=width,
+            height=height,
+            fx=self.fx * scale,
+            fy=self.fy * scale,
+            cx=self.cx * scale,
+            cy=self.cy * scale,
         )
 
     def distort(self, normal: FloatArray) -> FloatArray:
