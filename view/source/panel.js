@@ -71,7 +71,7 @@ export class Panel {
     const command = unit.status === 'refused' ? `cityflow explain ${this.wired.run} ${id.startsWith('-') ? '-- ' : ''}${quoted}` : `cityflow rerun ${this.wired.run} --unit ${quoted}`;
     const field = element('input', { type: 'text', readonly: true, value: command, id: 'panel-command', 'aria-label': 'Command', onfocus: (event) => event.target.select() });
     const button = element('button', { type: 'button', onclick: (event) => copied(field, event.target) }, 'Copy');
-    const why = unit.status === 'refused' ? 'Its outline must be mended in the source. What is known of it:' : 'Make this building again; --set key=value after it changes a parameter:';
+    const why = unit.status === 'refused' ? 'Its outline must be mended in the source. What is known of it:' : 'Make this building again; --set key=value after it changes a parameter of this building, --clear-overrides undoes that:';
     return element('div', { class: 'command' }, element('label', { for: 'panel-command' }, why), element('div', { class: 'row' }, field, button));
   }
 

@@ -21,6 +21,8 @@ METRIC_REMEDY = (
     "name a projected CRS in metres, such as EPSG:25833 or EPSG:7415, and reproject the data to it; or use 'local'"
 )
 FOOT = 0.3048
+MARGIN_DEG = 1 / 3
+"""So far beyond a CRS's area of use, as the register has it, coordinates may still be meant."""
 
 
 @lru_cache(maxsize=64)
@@ -171,7 +173,7 @@ def geographic_bounds(reference: Reference, bounds: Bounds) -> Bounds | None:
 
 
 def fits(reference: Reference, bounds: Bounds) -> bool:
-    """True where `bounds` meets the CRS's area of use (with a margin of one degree); always for a local frame."""
+    """True where `bounds` meets the CRS's area of use (with a margin of a third of a degree); always for a local frame."""
     crs = horizontal_crs(reference)
     if crs is None or crs.area_of_use is None:
         return True
@@ -179,7 +181,8 @@ def fits(reference: Reference, bounds: Bounds) -> bool:
     west, south, east, north = crs.area_of_use.bounds
     if degrees is None or west > east:
         return degrees is not None
-    return degrees[0] <= east + 1 and degrees[2] >= west - 1 and degrees[1] <= north + 1 and degrees[3] >= south - 1
+    away = (degrees[0] - east, west - degrees[2], degrees[1] - north, south - degrees[3])
+    return max(away) <= MARGIN_DEG
 
 
 def suspicion(reference: Reference, bounds: Bounds) -> str:

@@ -225,7 +225,9 @@ def _check_whole(catalog: Catalog, seen: Seen) -> None:
     if reference.is_local:
         seen.say(Level.NOTE, catalog.href, "a local frame: products carry no CRS")
     elif reference.vertical_epsg is None:
-        remedy = "make the catalog again with a compound CRS, such as EPSG:7415"
+        remedy = (
+            f"make the catalog again with the code of the heights' datum behind a plus: --crs {reference.code}+NNNN"
+        )
         seen.say(Level.WARNING, catalog.href, f"{reference.code} does not say what heights refer to", remedy)
     if not catalog.lidar and not catalog.images and "dsm" not in catalog.rasters:
         remedy = "make the catalog again with --lidar, --images or --dsm"

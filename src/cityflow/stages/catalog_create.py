@@ -170,7 +170,9 @@ def common_reference(headers: Sequence[LasHeader], crs: str | None) -> tuple[Ref
             raise CatalogError(doubt, where=header.path, remedy="reproject the file to a projected CRS in metres")
         notes += [f"{Path(header.path).name}: {doubt}"] if doubt else []
     if reference.vertical_epsg is None and not reference.is_local:
-        notes.append(f"{reference.code} says nothing about heights; a compound code would (for example EPSG:7415)")
+        notes.append(
+            f"{reference.code} says nothing about heights; {reference.code}+NNNN would, with the code of their datum"
+        )
     return reference, notes
 
 

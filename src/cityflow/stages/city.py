@@ -140,8 +140,17 @@ class CitySource:
         outlines = self.survey.catalog.outlines
         given = outlines.count if outlines is not None and self.survey.outlines_given and self.area.is_everywhere else 0
         files = len(self.survey.files) + self.survey.outlines_given
-        return {"ingest": files if self.area.is_everywhere else 0, "surface": tiles, "outline": tiles,
+        return {"ingest": files if self.area.is_everywhere else 0, **self._expected_of_images(), "surface": tiles, "outline": tiles,
                 **({"units": tiles} if self.survey.splits else {}), "reconstruct": given, "export": tiles + 1}  # fmt: skip
+
+    def _expected_of_images(self) -> dict[str, int]:
+        """Of the stages that images alone have; an area needs more, of the tiles around it."""
+        if self.survey.door != IMAGES:
+            return {}
+        images, tiles = self.survey.images, [t for t in self.survey.tiles.values() if self.area.meets(t.bounds)]
+        return {"match": sum(len(images.flight_tiles(t)) for t in tiles), "fuse": len(tiles), "ortho": len(tiles),
+                "frame": len(images.frame_units_over([t.name for t in tiles])),
+                "walls": len(tiles) if self.survey.sees_walls else 0}  # fmt: skip
 
     def _pictures(self, tiles: list[str]) -> Iterator[Node]:
         """Orthos of the tiles and of the frames that look at them."""

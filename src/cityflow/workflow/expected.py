@@ -24,7 +24,7 @@ class Cost:
 
 COSTS = {
     "ingest": Cost("ingest", 1.0, 400.0, 4.0),
-    "match": Cost("match", 30.0, 1500.0, 10.0),
+    "match": Cost("match", 10.0, 1500.0, 10.0),
     "fuse": Cost("fuse", 10.0, 1500.0, 10.0),
     "surface": Cost("surface", 6.0, 900.0, 4.0),
     "ortho": Cost("ortho", 5.0, 1000.0, 20.0),

@@ -94,6 +94,10 @@ def print_plan(
         f"Expected with {n} workers: {_duration(seconds)}; {memory:,.0f} MB of memory a worker; {disk:,.0f} MB of disk",
         markup=False,
     )
+    if not plans.get(reconstruct.STAGE, StagePlan()).total:
+        console.print(
+            "Splitting, models, textures and windows come on top: nobody knows the buildings yet.", markup=False
+        )
 
 
 def _table(plans: dict[str, StagePlan], costs: dict[str, Cost]) -> Table:

@@ -8,7 +8,7 @@ import shlex
 import sys
 import webbrowser
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -98,7 +98,7 @@ def bring_up_to_date(url: str, console: Console) -> None:
         return
     with Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    if before and before["state"] == state_of(records):
+    if before and before["state"] == state_of(records) and _has_its_city(run.store, before):
         return
     if before and sum(before["counts"].values()) and not records.of(reconstruct.STAGE):
         console.print("Note: shown as it was when it was last written; its inputs have changed since, run it again.")
@@ -129,10 +129,15 @@ def reader(store: Store) -> Read:
     return read
 
 
+def _has_its_city(store: Store, before: Mapping[str, Any]) -> bool:
+    """Whether the tilesets that the page reads are still there."""
+    return all(store.exists(path) for path in before.get("sets", {}).values() if path)
+
+
 def _before(store: Store) -> dict[str, Any]:
     """What the page of before says of the city; nothing where there is no whole page."""
     try:
         said = json.loads(store.read_bytes(CITY))
         return dict(said) if store.exists(PAGE) and {"state", "counts"} <= set(said) else {}
-    except (FileNotFoundError, ValueError):
+    except (FileNotFoundError, NotADirectoryError, ValueError):
         return {}

@@ -151,7 +151,11 @@ class _View:
         for name, file in (("rectified", PORTABLE), ("raw", RAW)):
             found[name] = f"{TILES3D}/{file}" if self.run.store.exists(f"{TILES3D}/{file}") else None
             exported = [p for r in self.records.of(export.STAGE) for p in r.outputs if p.startswith(f"{TILES3D}/")]
-            own = [] if found[name] else sorted(p for p in exported if p.endswith(f"/{file}"))
+            own = (
+                []
+                if found[name]
+                else [p for p in sorted(exported) if p.endswith(f"/{file}") and self.run.store.exists(p)]
+            )
             if own:
                 tiles = {f"{TO_RUN}/{path}": data for path, data in self.run.store.read_many(own)}
                 for path, data in city_tilesets(tiles, About(self.data.title), file).items():
