@@ -7,7 +7,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.core.pixels import PixelArray, Pixels
+from cityflow.core.pixels import PixelArray, PixelsOf
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.io.images import open_image
 from cityflow.io.stac import read_catalog
@@ -198,28 +197,11 @@ def part_name(part: int) -> str:
 
 
 @dataclass(frozen=True)
-class Misexposed:
+class Misexposed(PixelsOf):
     """An image that was exposed otherwise: its light times a factor, and an offset that haze or the file's maker left, cut off at white as sensors do."""
 
-    pixels: Pixels
     factor: float
     offset: float
-
-    @property
-    def height(self) -> int:
-        return self.pixels.height
-
-    @property
-    def width(self) -> int:
-        return self.pixels.width
-
-    @property
-    def bands(self) -> int:
-        return self.pixels.bands
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.pixels.dtype
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:
         c = self.pixels.window(rows, cols, level).astype(np.float32) / 255.0

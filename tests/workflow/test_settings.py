@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from cityflow.core.parameters import merged
 from cityflow.errors import WorkflowError
 from cityflow.stages.area import Area
+from cityflow.stages.parameters import CityParameters
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import with_settings
@@ -99,3 +102,23 @@ def test_only_settings_of_the_report_change_a_report() -> None:
         with_settings(run, ["reconstruct.methods=[extruded]"])
     with pytest.raises(WorkflowError, match=r"unknown key 'report\.list'; the nearest known one is 'report\.listed'"):
         with_settings(run, ["report.list=3"])
+
+
+@pytest.mark.parametrize(
+    ("setting", "kept"),
+    [
+        (
+            "image_surface.dtm.windows.step_m=0.8",
+            lambda c: (c.image_surface.dtm.method, c.image_surface.dtm.windows.rise_m),
+        ),
+        (
+            "image_surface.cover.water_share=0.2",
+            lambda c: (c.image_surface.cover.level_share, c.image_surface.cover.water_area_m2),
+        ),
+        ("execution.match.memory_mb=2000", lambda c: c.execution.match.time_s),
+    ],
+)
+def test_a_setting_changes_its_key_alone(setting: str, kept: Callable[[CityParameters], object]) -> None:
+    workflow = checked(merged({"name": "w"}, parse_setting(setting)), where="here")
+    assert kept(workflow.city) == kept(CityParameters())
+    assert workflow.city != CityParameters()

@@ -82,10 +82,32 @@ class ArrayPixels:
 
 
 @dataclass(frozen=True)
-class ReducedPixels:
-    """A pyramid level of an image as an image of its own."""
+class PixelsOf:
+    """What an image made of another one has in common with it; its window is its own."""
 
     pixels: Pixels
+
+    @property
+    def height(self) -> int:
+        return self.pixels.height
+
+    @property
+    def width(self) -> int:
+        return self.pixels.width
+
+    @property
+    def bands(self) -> int:
+        return self.pixels.bands
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.pixels.dtype
+
+
+@dataclass(frozen=True)
+class ReducedPixels(PixelsOf):
+    """A pyramid level of an image as an image of its own."""
+
     of_level: int
 
     @property
@@ -95,14 +117,6 @@ class ReducedPixels:
     @property
     def width(self) -> int:
         return level_shape(self.pixels.height, self.pixels.width, self.of_level)[1]
-
-    @property
-    def bands(self) -> int:
-        return self.pixels.bands
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.pixels.dtype
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:
         return self.pixels.window(rows, cols, level + self.of_level)

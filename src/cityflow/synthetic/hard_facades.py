@@ -298,12 +298,20 @@ def _cladding(rng: np.random.Generator) -> _Canvas:
     canvas = _blank(rng)
     wide, high = rng.uniform(0.6, 1.8), rng.uniform(0.5, 1.4)
     scatter, joint = rng.uniform(0.03, 0.2), rng.uniform(30, 90)
+    _tile(canvas, (wide, high), scatter, (2, joint), rng)
+    return canvas
+
+
+def _tile(
+    canvas: _Canvas, size: tuple[float, float], scatter: float, joint: tuple[int, float], rng: np.random.Generator
+) -> None:
+    """Cover the wall with panels of a size in metres, of scattered brightness; a joint is so many fine pixels wide and so bright."""
+    (wide, high), (px, tone) = size, joint
     for x in np.arange(0, canvas.size_m[0], wide):
         for y in np.arange(0, canvas.size_m[1], high):
             part = window_part(canvas.image, canvas.size_m[1], np.array([x, x + wide, y, y + high]))
             part *= 1 + scatter * rng.standard_normal()
-            part[:2], part[:, :2] = joint, joint
-    return canvas
+            part[:px], part[:, :px] = tone, tone
 
 
 def _timber(rng: np.random.Generator) -> _Canvas:
@@ -338,11 +346,7 @@ def _mirror(rng: np.random.Generator) -> _Canvas:
     canvas.image = ((sky - 60 * y)[..., None] * np.array([0.85, 0.95, 1.1])).astype(np.float32)
     wide, high, bar = rng.uniform(0.8, 2.0), rng.uniform(1.0, 3.2), rng.choice([20.0, 80.0, 200.0])
     spread = rng.uniform(0.02, 0.25)
-    for x in np.arange(0, canvas.size_m[0], wide):
-        for z in np.arange(0, canvas.size_m[1], high):
-            part = window_part(canvas.image, canvas.size_m[1], np.array([x, x + wide, z, z + high]))
-            part *= 1 + spread * rng.standard_normal()
-            part[:3], part[:, :3] = bar, bar
+    _tile(canvas, (wide, high), spread, (3, bar), rng)
     return canvas
 
 

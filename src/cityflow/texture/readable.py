@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import MutableMapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
-
-import numpy as np
 
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.pixels import PixelArray, Pixels
+from cityflow.core.pixels import PixelArray, PixelsOf
 from cityflow.errors import CityflowError
 
 
-@dataclass(frozen=True, slots=True)
-class WatchedPixels:
+@dataclass(frozen=True)
+class WatchedPixels(PixelsOf):
     """Pixels of an image, as they are.
 
     Attributes
@@ -22,25 +19,8 @@ class WatchedPixels:
     lost : image name → what was wrong; gets this image when reading it fails
     """
 
-    pixels: Pixels
     name: str
     lost: MutableMapping[str, str]
-
-    @property
-    def height(self) -> int:
-        return self.pixels.height
-
-    @property
-    def width(self) -> int:
-        return self.pixels.width
-
-    @property
-    def bands(self) -> int:
-        return self.pixels.bands
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.pixels.dtype
 
     def window(self, rows: tuple[int, int], cols: tuple[int, int], level: int = 0) -> PixelArray:
         """As in `Pixels`; what goes wrong is noted and raised."""

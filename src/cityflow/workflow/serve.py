@@ -7,9 +7,9 @@ import os
 import shlex
 import sys
 import webbrowser
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import chain, count
 from typing import Any
 
 from rich.console import Console
@@ -72,13 +72,16 @@ def distinct_names(urls: Sequence[str]) -> list[str]:
 
     >>> distinct_names(["runs/delft/", "s3://city/delft", "view"])
     ['delft', 'delft-2', 'view-2']
+    >>> distinct_names(["a/x", "b/x", "c/x-2"])
+    ['x', 'x-2', 'x-2-2']
     """
     # what a run at the root would be asked for is no name
-    count, names = Counter(("view", "products", "report")), []
+    taken, names = {"view", "products", "report"}, list[str]()
     for url in urls:
-        name = url.rstrip("/").rsplit("/", 1)[-1] or "run"
-        count[name] += 1
-        names.append(name if count[name] == 1 else f"{name}-{count[name]}")
+        last = url.rstrip("/").rsplit("/", 1)[-1] or "run"
+        name = next(n for n in chain((last,), (f"{last}-{k}" for k in count(2))) if n not in taken)
+        taken.add(name)
+        names.append(name)
     return names
 
 

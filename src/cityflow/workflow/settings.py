@@ -46,9 +46,10 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
 
 
 def _with_city(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """In files the stages stand at the top level, beside name and catalog."""
+    """In files the stages stand at the top level, beside name and catalog; what they leave out is the city's default, which may not be the section's own."""
     top = {"name", "catalog"}
-    return {**{k: v for k, v in tree.items() if k in top}, "city": {k: v for k, v in tree.items() if k not in top}}
+    city = merged(CityParameters().model_dump(mode="json"), {k: v for k, v in tree.items() if k not in top})
+    return {**{k: v for k, v in tree.items() if k in top}, "city": city}
 
 
 def parse_setting(text: str) -> dict[str, Any]:
