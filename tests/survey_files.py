@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import struct
 from datetime import date
 from pathlib import Path
 from typing import Any
 
 import geopandas as gpd
 import laspy
+import lazrs  # type: ignore[import-untyped]
 import numpy as np
 import shapely
 from pyproj import CRS
@@ -37,6 +40,32 @@ def write_las(path: Path, xyz: np.ndarray, crs: str | None = None, version: str 
     for name, values in fields.items():
         las[name] = values
     las.write(path)
+    return path
+
+
+def write_one_stream(path: Path, source: Path, items_version: int, chunk_size: int) -> Path:
+    """The points of a LAS file as LAZ without chunks (LASzip's compressor 1), as its first versions wrote all files.
+
+    One chunk that holds every point is that stream, between the place of its table and the table itself.
+    """
+    las = laspy.read(source)
+    size = len(las.points)
+    buffer = io.BytesIO()
+    las.write(buffer, do_compress=True, laz_backend=laspy.LazBackend.Lazrs)
+    with laspy.open(io.BytesIO(buffer.getvalue())) as reader:
+        start, record = reader.header.offset_to_point_data, reader.header.vlrs.get("LasZipVlr")[0].record_data
+    changed = bytearray(record)
+    for item in range(struct.unpack_from("<H", record, 32)[0]):
+        struct.pack_into("<H", changed, 34 + 6 * item + 4, items_version)
+    struct.pack_into("<I", changed, 12, size + 1)
+    compressed = io.BytesIO()
+    writer = lazrs.LasZipCompressor(compressed, lazrs.LazVlr(bytes(changed)))
+    writer.compress_many(np.frombuffer(np.ascontiguousarray(las.points.array), np.uint8))
+    writer.done()
+    table = struct.unpack_from("<q", compressed.getvalue())[0]
+    struct.pack_into("<H", changed, 0, 1)
+    struct.pack_into("<I", changed, 12, chunk_size)
+    path.write_bytes(buffer.getvalue()[:start].replace(record, bytes(changed)) + compressed.getvalue()[8:table])
     return path
 
 

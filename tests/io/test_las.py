@@ -14,7 +14,7 @@ from cityflow.errors import CatalogError
 from cityflow.io.las import Dropped, read_counted, read_pieces, read_points, read_points_of, sample, stream
 from cityflow.io.las_header import read_header
 from cityflow.io.las_write import write_points
-from survey_files import DELFT, points, write_las
+from survey_files import DELFT, points, write_las, write_one_stream
 
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"
 
@@ -44,6 +44,25 @@ def test_every_cut_of_a_laz_file_is_noticed_before_a_point_is_read(tmp_path: Pat
             read_header(cut)
         assert "cut.laz" in str(caught.value)
         assert caught.value.remedy
+
+
+@pytest.mark.parametrize(("items_version", "chunk_size"), [(1, 0), (2, 50_000), (2, 2**32 - 1)])
+def test_laz_without_chunks_is_read_and_its_cuts_are_noticed(
+    tmp_path: Path, items_version: int, chunk_size: int
+) -> None:
+    xyz = points(60_000)
+    classes = np.r_[np.full(59_999, 6, np.uint8), np.uint8(9)]
+    plain = write_las(tmp_path / "a.las", xyz, classification=classes)
+    path = write_one_stream(tmp_path / "stream.laz", plain, items_version, chunk_size)
+    assert read_header(path).points == 60_000
+    assert np.array_equal(read_points(path).xyz, read_points(plain).xyz)
+    assert sample(path).classes == {6: 59_999, 9: 1}
+    whole = path.read_bytes()
+    for cut in (1, len(whole) // 2):
+        path.write_bytes(whole[:-cut])
+        for read in (sample, read_points):
+            with pytest.raises(CatalogError, match=r"stream\.laz"):
+                read(path)
 
 
 def test_cut_las_is_noticed(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.errors import CatalogError
-from cityflow.io.las_header import open_binary, opened
+from cityflow.io.las_header import is_one_stream, open_binary, opened
 
 CHUNK_POINTS = 1_000_000
 HEIGHT_LIMIT = 10_000.0
@@ -137,19 +137,28 @@ SAMPLE_PARTS, SAMPLE_PART_POINTS = 24, 50_000
 
 def sample(path: str | Path) -> Sample:
     """Look at all points of a small file, or at evenly spaced parts of a large one. Raises as `stream_records`."""
-    name, points, returns, dropped = str(path), 0, 1, Dropped()
+    points, returns, dropped = 0, 1, Dropped()
     histogram = np.zeros(256, np.int64)
-    with open_binary(name) as file, opened(file, name) as reader:
-        for start, length in _parts(int(reader.header.point_count)):
-            reader.seek(start)
-            records = reader.read_points(length)
-            points += len(records)
-            _refuse_strays(records, reader.header, name)
-            histogram += np.bincount(np.asarray(records.classification, np.uint8), minlength=256)
-            returns = max(returns, int(np.max(records.number_of_returns, initial=1)))
-            dropped += usable_points(records)[1]
+    for records in _sampled(str(path)):
+        points += len(records)
+        histogram += np.bincount(np.asarray(records.classification, np.uint8), minlength=256)
+        returns = max(returns, int(np.max(records.number_of_returns, initial=1)))
+        dropped += usable_points(records)[1]
     classes = {int(c): int(histogram[c]) for c in np.flatnonzero(histogram)}
     return Sample(points, classes, returns, dropped)
+
+
+def _sampled(name: str) -> Iterator[laspy.ScaleAwarePointRecord]:
+    """Parts of a file; all of it, where it has to be decompressed from its beginning anyway."""
+    with open_binary(name) as file, opened(file, name) as reader:
+        whole = is_one_stream(reader.header)
+        for start, length in [] if whole else _parts(int(reader.header.point_count)):
+            reader.seek(start)
+            records = reader.read_points(length)
+            _refuse_strays(records, reader.header, name)
+            yield records
+    if whole:
+        yield from stream_records(name)
 
 
 def _parts(points: int) -> list[tuple[int, int]]:

@@ -25,6 +25,10 @@ from cityflow.errors import CatalogError
 BACKEND = laspy.LazBackend.Lazrs
 """One thread: the tasks around it are what runs in parallel."""
 VERTICAL_GEO_KEY = 4096
+_LASZIP = "<HHBBHII"
+"""First fields of the record that describes the compression: kind of compressor, …, points in a chunk."""
+_ONE_STREAM = 1
+"""Kind of compressor that writes all points as one stream, without chunks and without their table ("pointwise")."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +150,8 @@ def _vertical_geo_key(header: laspy.LasHeader) -> int | None:
 def _refuse_cut_off(file: IO[bytes], header: laspy.LasHeader, name: str, size: int) -> None:
     """Compare the size with what the header promises, without decompressing."""
     start = int(header.offset_to_point_data)
+    if is_one_stream(header):
+        return  # Nothing but its points tells where it ends: who reads them notices.
     if header.are_points_compressed:
         # A LAZ file's points end with its chunk table: where that can be read, the points before it are there.
         intact = _chunk_table_is_whole(file, header, start)
@@ -166,6 +172,20 @@ def _chunk_table_is_whole(file: IO[bytes], header: laspy.LasHeader, start: int) 
     except (lazrs.LazrsError, OSError):
         return False
     return True
+
+
+def is_one_stream(header: laspy.LasHeader) -> bool:
+    """True for LAZ without chunks: it can be read from its first point on only."""
+    records = header.vlrs.get("LasZipVlr") if header.are_points_compressed else []
+    return bool(records) and struct.unpack_from("<H", records[0].record_data)[0] == _ONE_STREAM
+
+
+def _as_one_chunk(header: laspy.LasHeader) -> None:
+    """What such a file says of the size of chunks means nothing; lazrs takes it at its word."""
+    record = header.vlrs.get("LasZipVlr")[0]
+    fields = struct.unpack_from(_LASZIP, record.record_data)
+    size = min(max(int(header.point_count), 1), 2**32 - 2)
+    record.record_data = struct.pack(_LASZIP, *fields[:-1], size) + record.record_data[struct.calcsize(_LASZIP) :]
 
 
 @contextmanager
@@ -189,7 +209,10 @@ def open_binary(name: str) -> Iterator[IO[bytes]]:
 def opened(file: IO[bytes], name: str) -> Iterator[laspy.LasReader]:
     """laspy's reader; whatever it cannot read becomes a `CatalogError` that names the file."""
     try:
-        yield laspy.open(file, laz_backend=BACKEND, closefd=False)
+        reader = laspy.open(file, laz_backend=BACKEND, closefd=False)
+        if is_one_stream(reader.header):
+            _as_one_chunk(reader.header)
+        yield reader
     except lazrs.LazrsError as error:
         raise CatalogError(
             f"the compressed points are cut off or corrupt ({error})", where=name, remedy="fetch or copy it again"
