@@ -4,14 +4,16 @@ import os
 import sqlite3
 import subprocess
 import sys
+from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from cityflow.core.building import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger, State
-from cityflow.flow.records import mark_path, record_path, write_mark, write_record
+from cityflow.flow.records import encode, mark_path, record_path, write_mark, write_record
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from flow.test_records import a_record
@@ -127,6 +129,101 @@ def test_the_index_is_made_anew(store: Store, harm: str) -> None:
     with Ledger.open(store) as ledger:
         assert len(list(ledger.records("toy"))) == 300
         assert ledger.state(toy("u7")) is State.DONE
+
+
+FLIPS = 24
+"""Single bits of an index; with 600 flips on ten other seeds nothing else came out."""
+
+
+def filled(store: Store, units: int = 40) -> list[Record]:
+    """Records of a RUN whose index is complete."""
+    for i in range(units):
+        write_record(store, record_for(toy(f"u{i:02d}"), seconds=float(i), result={"text": str(i) * 300}))
+    with Ledger.open(store) as ledger:
+        return list(ledger.records())
+
+
+def said(ledger: Ledger, units: int = 40) -> list[object]:
+    """All that a ledger says."""
+    names = [f"u{i:02d}" for i in range(units)]
+    return [
+        list(ledger.records()), list(ledger.records("toy")), ledger.units("toy"), ledger.stages(), ledger.count_by_status("toy"),
+        ledger.mean_seconds("toy"), ledger.peak_mb("toy"), [ledger.next_attempt("toy", n) for n in names],
+        [ledger.latest("toy", n) for n in names], [ledger.attempts("toy", n) for n in names], [ledger.state(toy(n)) for n in names],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("when", ["closed", "open"])
+def test_no_flipped_bit_of_the_index_changes_what_the_ledger_says(store: Store, when: str) -> None:
+    filled(store)
+    path = Path(store.root) / "ledger.sqlite"
+    with Ledger.open(store) as ledger:
+        right = said(ledger)
+    sound = path.read_bytes()
+    rng = np.random.default_rng(15)
+    for bit in rng.integers(0, 8 * len(sound), FLIPS):
+        flipped = bytearray(sound)
+        flipped[bit // 8] ^= 1 << bit % 8
+        opened = Ledger.open(store) if when == "open" else None
+        path.write_bytes(flipped)
+        with opened or Ledger.open(store) as ledger:
+            assert said(ledger) == right, f"bit {bit}"
+        for leftover in ("", "-wal", "-shm"):
+            Path(f"{path}{leftover}").unlink(missing_ok=True)
+        path.write_bytes(sound)
+
+
+def test_an_index_that_goes_bad_while_open_is_made_anew(store: Store) -> None:
+    """The pages that an open index has not read yet are gone, as on a disk that loses them."""
+    filled(store, 400)
+    path = Path(store.root) / "ledger.sqlite"
+    with Ledger.open(store) as ledger:
+        ledger.commit()
+        ledger._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        ledger._database.execute("PRAGMA cache_size = 1")
+        path.write_bytes(os.urandom(path.stat().st_size))
+        assert len(list(ledger.records("toy"))) == 400
+        ledger.add(record_for(toy("new")))
+        assert ledger.state(toy("new")) is State.DONE
+
+
+def test_the_cached_copy_of_a_damaged_record_does_not_count(store: Store) -> None:
+    tasks = [toy(f"u{i:02d}") for i in range(40)]
+    filled(store)
+    path = Path(store.url(record_path("toy", "u07", 1)))
+    data = bytearray(path.read_bytes())
+    data[100] ^= 4
+    path.write_bytes(data)
+    for _ in range(2):
+        with Ledger.open(store) as ledger:
+            assert [t.unit for t in tasks if ledger.state(t) is not State.DONE] == ["u07"]
+            assert ledger.latest("toy", "u07") is None
+    write_record(store, record_for(toy("u07")))
+    with Ledger.open(store) as ledger:
+        assert ledger.state(toy("u07")) is State.DONE
+
+
+def test_a_record_in_the_place_of_another_does_not_count(store: Store) -> None:
+    store.write_bytes(record_path("toy", "u", 1), encode(record_for(toy("v"))))
+    with Ledger.open(store) as ledger:
+        assert ledger.latest("toy", "u") is None
+        assert ledger.latest("toy", "v") is None
+
+
+def test_an_output_of_another_size_is_lost(store: Store) -> None:
+    store.write_bytes("work/out", b"four")
+    record = record_for(toy("u"), outputs={"work/out": sha256(b"four").hexdigest()}, sizes={"work/out": 4})
+    write_record(store, record)
+    with Ledger.open(store) as ledger:
+        assert ledger.state(toy("u")) is State.DONE
+        store.write_bytes("work/out", b"for")
+        assert ledger.state(toy("u")) is State.LOST
+        store.write_bytes("work/out", b"five")
+        assert ledger.state(toy("u")) is State.DONE, "sizes alone do not tell"
+    with Ledger.open(store, verify=True) as ledger:
+        assert ledger.state(toy("u")) is State.LOST
+        store.write_bytes("work/out", b"four")
+        assert ledger.state(toy("u")) is State.DONE
 
 
 def test_counts_and_means(store: Store) -> None:

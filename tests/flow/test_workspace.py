@@ -17,6 +17,7 @@ def test_outputs_lie_under_the_digest_and_are_collected(store: Store, tmp_path: 
     workspace.write_file("mesh.obj", tmp_path / "file")
     workspace.publish("products/a.txt", b"product")
     workspace.publish_file("products/b.txt", tmp_path / "file")
+    store.write_bytes("surface.zarr/dsm/c/0/0", b"compressed")
     workspace.note("surface.zarr/dsm/c/0/0", "f" * 64)
     folder = f"work/toy/unit%2F1/{task.digest[:16]}"
     outcome = workspace.outcome(Status.DEGRADED, "reason", {"n": 1})
@@ -28,6 +29,8 @@ def test_outputs_lie_under_the_digest_and_are_collected(store: Store, tmp_path: 
         "surface.zarr/dsm/c/0/0": "f" * 64,
     }
     assert list(outcome.outputs) == sorted(outcome.outputs)
+    assert {path: store.size(path) for path in outcome.outputs} == outcome.sizes
+    assert outcome.sums == {"surface.zarr/dsm/c/0/0": sha256(b"compressed").hexdigest()}
     assert (outcome.status, outcome.reason, outcome.result) == (Status.DEGRADED, "reason", {"n": 1})
     assert workspace.read(workspace.path("roof.bin")) == b"roof"
 

@@ -62,6 +62,8 @@ def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Reco
         seconds=round(reply.seconds, 4),
         peak_mb=round(reply.peak_mb, 1),
         worker=f"{socket.gethostname()}:{os.getpid()}",
+        sizes=outcome.sizes,
+        sums=outcome.sums,
     )
 
 

@@ -1,21 +1,26 @@
-"""The SQLite file behind the ledger: where it lies, its tables, and when it is made anew."""
+"""The SQLite file behind the ledger: where it lies, its tables, and how damage to it is known."""
 
 from __future__ import annotations
 
 import os
 import sqlite3
+import zlib
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 from cityflow.flow.store import Store
 
-VERSION = 1
+VERSION = 2
 """Raised when the tables change; an index of another version is made anew."""
+
+COLUMNS = "stage, folder, name, attempt, stamp, stage_name, unit, digest, status, seconds, peak_mb, body_sum"
+"""All but the record itself, and the checksum of these."""
 
 _TABLES = """
 CREATE TABLE files (
-  stage TEXT NOT NULL, folder TEXT NOT NULL, name TEXT NOT NULL, attempt INTEGER NOT NULL,
-  stage_name TEXT, unit TEXT, digest TEXT, status TEXT, seconds REAL, peak_mb REAL, body BLOB,
+  stage TEXT NOT NULL, folder TEXT NOT NULL, name TEXT NOT NULL, attempt INTEGER NOT NULL, stamp TEXT NOT NULL,
+  stage_name TEXT, unit TEXT, digest TEXT, status TEXT, seconds REAL, peak_mb REAL, body_sum INTEGER, row_sum INTEGER, body BLOB,
   UNIQUE (stage, folder, name)
 );
 CREATE INDEX by_attempt ON files (stage, folder, attempt, body IS NULL, status);
@@ -24,24 +29,58 @@ CREATE VIEW newest AS SELECT * FROM files f WHERE body IS NOT NULL AND NOT EXIST
 );
 """
 
+_ELSEWHERE = (
+    sqlite3.SQLITE_BUSY,
+    sqlite3.SQLITE_LOCKED,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_NOMEM,
+    sqlite3.SQLITE_INTERRUPT,
+)
+"""What SQLite says when not the file is to blame."""
+
+
+class DamagedIndexError(Exception):
+    """The index is not what was written into it."""
+
 
 def connect(store: Store, *, anew: bool = False) -> sqlite3.Connection:
-    """A connection to the index of a RUN.
+    """A connection to the index of a RUN; `anew` removes what is there.
 
     ``RUN/ledger.sqlite`` where the RUN is local and writable, else a file of the user's cache folder named after the
     URL: SQLite does not work over an object store, and a reader of somebody else's RUN may not write there.
+
+    Raises
+    ------
+    sqlite3.Error, OSError : neither can be used
     """
     if store.is_local:
         try:
             return _opened(Path(store.root) / "ledger.sqlite", anew)
-        except (sqlite3.OperationalError, OSError):
+        except (sqlite3.Error, OSError):
             pass
     return _opened(cache_path(store.root), anew)
 
 
-def is_corrupt(error: sqlite3.DatabaseError) -> bool:
-    """Whether the file is no sound database; its subclasses mean a lock, a full disk, or a mistake of ours."""
-    return type(error) is sqlite3.DatabaseError
+def is_damage(error: Exception) -> bool:
+    """Whether an error may come of a damaged file, and not of a lock, a full disk or a lack of memory.
+
+    A flipped bit can look like nearly anything: a table that is not there, a text that is none, a file of a later format.
+    """
+    if isinstance(error, sqlite3.Error):
+        return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF not in _ELSEWHERE
+    return isinstance(error, DamagedIndexError | ValueError | TypeError | KeyError | OverflowError | zlib.error)
+
+
+def check_structure(database: sqlite3.Connection) -> None:
+    """Hold pages, order and indices against each other. Raises DamagedIndexError, sqlite3.Error."""
+    found = database.execute("PRAGMA integrity_check(1)").fetchall()
+    if found != [("ok",)]:
+        raise DamagedIndexError(str(found))
+
+
+def sum_of(row: tuple[Any, ...]) -> int:
+    """Checksum of the values of `COLUMNS`."""
+    return zlib.crc32(repr(row).encode())
 
 
 def cache_path(root: str) -> Path:
@@ -56,8 +95,8 @@ def _opened(path: Path, anew: bool) -> sqlite3.Connection:
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         return _prepared(path)
-    except sqlite3.DatabaseError as error:
-        if not is_corrupt(error):
+    except sqlite3.Error as error:
+        if not is_damage(error):
             raise
         _remove(path)
         return _prepared(path)
@@ -67,7 +106,7 @@ def _prepared(path: Path) -> sqlite3.Connection:
     database = sqlite3.connect(path, timeout=60)
     try:
         _prepare(database)
-    except sqlite3.Error:
+    except BaseException:
         database.close()
         raise
     return database

@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,6 +53,26 @@ class LocalFolder:
         if os.path.isfile(top):
             return [prefix]
         return sorted(_files_below(top, f"{prefix}/" if prefix else ""))
+
+    def sizes(self, prefix: str) -> Iterator[tuple[str, int]]:
+        return ((path, found.st_size) for path, found in self._stats(prefix))
+
+    def stamps(self, prefix: str) -> Iterator[tuple[str, str]]:
+        return ((path, _stamp(found)) for path, found in self._stats(prefix))
+
+    def size(self, path: str) -> int:
+        return os.stat(self.url(path)).st_size
+
+    def stamp(self, path: str, data: bytes) -> str:  # noqa: ARG002 - the file itself is asked
+        try:
+            return _stamp(os.stat(self.url(path)))
+        except FileNotFoundError:
+            return ""
+
+    def _stats(self, prefix: str) -> Iterator[tuple[str, os.stat_result]]:
+        for path in _files_below(self.url(prefix), f"{prefix}/" if prefix else ""):
+            with suppress(FileNotFoundError):
+                yield path, os.stat(self.url(path))
 
     def folders(self, prefix: str) -> list[str]:
         try:
@@ -108,6 +128,11 @@ def _files_below(folder: str, relative: str) -> Iterator[str]:
                     yield relative + entry.name
     except (FileNotFoundError, NotADirectoryError):
         return
+
+
+def _stamp(found: os.stat_result) -> str:
+    """Size and time of the last change: a file that was written to since has another one."""
+    return f"{found.st_size}:{found.st_mtime_ns}"
 
 
 _UMASK: list[int] = []

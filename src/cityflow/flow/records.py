@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+import re
+from dataclasses import MISSING, fields
 from hashlib import sha256
+from types import UnionType
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -14,6 +16,9 @@ from cityflow.flow.task import Outcome, Record
 
 FOLDER = "records"
 STARTED = ".started"
+CHECK_DIGITS = 16
+"""Of the SHA-256 at the end of a record: enough to tell damage, which nobody intends."""
+
 MAX_NAME_BYTES = 180
 """File systems take 255 bytes; the rest is for suffixes."""
 
@@ -73,17 +78,28 @@ def read_record(store: Store, stage: str, unit: str, attempt: int) -> Record | N
 
 
 def encode(record: Record) -> bytes:
-    """JSON text, one line, keys in the order of the fields."""
-    return _json({name: getattr(record, name) for name in _NAMES}).encode()
+    """JSON text, one line, keys in the order of the fields; at its end a checksum of all before it."""
+    text = _json({name: getattr(record, name) for name in _NAMES}).encode()
+    return text[:-1] + _CHECK % sha256(text).hexdigest()[:CHECK_DIGITS].encode()
 
 
 def decode(data: bytes) -> Record:
-    """Inverse of `encode`; fields of later versions are ignored. Raises ValueError for what is no record."""
-    value = json.loads(data)
+    """Inverse of `encode`; fields of later versions are ignored. Raises ValueError for what is no record, or was changed since."""
+    if (sealed := _SEALED.search(data)) is not None:
+        text = data[: sealed.start()] + b"}"
+        if sha256(text).hexdigest()[:CHECK_DIGITS].encode() != sealed[1]:
+            raise ValueError("its checksum does not fit")
+    try:
+        value = json.loads(data)
+    except RecursionError:
+        raise ValueError("not a record") from None
     if not isinstance(value, dict) or any(name not in value for name in _REQUIRED):
         raise ValueError("not a record")
     known = {name: value[name] for name in _NAMES if name in value}
-    return Record(**{**known, "status": Status(known["status"])})
+    record = Record(**{**known, "status": Status(known["status"])})
+    if any(not isinstance(getattr(record, name), kind) for name, kind in _KINDS.items()):
+        raise ValueError("not a record")
+    return record
 
 
 def plain_outcome(outcome: Outcome) -> Outcome:
@@ -93,7 +109,8 @@ def plain_outcome(outcome: Outcome) -> Outcome:
     ------
     TypeError, ValueError : something in it is no JSON value (an array, a NaN)
     """
-    values = json.loads(_json([str(outcome.status), outcome.reason, outcome.outputs, outcome.result]))
+    o = outcome
+    values = json.loads(_json([str(o.status), o.reason, o.outputs, o.result, o.sizes, o.sums]))
     return Outcome(Status(values[0]), *values[1:])
 
 
@@ -111,4 +128,12 @@ def _plain(value: Any) -> Any:
 
 
 _NAMES = tuple(field.name for field in fields(Record))
-_REQUIRED = ("stage", "unit", "attempt", "digest", "version", "status", "reason", "outputs", "result")
+_CHECK = b', "check": "%s"}'
+_SEALED = re.compile(rb', "check": "([0-9a-f]{16})"}\Z')
+_KINDS: dict[str, type | UnionType] = {
+    "stage": str, "unit": str, "attempt": int, "digest": str, "reason": str, "outputs": dict, "result": dict,
+    "parameters": dict, "inputs": dict, "sizes": dict, "sums": dict, "traceback": str, "seconds": int | float, "peak_mb": int | float,
+}  # fmt: skip
+_REQUIRED = tuple(
+    field.name for field in fields(Record) if field.default is MISSING and field.default_factory is MISSING
+)

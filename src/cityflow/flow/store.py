@@ -80,6 +80,22 @@ class Store:
         """Relative paths of all files below a folder, sorted; empty where there is none."""
         return self.folder.find(_checked(prefix))
 
+    def sizes(self, prefix: str = "") -> Iterator[tuple[str, int]]:
+        """Relative path and bytes of all files below a folder."""
+        return self.folder.sizes(_checked(prefix))
+
+    def stamps(self, prefix: str = "") -> Iterator[tuple[str, str]]:
+        """Relative path of all files below a folder, and what tells a file that was changed since."""
+        return self.folder.stamps(_checked(prefix))
+
+    def size(self, path: str) -> int:
+        """Bytes of a file. Raises FileNotFoundError."""
+        return self.folder.size(_checked(path))
+
+    def stamp(self, path: str, data: bytes) -> str:
+        """The stamp of one file into which `data` was written, as `stamps` gives it; empty where there is none."""
+        return self.folder.stamp(_checked(path), data)
+
     def folders(self, prefix: str = "") -> list[str]:
         """Names of the folders directly below a folder, sorted."""
         return self.folder.folders(_checked(prefix))

@@ -35,6 +35,8 @@ class Task:
     parameters : the stage's parameters with the unit's overrides applied, JSON
     inputs : name → digest of the contents of everything that the result depends on
     arguments : where to find the inputs; may change without making the result stale
+    expected : RUN-relative path → bytes and SHA-256 of the inputs that other tasks left, filled in by the driver; what
+        the task reads is held against it
     in_place : the task writes into a shared store (its own chunk of a Zarr array), so that an attempt that died
         midway spoils what an earlier one had left
     """
@@ -48,6 +50,7 @@ class Task:
     arguments: Mapping[str, Json] = field(default_factory=dict)
     limits: Limits = Limits()
     in_place: bool = False
+    expected: Mapping[str, tuple[int, str]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -68,12 +71,16 @@ class Outcome:
     status, reason : see ARCHITECTURE.md, section 4
     outputs : RUN-relative path → SHA-256 of its contents
     result : small JSON value that later tasks and the driver need (ids of units, a measured figure)
+    sizes : RUN-relative path → bytes of the file
+    sums : RUN-relative path → SHA-256 of the file, where that of its contents is of something else (the values of a Zarr chunk)
     """
 
     status: Status = Status.DONE
     reason: str = ""
     outputs: Mapping[str, str] = field(default_factory=dict)
     result: Mapping[str, Json] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    sums: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +92,7 @@ class Record:
     attempt : 1, 2, … per stage and unit, over all runs into the same folder
     digest : that of the task
     parameters : of the task, so that a record explains itself
+    sizes, sums : of the outcome; a record of an older version has none, and nothing is checked by it
     traceback : of an unexpected exception, else empty
     started : ISO 8601, UTC;  seconds, peak_mb : of the process that ran it
     worker : address or process that ran it
@@ -106,6 +114,8 @@ class Record:
     seconds: float = 0.0
     peak_mb: float = 0.0
     worker: str = ""
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    sums: Mapping[str, str] = field(default_factory=dict)
 
 
 def digest_of(value: Json) -> str:

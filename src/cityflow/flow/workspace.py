@@ -25,6 +25,8 @@ class Workspace:
         self.store = store
         self._prefix = work_folder(task)
         self._outputs: dict[str, str] = {}
+        self._sizes: dict[str, int] = {}
+        self._sums: dict[str, str] = {}
 
     def path(self, name: str) -> str:
         """RUN-relative path of the output `name`: ``work/<stage>/<unit>/<16 digits>/<name>``."""
@@ -48,15 +50,30 @@ class Workspace:
         A task that publishes should be `in_place`: an attempt that dies midway may have replaced an earlier product.
         """
         self.store.write_bytes(path, data)
-        return self.note(path, sha256_of(data))
+        return self._count(path, sha256_of(data), len(data))
 
     def publish_file(self, path: str, local: Path | str) -> str:
         """Like `publish`, from a local file."""
-        return self.note(path, self.store.put_file(local, path))
+        size = Path(local).stat().st_size
+        return self._count(path, self.store.put_file(local, path), size)
 
     def note(self, path: str, sha256: str) -> str:
-        """Count a file that the stage wrote by other means (a chunk of a Zarr array) among the outputs."""
-        self._outputs[path] = sha256
+        """Count a file that the stage wrote by other means (a chunk of a Zarr array) among the outputs.
+
+        Parameters
+        ----------
+        sha256 : of the contents as a stage sees them; the file is read back for its own
+
+        Raises
+        ------
+        FileNotFoundError : it was not written
+        """
+        data = self.store.read_bytes(path)
+        self._sums[path] = sha256_of(data)
+        return self._count(path, sha256, len(data))
+
+    def _count(self, path: str, sha256: str, size: int) -> str:
+        self._outputs[path], self._sizes[path] = sha256, size
         return path
 
     @property
@@ -68,7 +85,8 @@ class Workspace:
         self, status: Status = Status.DONE, reason: str = "", result: Mapping[str, Json] | None = None
     ) -> Outcome:
         """The outcome to return from the stage function, with all outputs so far."""
-        return Outcome(status=status, reason=reason, outputs=self.outputs, result=result or {})
+        sizes, sums = dict(sorted(self._sizes.items())), dict(sorted(self._sums.items()))
+        return Outcome(status, reason, self.outputs, result or {}, sizes, sums)
 
 
 def work_folder(task: Task) -> str:
