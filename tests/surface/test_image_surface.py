@@ -7,9 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.depth_map import ImagePoints
-from cityflow.core.grid import Bounds
-from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, image_surface
+from cityflow.core.grid import Bounds, Grid
+from cityflow.surface.fused_tile import fused_tile
+from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, image_surface, surface_of_fused
 from cityflow.surface.overview import overview_factor, refined, refined_classes
 from cityflow.surface.point_classes import classify_points
 from image_point_scenes import SIZE, flight, truth
@@ -193,3 +195,30 @@ def test_points_may_be_read_strip_by_strip(monkeypatch: pytest.MonkeyPatch) -> N
     for name in ("dsm", "dsm_filled", "dtm", "klass", "count", "sigma"):
         assert getattr(found.fine, name).tobytes() == getattr(whole.fine, name).tobytes(), name
     assert found.working.klass.tobytes() == whole.working.klass.tobytes()
+
+
+def test_beyond_what_enough_images_see_there_is_nothing_and_within_it_a_hole_counts() -> None:
+    # a hole of 4 m in the points: narrower than the survey's reach, so that it belongs to the survey
+    x, y = points().xyz[:, 0], points().xyz[:, 1]
+    holed, core = points().take(~((np.abs(x - 8) < 2) & (np.abs(y - 8) < 2))), (4.0, 4.0, 20.0, 20.0)
+    wide = fused_tile(holed, BOUNDS, CELL, FACTOR, ImageSurfaceParameters().fuse)
+
+    def western(grid: Grid, ground: FloatArray) -> BoolArray:
+        assert ground.shape == grid.shape
+        return np.broadcast_to(grid.x_centres() < 14.0, grid.shape)
+
+    found = surface_of_fused(wide, core, ImageSurfaceParameters(), None, western)
+    east = found.fine.grid.x_centres() > 14.0
+    for name in ("dsm", "dsm_filled", "dtm", "ndsm", "sigma"):
+        assert np.isnan(getattr(found.fine, name)[:, east]).all(), name
+        assert np.isfinite(getattr(found.fine, name)[:, ~east]).any(), name
+    assert not found.fine.klass[:, east].any()
+    assert not found.fine.count[:, east].any()
+    assert found.fine.holes[:, east].all()
+    assert found.thinned.xyz[:, 0].max() < 14.0
+    assert np.array_equal(found.seen, np.broadcast_to(~east, found.seen.shape))
+    assert found.fine.holes[found.seen].mean() == pytest.approx(4 * 4 / (10 * 16), rel=0.3)
+    everywhere = surface_of_fused(wide, core, ImageSurfaceParameters())
+    assert everywhere.seen.all()
+    both = np.isfinite(found.fine.dsm)
+    assert np.array_equal(found.fine.dsm[both], everywhere.fine.dsm[both])

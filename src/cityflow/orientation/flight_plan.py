@@ -128,6 +128,12 @@ class FlightPlan:
         return float(np.median(known)) if known else float("inf")
 
     @cached_property
+    def most_views(self) -> int:
+        """Images that are matched with each other at most, a base and its partners."""
+        masters = {int(k) for direction in self.directions for k in np.unique(self.masters(direction).view)}
+        return max((1 + len(self._pairing(k).chosen) for k in masters), default=1)
+
+    @cached_property
     def _direction_of(self) -> dict[int, str]:
         return {k: direction for direction, (_, members) in self.directions.items() for k in members}
 

@@ -75,7 +75,7 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     views = [v for v in every if not looks_level(v.image, v.heights[1])] or every
     frames = look_directions([v.image for v in views], LookParameters())
     ground = dict(zip((v.name for v in views), footprints(views), strict=True))
-    area = _area(catalog, views)
+    area = wanted_area(catalog, views)
     lapped = overlaps(views, frames)
     maps = coverage(
         views, frames, _grid(views, area, ground), float(np.median([v.heights[0] for v in views])) if views else 0.0
@@ -140,7 +140,7 @@ def sparse_points(catalog: Catalog) -> FloatArray:
         return read_points(path).xyz
 
 
-def _area(catalog: Catalog, views: Sequence[View]) -> shapely.Polygon:
+def wanted_area(catalog: Catalog, views: Sequence[View]) -> shapely.Polygon:
     """What matters: where outlines are, else between the places that the images' axes look at."""
     if catalog.outlines is not None:
         return shapely.box(*catalog.outlines.bounds)

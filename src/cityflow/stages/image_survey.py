@@ -10,13 +10,14 @@ import numpy as np
 import shapely
 from shapely import MultiPoint, STRtree
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.io.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights
+from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.stages.parameters import CELLS_M, CityParameters
 
@@ -25,6 +26,9 @@ CELL_M, IMAGES_A_CELL = 10.0, 6
 
 MOST_TILT = np.radians(40.0)
 """The survey reaches as far as images see that look down no flatter than this."""
+
+STEPS_A_CELL = 4
+"""Places along the edge of a cell of masters at which the driver asks what is surveyed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +123,30 @@ class ImageSurvey:
         """Two views at least: one alone has no depth."""
         if len(tree.query(shapely.box(*tile.bounds), predicate="intersects")) < 2:
             return False
-        return bool(self.flight_tiles(tile))
+        return bool(self.is_surveyed(self.places_in(tile.bounds), [tile]).any())
+
+    @cached_property
+    def least_views(self) -> int:
+        """Images that must see a place for it to be surveyed: as the workflow says, but no more than any base image has with its partners."""
+        return min(self.parameters.images.least_views, self.plan.most_views)
+
+    def matched_ground(self, tile: Tile) -> list[MatchedGround]:
+        """Who is matched with whom over a ground tile, and where."""
+        flown = self.flown
+        return [
+            MatchedGround(flown[f.base].image, tuple(flown[n].image for n in f.partners), f.cells)
+            for f in self.flight_tiles(tile)
+        ]
+
+    def places_in(self, bounds: Bounds) -> Grid:
+        """The lattice on which the driver asks what is surveyed."""
+        return Grid.covering(bounds, self.plan.cell_m / STEPS_A_CELL)
+
+    def is_surveyed(self, places: Grid, tiles: Sequence[Tile]) -> BoolArray:
+        """(rows, cols) where enough images see the lowest ground, as far as these ground tiles reach."""
+        matched = [m for t in tiles for m in self.matched_ground(t)]
+        ground = np.full(places.shape, self.heights_over(places.bounds)[0])
+        return np.asarray(images_of_ground(matched, places, ground) >= self.least_views)
 
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
         """The base images of a ground tile, each with its partners and cells."""

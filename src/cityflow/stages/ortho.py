@@ -21,7 +21,7 @@ from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 
 STAGE = "ortho"
-VERSION = 2
+VERSION = 3
 UNSEEN = "no image of the nadir views could be read over this tile"
 
 
@@ -61,10 +61,14 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     wide, layers = read_layers(workspace.store.zarr_store(ZARR), city, around, ["dsm_filled"])
     surface = layers["dsm_filled"]
     blocking = block_maxima(wide, surface, round(a["working_cell_m"] / a["cell_m"]))
-    made = true_ortho(grid, surface[wide.slices(grid)], blocking, ortho_images(workspace, task), parameters)
+    own = surface[wide.slices(grid)]
+    made = true_ortho(grid, own, blocking, ortho_images(workspace, task), parameters)
     digest = write_ortho(workspace, ZARR, tuple(a["product_grid"]), grid, made)
     publish_rasters(workspace, task, grid, {"ortho": with_alpha(made)})
-    return workspace.outcome(result={"digest": digest, "seen": float(made.mask.mean())})
+    surveyed = np.isfinite(own)
+    return workspace.outcome(
+        result={"digest": digest, "seen": float(made.mask[surveyed].mean()) if surveyed.any() else None}
+    )
 
 
 def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:

@@ -86,6 +86,12 @@ class ImagesParameters(Parameters):
     cell_m: float | None = Field(
         None, ge=0.02, le=1, description="cell of DSM and ortho, metres; null: from the ground sampling distance"
     )
+    least_views: int = Field(
+        3,
+        ge=2,
+        le=16,
+        description="ground is surveyed where so many images, a base image and its partners, see it; fewer where no base image has so many",
+    )
     most_ortho_tilt: float = Field(
         35.0,
         ge=0,

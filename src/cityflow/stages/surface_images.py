@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown, tiles_over
+from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.las_image_points import write_image_points
 from cityflow.io.las_write import write_points
 from cityflow.io.reference import crs_of, resolve
+from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.stages import fuse
-from cityflow.stages.oriented import to_json
+from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.stages.survey import OVERVIEW, ZARR, Survey
 from cityflow.surface.fused_tile import side_by_side
-from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, surface_of_fused
+from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 
 STAGE = "surface"
-VERSION = 3
+VERSION = 4
 PIECE_SCALE_M = 0.001
 
 
@@ -33,6 +37,7 @@ def task(survey: Survey, name: str) -> Task:
     fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
     maps = survey.depth_maps([name])
     images = [to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    sights = sights_of(survey, ring)
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
         t: survey.records[fuse.STAGE, t].reason for t in ring if survey.records[fuse.STAGE, t].status is Status.FAILED
@@ -41,12 +46,12 @@ def task(survey: Survey, name: str) -> Task:
         STAGE, name, "cityflow.stages.surface_images:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={
-            **fused, **dict(maps.values()), **{f"missing {t}": why for t, why in missing.items()}, "poses": digest_of(images),
+            **fused, **dict(maps.values()), **{f"missing {t}": why for t, why in missing.items()}, "poses": digest_of(images), "sights": digest_of(sights),
             "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
             "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
-            "maps": [path for path, _ in maps.values()], "images": images, "degraded": survey.reason_of(fuse.STAGE, name),
+            "maps": [path for path, _ in maps.values()], "images": images, "sights": sights, "degraded": survey.reason_of(fuse.STAGE, name),
             "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
             "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
             "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code, "bands": survey.images.bands,
@@ -54,6 +59,33 @@ def task(survey: Survey, name: str) -> Task:
         limits=survey.limits(STAGE),
         in_place=True,
     )  # fmt: skip
+
+
+def sights_of(survey: Survey, tiles: Sequence[str]) -> dict[str, Json]:
+    """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, and how many must see a place."""
+    matched = [m for t in tiles for m in survey.images.matched_ground(survey.tiles[t])]
+    images = {i.name: i for m in matched for i in (m.base, *m.partners)}
+    return {
+        "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.grid.bounds)[0],
+        "images": [to_json(images[name]) for name in sorted(images)],
+        "matched": [
+            {"base": m.base.name, "partners": [p.name for p in m.partners], "tile": list(m.cells.tile), "cell_m": m.cells.cell_m,
+             "chosen": [list(c) for c in m.cells.chosen]}
+            for m in matched
+        ],
+    }  # fmt: skip
+
+
+def matched_of(sights: Mapping[str, Any]) -> list[MatchedGround]:
+    """What `sights_of` wrote."""
+    images = {tree["name"]: of_json(tree) for tree in sights["images"]}
+    return [
+        MatchedGround(
+            images[m["base"]], tuple(images[n] for n in m["partners"]),
+            GroundCells(tuple(m["tile"]), m["cell_m"], tuple((int(c), int(r)) for c, r in m["chosen"])),
+        )
+        for m in sights["matched"]
+    ]  # fmt: skip
 
 
 def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
@@ -77,21 +109,38 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = grown(bounds, context)
     wide = side_by_side([fuse.read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
     working = Grid.covering(bounds, a["cell_m"] * a["factor"])
-    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))
+    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working), _seen_enough(a["sights"]))
     digest = write_rasters(workspace, task, surface)
     points = _write_points(workspace, task, surface, bounds)
     write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
-    figures = {"points": points, "dtm_method": surface.method, "completeness": float(1 - surface.fine.holes.mean())}
+    known = surface.seen
+    figures = {
+        "points": points, "dtm_method": surface.method, "surveyed_m2": float(known.sum() * surface.fine.grid.cell**2),
+        "completeness": float(1 - surface.fine.holes[known].mean()) if known.any() else None,
+    }  # fmt: skip
     without = [fuse.UNMATCHED.format(f"tile {t}") for t in a["missing"]] + ([a["degraded"]] if a["degraded"] else [])
     return workspace.outcome(
         Status.DEGRADED if without else Status.DONE, "; ".join(without), {"digest": digest, **figures}
     )
 
 
+def _seen_enough(sights: Mapping[str, Any]) -> SeenEnough:
+    """Whether enough images see a place; where the terrain is not known, the lowest ground."""
+    matched = matched_of(sights)
+
+    def enough(grid: Grid, ground: FloatArray) -> BoolArray:
+        known = np.where(np.isnan(ground), sights["lowest_m"], ground)
+        return np.asarray(images_of_ground(matched, grid, known) >= sights["least_views"])
+
+    return enough
+
+
 def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bounds: Bounds) -> int:
-    """The tile's own points with their classes; how many."""
+    """The tile's own points with their classes, where there is a terrain; how many."""
     a = task.arguments
     core = fuse.DepthReader(workspace.store, a["maps"], a["images"], a["bands"], bounds)(bounds)
+    row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
+    core = core.take(np.isfinite(surface.fine.dtm[row, col]))
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(a["crs"])))
     workspace.publish(f"products/points/{task.unit}.laz", data)
     return len(core)

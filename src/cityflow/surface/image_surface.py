@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,12 @@ from cityflow.surface.surveyed import SurveyedParameters, surveyed
 LEAST_SHARE = 0.25
 """A coarse cell is known where this share of its fine cells is."""
 LAYERS = ("dsm", "dsm_filled", "dtm", "ndsm", "klass", "count", "holes", "sigma")
+
+
+class SeenEnough(Protocol):
+    """Which cells of a grid enough images see, so that their heights can be trusted: (rows, cols) bool; `ground` (rows, cols) metres, NaN where unknown."""
+
+    def __call__(self, grid: Grid, ground: FloatArray) -> BoolArray: ...
 
 
 class ImageSurfaceParameters(Parameters):
@@ -71,7 +78,7 @@ class Rasters:
     Attributes
     ----------
     dsm : highest surface at the cells' centres;  dsm_filled : holes filled from the lower side, far from points with the terrain
-    dtm : terrain;  ndsm : dsm_filled - dtm; these three are NaN outside the survey
+    dtm : terrain;  ndsm : dsm_filled - dtm; these three are NaN outside the survey (`dsm`, too, where it is known what images see)
     klass : `cover.UNKNOWN` 0, GROUND 2, VEGETATION 5, BUILDING 6 (candidate), WATER 9, BRIDGE 17
     count : points per cell;  holes : cells where no surface was found
     sigma : expected standard deviation of the DSM, metres
@@ -96,12 +103,14 @@ class ImageSurface:
     ----------
     thinned : points of the fine DSM inside the core, classified (2, 5, 6, 9, 17), one per square of `thinned_m`
     method : how the terrain was found (`external` where it was given)
+    seen : (rows, cols) of the fine grid, what enough images see: where a surface is owed
     """
 
     fine: Rasters
     working: Rasters
     thinned: PointCloud
     method: str
+    seen: BoolArray
 
 
 def image_surface(
@@ -127,7 +136,11 @@ def image_surface(
 
 
 def surface_of_fused(
-    wide: FusedTile, bounds: Bounds, parameters: ImageSurfaceParameters, external_dtm: FloatArray | None = None
+    wide: FusedTile,
+    bounds: Bounds,
+    parameters: ImageSurfaceParameters,
+    external_dtm: FloatArray | None = None,
+    seen_enough: SeenEnough | None = None,
 ) -> ImageSurface:
     """Surface of a tile from what is fused already.
 
@@ -135,18 +148,64 @@ def surface_of_fused(
     ----------
     wide : the fused surface of the tile and `parameters.context_m` around it
     bounds, external_dtm : see `image_surface`
+    seen_enough : beyond what enough images see everything is no data; None: they see everything
     """
-    p, factor, fused, filled = parameters, wide.factor, wide.surface, wide.filled
-    grid, core = fused.grid, fine_grid(bounds, fused.grid.cell, wide.factor)
+    p, factor, grid = parameters, wide.factor, wide.grid
+    core = fine_grid(bounds, grid.cell, factor)
     work, work_core = _working(grid, factor), _working(core, factor)
     colour = wide.colour if wide.colour.shape[2] else None
-    cloud = _cloud(fused, p)
+    cloud = _cloud(wide.surface, p)
     part = work.slices(work_core)
-    terrain = _terrain(cloud, reduced_median(fused.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
-    coarse = _coarse((fused, filled), (terrain, colour), cloud, work, factor, p)
-    fine = _fine((fused, filled), coarse, (grid, core), factor, p)
+    terrain = _terrain(cloud, reduced_median(wide.surface.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
+    seen, inside = _surveyed(cloud, terrain, work, p, seen_enough)
+    terrain = np.where(inside, terrain, np.nan)
+    if seen_enough is not None:
+        wide, cloud = _cropped(wide, inside), cloud.take(_holds(inside, work, cloud))
+    heights = (wide.surface, wide.filled)
+    coarse = _coarse(heights, (terrain, colour), cloud, work, factor, p)
+    fine = _fine(heights, coarse, (grid, core), factor, p)
     method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
-    return ImageSurface(fine, _cut(coarse, work_core), _classified(cloud.within(bounds), fine), method)
+    thinned = _classified(cloud.within(bounds), fine)
+    return ImageSurface(fine, _cut(coarse, work_core), thinned, method, _refined_mask(seen[part], factor))
+
+
+def _surveyed(
+    cloud: PointCloud, terrain: FloatArray, work: Grid, p: ImageSurfaceParameters, seen_enough: SeenEnough | None
+) -> tuple[BoolArray, BoolArray]:
+    """(rows, cols) of the working grid: what enough images see, and of this the part within reach of points."""
+    count = count_points(cloud, work)
+    if seen_enough is None:
+        return np.ones(work.shape, bool), surveyed(count, work, p.surveyed)
+    places = Grid.covering(work.bounds, p.surveyed.work_cell_m)
+    rows, cols = work.indices(*np.meshgrid(places.x_centres(), places.y_centres()))
+    ground = terrain[np.clip(rows, 0, work.rows - 1), np.clip(cols, 0, work.cols - 1)]
+    found = seen_enough(places, ground)
+    rows, cols = places.indices(*np.meshgrid(work.x_centres(), work.y_centres()))
+    seen = np.asarray(found[rows, cols])
+    return seen, surveyed(np.where(seen, count, 0), work, p.surveyed)
+
+
+def _cropped(wide: FusedTile, inside: BoolArray) -> FusedTile:
+    """No data outside the cells (of the working grid) that are inside."""
+    fine = _refined_mask(inside, wide.factor)
+    found = wide.surface
+    surface = replace(
+        found,
+        dsm=np.where(fine, found.dsm, np.float32(np.nan)),
+        count=np.where(fine, found.count, np.uint32(0)),
+        sigma=np.where(fine, found.sigma, np.float32(np.nan)),
+    )
+    return replace(wide, surface=surface, filled=np.where(fine, wide.filled, np.float32(np.nan)))
+
+
+def _refined_mask(mask: BoolArray, factor: int) -> BoolArray:
+    return np.asarray(mask.repeat(factor, axis=0).repeat(factor, axis=1))
+
+
+def _holds(inside: BoolArray, work: Grid, cloud: PointCloud) -> BoolArray:
+    """(N,) which points stand in cells that are inside."""
+    row, col = work.indices(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    return np.asarray(inside[row, col])
 
 
 def _working(fine: Grid, factor: int) -> Grid:
@@ -171,7 +230,7 @@ def _terrain(
     p: ImageSurfaceParameters,
     external: tuple[tuple[slice, slice], FloatArray | None],
 ) -> FloatArray:
-    """(rows, cols) terrain of the working grid, NaN outside the survey."""
+    """(rows, cols) terrain of the working grid."""
     part, given = external
     terrain = dtm_methods.estimate_dtm(cloud, dsm, work, p.dtm)
     holes = pits(dsm, terrain, work.cell, p.pits)
@@ -181,7 +240,7 @@ def _terrain(
     if given is not None:
         terrain = terrain.copy()
         terrain[part] = np.where(np.isnan(given), terrain[part], given)
-    return np.where(surveyed(count_points(cloud, work), work, p.surveyed), terrain, np.nan)
+    return terrain
 
 
 def _coarse(

@@ -99,10 +99,7 @@ def _progress(data: ReportData) -> dict[str, Any]:
 
 def image_summary(images: ImageFigures) -> dict[str, Any]:
     """What report.json says of images; medians over the tiles and the pairs that have the figure."""
-    tiles = {
-        name: [v for t in images.tiles if (v := getattr(t, name)) is not None]
-        for name in ("completeness", "seen", "sigma")
-    }
+    sigmas = [t.sigma for t in images.tiles if t.sigma is not None]
     pairs, refused = sum(d.pairs for d in images.directions), sum(d.refused for d in images.directions)
     return {
         "images": images.images,
@@ -111,15 +108,27 @@ def image_summary(images: ImageFigures) -> dict[str, Any]:
         "pairs": pairs,
         "pairs_refused": refused,
         "parallax_px_median": quantile(images.parallaxes_px, 0.5),
-        "completeness_mean": float(np.mean(tiles["completeness"])) if tiles["completeness"] else None,
-        "ortho_seen_mean": float(np.mean(tiles["seen"])) if tiles["seen"] else None,
-        "sigma_median": quantile(tiles["sigma"], 0.5),
+        "asked_m2": images.asked_m2,
+        "shown_share": images.shown_share,
+        "surveyed_m2": sum(t.surveyed_m2 for t in images.tiles),
+        "completeness_mean": _mean_over_ground(images, "completeness"),
+        "ortho_seen_mean": _mean_over_ground(images, "seen"),
+        "sigma_median": quantile(sigmas, 0.5),
         "match_seconds": images.match_seconds,
         "sgm_seconds": images.sgm_seconds,
         "directions": [asdict(d) for d in images.directions],
         "refused_pairs": [asdict(r) for r in images.refused],
         "tiles": [asdict(t) for t in images.tiles],
     }
+
+
+def _mean_over_ground(images: ImageFigures, name: str) -> float | None:
+    """Of a share of the tiles, each by its surveyed ground; where that is not known yet, all alike."""
+    known = [(v, t.surveyed_m2) for t in images.tiles if (v := getattr(t, name)) is not None]
+    ground = sum(area for _, area in known)
+    if not ground:
+        return float(np.mean([v for v, _ in known])) if known else None
+    return float(sum(v * area for v, area in known) / ground)
 
 
 def measured(units: Iterable[UnitRow], name: str) -> list[float]:

@@ -50,13 +50,21 @@ class RefusedPairs:
 
 @dataclass(frozen=True, slots=True)
 class TileRow:
-    """The surface of one ground tile; shares are 0 to 1, None where not known; `sigma` in metres, the median of the tile."""
+    """The surface of one ground tile.
+
+    Attributes
+    ----------
+    completeness, seen : shares of the surveyed ground, 0 to 1, with a height and with a colour in the ortho; None where not known
+    sigma : median of the tile, metres
+    surveyed_m2 : ground that enough images see
+    """
 
     tile: str
     completeness: float | None
     seen: float | None
     sigma: float | None
     points: int
+    surveyed_m2: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +74,7 @@ class ImageFigures:
     Attributes
     ----------
     images, left_out : in the catalog, and of these not read;  unused : read, but in no flight tile
+    asked_m2, shown_share : the area that was asked for, and how much of it enough images see, 0 to 1; None where not known
     match_seconds, sgm_seconds : of all matching, and of this inside the library's matcher
     parallaxes_px : vertical parallax of every pair used
     """
@@ -79,6 +88,8 @@ class ImageFigures:
     parallaxes_px: tuple[float, ...]
     match_seconds: float
     sgm_seconds: float
+    asked_m2: float | None = None
+    shown_share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

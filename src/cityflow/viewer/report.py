@@ -17,6 +17,7 @@ from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.rows import ReportData, UnitRow
+from cityflow.viewer.survey_in_short import shortfall
 from cityflow.viewer.unit_map import draw_map
 
 __all__ = ["listed_units", "verdict", "write_report"]
@@ -40,7 +41,7 @@ def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
         data=data,
         figures=figures,
         summary=figures["summary"],
-        verdict=verdict(figures["summary"]),
+        verdict=verdict(figures["summary"]) + shortfall(figures["images"]),
         short=in_short(figures, data.run, data.unit_stage),
         unfinished=figures["summary"]["unfinished"],
         run=shlex.quote(data.run),

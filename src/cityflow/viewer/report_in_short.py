@@ -9,6 +9,7 @@ from typing import Any
 
 from cityflow.core.building import Status
 from cityflow.viewer.environment import cm
+from cityflow.viewer.survey_in_short import what_was_surveyed
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,9 @@ def in_short(figures: Mapping[str, Any], run: str, unit_stage: str) -> list[Answ
     summary = figures["summary"]
     if not summary["units"] and not summary.get("waiting"):
         return []
+    surveyed = what_was_surveyed(figures["images"])
     return [
+        *([Answer("What was surveyed?", surveyed, "images")] if surveyed else []),
         Answer("How good?", _how_good(figures), "quality"),
         Answer("Where are problems?", _problems(figures, unit_stage), "todo"),
         Answer("What to do?", _to_do(figures, run), "todo"),

@@ -11,18 +11,21 @@ import numpy as np
 from cityflow.core.building import Status
 from cityflow.flow.task import Record
 from cityflow.stages import fuse, ingest, match, ortho, surface
+from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.survey import IMAGES, Survey
 from cityflow.viewer.figures import kind_of_reason
 from cityflow.viewer.image_rows import DirectionRow, ImageFigures, RefusedPairs, TileRow
+from cityflow.workflow.asked_area import asked_area, surveyed_share
 from cityflow.workflow.current import CurrentRecords
 
 Pairs = Mapping[str, Mapping[str, Any]]
 
 
-def image_figures(survey: Survey, records: CurrentRecords) -> ImageFigures | None:
-    """None for a survey that is no survey of images."""
+def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHERE) -> ImageFigures | None:
+    """None for a survey that is no survey of images; `area` is what the run is limited to."""
     if survey.door != IMAGES:
         return None
+    asked = asked_area(survey, area)
     matched = records.of(match.STAGE)
     read = {r.unit: r for r in records.of(ingest.STAGE) if r.unit in survey.images.assets}
     left_out = tuple(u for u, r in read.items() if r.status in (Status.FAILED, Status.REFUSED))
@@ -37,6 +40,8 @@ def image_figures(survey: Survey, records: CurrentRecords) -> ImageFigures | Non
         parallaxes_px=tuple(_parallaxes(matched, "parallax_px")),
         match_seconds=sum(r.seconds for r in matched),
         sgm_seconds=sum(float(r.result.get("sgm_seconds") or 0) for r in matched),
+        asked_m2=float(asked.area),
+        shown_share=surveyed_share(survey, asked),
     )
 
 
@@ -101,6 +106,7 @@ def _tiles(records: CurrentRecords) -> list[TileRow]:
             shown.get(tile, nothing).get("seen"),
             fused.get(tile, nothing).get("median_sigma_m"),
             int(made.get(tile, nothing).get("points") or 0),
+            float(made.get(tile, nothing).get("surveyed_m2") or 0.0),
         )
         for tile in sorted(made or fused)
     ]

@@ -182,7 +182,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         changed=_changed(run),
         waiting={unit: outlines.rings[unit] for unit in sorted(outlines.asked - known)},
         pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
-        images=image_figures(survey, records),
+        images=image_figures(survey, records, run.area),
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
         textures=texture_figures(run.store, survey, records),

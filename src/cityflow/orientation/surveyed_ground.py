@@ -1,0 +1,58 @@
+"""How many images see a place that is matched: a height that two images give is checked by the third.
+
+What counts is the flight plan: the base image that answers for a place, and those of its partners that have the place in their frame. Beyond the ground
+that enough of them see, heights are few, and nothing says which of them are wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.grid import Grid
+from cityflow.core.ground_cells import GroundCells
+from cityflow.orientation.views import sees
+
+
+@dataclass(frozen=True, slots=True)
+class MatchedGround:
+    """A base image, the images that it is matched with, and the ground that it answers for."""
+
+    base: OrientedImage
+    partners: tuple[OrientedImage, ...]
+    cells: GroundCells
+
+
+def images_of_ground(matched: Iterable[MatchedGround], grid: Grid, heights: FloatArray) -> IntArray:
+    """(rows, cols) for each cell the most images, a base and its partners, that have it in their frames; 0 where it is not matched.
+
+    Parameters
+    ----------
+    matched : in any order
+    heights : (rows, cols) of the ground at the cells' centres, world metres
+    """
+    most = np.zeros(grid.shape, np.int64)
+    for one in matched:
+        rows, cols = _window(grid, one.cells)
+        x, y = np.meshgrid(grid.x_centres()[cols], grid.y_centres()[rows])
+        row, col = np.nonzero(one.cells.holds(x.ravel(), y.ravel()).reshape(x.shape))
+        xyz = np.column_stack([x[row, col], y[row, col], heights[rows, cols][row, col]])
+        others = sum((sees(partner, xyz).astype(np.int64) for partner in one.partners), np.zeros(len(xyz), np.int64))
+        count = np.where(sees(one.base, xyz) & (others > 0), 1 + others, 0)
+        np.maximum.at(most, (row + rows.start, col + cols.start), count)
+    return most
+
+
+def _window(grid: Grid, cells: GroundCells) -> tuple[slice, slice]:
+    """Rows and columns of the grid that may have their centres in the cells; empty where there are none."""
+    x_min, y_min, x_max, y_max = cells.bounds
+    first_col, last_col = (int(np.floor((x - grid.x_min) / grid.cell)) for x in (x_min, x_max))
+    first_row, last_row = (int(np.floor((grid.y_max - y) / grid.cell)) for y in (y_max, y_min))
+    return (
+        slice(max(first_row, 0), max(min(last_row + 1, grid.rows), max(first_row, 0))),
+        slice(max(first_col, 0), max(min(last_col + 1, grid.cols), max(first_col, 0))),
+    )
