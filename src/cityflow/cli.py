@@ -1,4 +1,7 @@
-"""The command line. A command reads its options, calls one function of `workflow` or `stages`, and prints what that returns."""
+"""The command line. A command reads its options, looks whether what they name is there, calls one function of `workflow` or `stages`, and prints.
+
+Nothing heavy is imported before that look: a typing error is answered at once.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,23 @@ from typer.core import TyperGroup
 
 from cityflow import __version__
 from cityflow.errors import CityflowError
+from cityflow.flow.talk import Talk
+from cityflow.workflow import completion
+from cityflow.workflow.first_look import (
+    agreed_folder,
+    look_at_catalog,
+    look_at_file,
+    look_at_run,
+    look_at_settings,
+    look_at_workflow,
+)
+from cityflow.workflow.known_keys import CITY, SYNTH, described, known_keys
 
 app = typer.Typer(
-    name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False, rich_markup_mode=None,
+    name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
     help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as tasks on Dask. Lengths are metres, times seconds, memory MB.",
+    epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to mend, or an incomplete "
+    "city; 2 a command that cannot be read; 130 stopped by Ctrl-C.",
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
 app.add_typer(catalog_app, name="catalog")
@@ -34,15 +50,24 @@ evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a r
 app.add_typer(evaluate_app, name="evaluate")
 console = Console()
 
-RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run")]
+RunArgument = Annotated[
+    str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run", autocompletion=completion.runs)
+]
+WorkflowArgument = Annotated[
+    Path, typer.Argument(help="Workflow file, see workflows/", autocompletion=completion.workflows)
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Set a parameter, e.g. surface.cell_m=0.25 (keys and units: cityflow parameters); repeatable",
+        help="Set a parameter, e.g. surface.cell_m=0.25 or reconstruct.methods=volumetric,extruded (keys and units: cityflow parameters); repeatable",
+        autocompletion=completion.settings,
     ),
 ]
+JsonOption = Annotated[bool, typer.Option("--json", help="As JSON, for programs")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong")]
+VerboseOption = Annotated[bool, typer.Option("--verbose", "-v", help="A line for every task that ends")]
 SchedulerOption = Annotated[
     str, typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786; without it a local cluster starts")
 ]
@@ -60,18 +85,29 @@ AreaOption = Annotated[
 
 @app.command()
 def run(
-    workflow: Annotated[Path, typer.Argument(help="Workflow file, see workflows/")],
+    workflow: WorkflowArgument,
     catalog: Annotated[str, typer.Option(help="Catalog folder or URL, instead of the workflow's own")] = "",
-    out: Annotated[str, typer.Option(metavar="RUN", help="Folder or fsspec URL (s3://…) for the results")] = "",
+    out: Annotated[
+        str,
+        typer.Option(
+            metavar="RUN",
+            help="Folder or fsspec URL (s3://…) for the results; without it runs/ and the workflow's name, which is asked about first",
+        ),
+    ] = "",
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     settings: SetOption = None,
     aoi: AreaOption = "",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Agree to the folder where --out is left out")] = False,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
 ) -> None:
     """Run a workflow; what is done already is not done again."""
+    name = look_at_workflow(workflow, settings or [], catalog)
+    folder = out or agreed_folder(name, yes, console)
     from cityflow.workflow.run import run_workflow
 
-    run_workflow(workflow, catalog, out, settings or [], aoi, scheduler, workers, console)
+    run_workflow(workflow, catalog, folder, settings or [], aoi, scheduler, workers, console, Talk.of(quiet, verbose))
 
 
 @app.command()
@@ -83,7 +119,11 @@ def rerun(
     ] = False,
     stage: Annotated[str, typer.Option(help="All units of a stage")] = "",
     unit: Annotated[
-        list[str] | None, typer.Option(help="A building by its id, or a tile or file by its name; repeatable")
+        list[str] | None,
+        typer.Option(
+            help="A building by its id or a part of it that no other has, or a tile or file by its name; repeatable",
+            autocompletion=completion.units,
+        ),
     ] = None,
     settings: SetOption = None,
     clear_overrides: Annotated[
@@ -91,52 +131,84 @@ def rerun(
     ] = False,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
 ) -> None:
     """Run some units again, with other parameters if you like, and what depends on their results."""
+    look_at_run(run_url)
+    look_at_settings(settings or [])
+    from cityflow.workflow.unit_names import named_units
+
+    units = named_units(run_url, unit or [])
     from cityflow.workflow.rerun import Selection, rerun_units
 
-    selection = Selection(failed or degraded, degraded, stage, tuple(unit or ()))
-    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console)
+    selection = Selection(failed or degraded, degraded, stage, tuple(units))
+    talk = Talk.of(quiet, verbose)
+    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console, talk)
 
 
 @app.command()
-def status(run_url: RunArgument) -> None:
-    """How far a run is, stage by stage, and what failed."""
-    from cityflow.workflow.status import print_status
+def status(
+    run_url: RunArgument,
+    units: Annotated[
+        bool, typer.Option("--units", help="List the buildings instead: id, how it ended, figures")
+    ] = False,
+    find: Annotated[str, typer.Option(metavar="TEXT", help="Of the buildings only those with this in their id")] = "",
+    as_json: JsonOption = False,
+) -> None:
+    """How far a run is, stage by stage, what failed, and what to do next."""
+    look_at_run(run_url)
+    from cityflow.workflow.status import print_status, print_units
 
-    print_status(run_url, console)
+    if units or find:
+        print_units(run_url, console, find, as_json)
+    else:
+        print_status(run_url, console, as_json)
 
 
 @app.command()
 def plan(
-    workflow: Annotated[Path, typer.Argument(help="Workflow file")],
+    workflow: WorkflowArgument,
     catalog: Annotated[str, typer.Option(help="Catalog folder or URL")] = "",
     out: Annotated[str, typer.Option(metavar="RUN", help="RUN folder to compare with")] = "",
     settings: SetOption = None,
     aoi: AreaOption = "",
     workers: WorkersOption = 0,
+    as_json: JsonOption = False,
 ) -> None:
     """What would run, what is stale and why, and what it would take."""
+    look_at_workflow(workflow, settings or [], catalog)
     from cityflow.workflow.plan import print_plan
 
-    print_plan(workflow, catalog, out, settings or [], aoi, workers, console)
+    print_plan(workflow, catalog, out, settings or [], aoi, workers, console, as_json)
 
 
 @app.command()
 def explain(
     run_url: RunArgument,
-    unit: Annotated[str, typer.Argument(help="Id of a building, or name of a tile or file")],
+    unit: Annotated[
+        str,
+        typer.Argument(
+            help="Id of a building or a part of it that no other has, or name of a tile or file",
+            autocompletion=completion.units,
+        ),
+    ],
     picture: Annotated[
         Path | None, typer.Option(help="PNG to be written: the candidates of every method side by side")
     ] = None,
     every_parameter: Annotated[
         bool, typer.Option("--parameters", help="All parameters, also those that are as by default")
     ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """All that is known of one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
+    look_at_run(run_url)
+    from cityflow.workflow.unit_names import named_units
+
+    unit = named_units(run_url, [unit])[0]
     from cityflow.workflow.explain import print_explanation, write_candidates
 
-    print_explanation(run_url, unit, console, every_parameter)
+    print_explanation(run_url, unit, console, every_parameter, as_json)
     if picture is not None:
         write_candidates(run_url, unit, picture)
 
@@ -154,6 +226,8 @@ def report(
     ] = None,
 ) -> None:
     """Write report.html, the pages of single buildings and report.json anew from the records."""
+    look_at_run(run_url)
+    look_at_settings(settings or [])
     from cityflow.workflow.report import print_report
 
     print_report(run_url, settings or [], console)
@@ -166,6 +240,8 @@ def view(
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
 ) -> None:
     """Walk through runs in the browser: the textured city, every building's figures, measuring, sections."""
+    for url in run_urls:
+        look_at_run(url)
     from cityflow.workflow.serve import view_runs
 
     view_runs(run_urls, port, browser, console)
@@ -197,6 +273,7 @@ def synth(
     workers: WorkersOption = 0,
 ) -> None:
     """Make a town with known truth, and survey it: images, LiDAR, catalog, truth; what is made already is kept."""
+    look_at_settings(settings or [], SYNTH)
     from cityflow.workflow.synth import make_survey, synth_parameters
     from cityflow.workflow.synth_files import PoseNoise
 
@@ -210,18 +287,20 @@ def demo(
     only: Annotated[
         list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another town under the made flight")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="Another town under the synthetic flight")] = 12,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     view: Annotated[
         bool | None,
         typer.Option("--view/--no-view", help="Show them in the browser in the end; by default at a terminal"),
     ] = None,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
 ) -> None:
-    """A made flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, from beginning to end."""
+    """A synthetic flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, from beginning to end."""
     from cityflow.workflow.demo import run_demo
 
-    run_demo(out, only or [], seed, scheduler, workers, view, console)
+    run_demo(out, only or [], seed, scheduler, workers, view, console, Talk.of(quiet, verbose))
 
 
 ReferenceArgument = Annotated[
@@ -237,30 +316,41 @@ def evaluate_points(
         str,
         typer.Option(metavar="FILE", help="Points with X, Y, Z: CSV or any vector format; a column kind groups them"),
     ],
+    as_json: JsonOption = False,
 ) -> None:
     """Bias, RMSE and LE95 of surface and ortho at points of known position; also shown by cityflow report.
 
     The word points may be left out: cityflow evaluate RUN --checkpoints FILE.
     """
+    look_at_run(run_url)
+    look_at_file(checkpoints)
     from cityflow.workflow.evaluate import evaluate_run
 
-    evaluate_run(run_url, checkpoints, console)
+    evaluate_run(run_url, checkpoints, console, as_json)
 
 
 @evaluate_app.command("outlines")
-def evaluate_outlines(run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "") -> None:
+def evaluate_outlines(
+    run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "", as_json: JsonOption = False
+) -> None:
     """Completeness, correctness, IoU, corners and edges of the outlines found; what is missing and extra as GeoPackage."""
+    look_at_run(run_url)
+    look_at_file(reference)
     from cityflow.workflow.evaluate_outlines import evaluate_outlines as evaluated
 
-    evaluated(run_url, reference, layer, console)
+    evaluated(run_url, reference, layer, console, as_json)
 
 
 @evaluate_app.command("units")
-def evaluate_units(run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "") -> None:
+def evaluate_units(
+    run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "", as_json: JsonOption = False
+) -> None:
     """Hits, misses and false alarms of cut lines, and IoU of single units; missed and false ones as GeoPackage."""
+    look_at_run(run_url)
+    look_at_file(reference)
     from cityflow.workflow.evaluate_units import evaluate_units as evaluated
 
-    evaluated(run_url, reference, layer, console)
+    evaluated(run_url, reference, layer, console, as_json)
 
 
 @app.command()
@@ -269,17 +359,14 @@ def parameters(
         str,
         typer.Argument(
             metavar="NAME",
-            help="Only keys of this section, with this in them, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+            help="Only keys of this section, with this in them or in their meaning, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+            autocompletion=completion.keys,
         ),
     ] = "",
     made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead")] = False,
 ) -> None:
     """Every key that a workflow may set: its default, its meaning and unit, what it may be."""
-    from cityflow.stages.parameters import CityParameters
-    from cityflow.stages.synth_survey import SynthParameters
-    from cityflow.workflow.parameters import described_parameters
-
-    text = described_parameters(SynthParameters if made else CityParameters, wanted)
+    text = described(known_keys(SYNTH if made else CITY), wanted)
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -367,6 +454,7 @@ def catalog_check(
     ] = None,
 ) -> None:
     """Read every header and say what is missing or contradictory; of images, what they will see and what will suffer."""
+    look_at_catalog(catalog)
     from cityflow.stages.catalog_check import check_catalog
 
     result = check_catalog(catalog, maps)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
-from rich.console import Console
 
 from cityflow.core.building import Status
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.reconstruction.choose import ReconstructParameters, ScoreParameters, choose
 from cityflow.reconstruction.model import ModelParameters
@@ -80,10 +78,9 @@ def record(stage: str, parameters: dict[str, Any], scores: Sequence[dict[str, An
 
 
 def said(newest: Record, every: bool = False) -> str:
-    out = io.StringIO()
-    console = Console(file=out, width=500)
-    explain._print_task([newest], {}, str(Path("run")), console, every)
-    return out.getvalue()
+    store = Store.open("memory://explain")
+    made = [f"  {line}" for line in explain._made([newest], {}, "run", every)]
+    return "\n".join([*explain._found(newest, {}, store), *made, ""])
 
 
 def test_only_parameters_that_differ_are_printed() -> None:
@@ -109,17 +106,17 @@ def test_records_of_every_stage_are_told_in_the_same_short_form() -> None:
     older = {**windows, "levels_of_before": 48, "margin_m": 0.2}
     text = said(record("windows", older))
     assert "2 differ from the defaults; --parameters shows all" in text
-    assert "    levels_of_before = 48 (no such parameter today)\n" in text
-    assert f"    margin_m = 0.2 (default {windows['margin_m']})\n" in text
+    assert "      levels_of_before = 48 (no such parameter today)\n" in text
+    assert f"      margin_m = 0.2 (default {windows['margin_m']})\n" in text
     assert "as by the defaults" in said(record("windows", windows))
     assert "as by the defaults" in said(record("ingest", {"index_cell_m": 50.0}))
-    assert "parameters (version 3): none" in said(record("units", {}))
+    assert "parameters: none" in said(record("units", {}))
     assert not [line for line in said(record("windows", windows), every=True).splitlines() if len(line) > 160]
 
 
 def test_stages_without_defaults_print_all_a_line_each() -> None:
     text = said(record("made_up", {"raw": {"bits": 12}, "names": ["a"]}))
-    assert '  parameters (version 3):\n    names = ["a"]\n    raw.bits = 12\n' in text
+    assert '    parameters:\n      names = ["a"]\n      raw.bits = 12\n' in text
 
 
 def test_candidates_are_a_line_each_with_the_face_price() -> None:

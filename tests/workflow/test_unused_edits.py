@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import geopandas
 import numpy as np
 import pytest
 import shapely
-from rich.console import Console
 from shapely import LineString, Point, box
 
 from cityflow.core.grid import Grid
@@ -27,7 +25,7 @@ from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import _outlines
 from cityflow.workflow.settings import load_workflow
-from cityflow.workflow.status import _print_unused
+from cityflow.workflow.status import unused_lines
 from cityflow.workflow.unused_edits import unused_edits
 from in_process import outcome_of, record_of
 
@@ -140,9 +138,7 @@ def test_refused_outlines_have_rings_for_the_map(catalog: Path, tmp_path: Path) 
 def test_the_console_names_them_and_counts_the_rest(catalog: Path, tmp_path: Path) -> None:
     missed = [("hip", Point(X + 120 + k, Y + 30)) for k in range(15)]
     run = prepared(catalog, tmp_path, {"roof_types": [("gable", HOUSE.centroid), *missed]})
-    out = io.StringIO()
-    _print_unused(unused_edits(run, outlined(run)), Console(file=out, width=80))
-    lines = out.getvalue().splitlines()
+    lines = list(unused_lines([(edit.text, edit.remedy) for edit in unused_edits(run, outlined(run))]))
     assert lines[0] == (
         "edit without effect: roof_types 'hip' at 90120.00, 460030.00: touches no building → "
         "move the point into the unit, or let the polygon cover half of it or more"

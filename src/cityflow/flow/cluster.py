@@ -126,6 +126,11 @@ def _check_workers(client: Client, address: str) -> None:
             raise RunError(f"other versions than here: {', '.join(differing)}", where=worker, remedy=_same())
 
 
+def threads_of(client: Client) -> int:
+    """Threads of all workers, each of which runs one task."""
+    return sum(client.nthreads().values())
+
+
 def versions() -> dict[str, str]:
     """What driver and workers must have in common."""
     return {

@@ -44,3 +44,19 @@ def _lock(folder: int, root: str) -> None:
     except OSError:
         # Some network file systems cannot lock a folder; the numbering of attempts is safe without.
         return
+
+
+def is_held(store: Store) -> bool:
+    """Whether a driver is at work in a local RUN; False where nobody can know."""
+    if not store.is_local or not os.path.isdir(store.root):
+        return False
+    folder = os.open(store.root, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(folder)
+    return False

@@ -155,6 +155,10 @@ class Ledger:
         rows = dict(self._rows(query, (quoted(stage),)))
         return {status: rows.get(str(status), 0) for status in Status}
 
+    def count_files(self) -> int:
+        """How many records and marks there are."""
+        return int(self._db.execute("SELECT COUNT(*) FROM files").fetchone()[0])
+
     def next_attempt(self, stage: str, unit: str) -> int:
         """One more than the highest attempt that has a record or a mark."""
         query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ?"

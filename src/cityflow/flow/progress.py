@@ -1,10 +1,10 @@
-"""What the driver tells whoever watches, and two ways to show it: bars on a terminal, lines elsewhere."""
+"""What the driver tells whoever watches, and ways to show it: bars on a terminal, lines elsewhere, a line for every task, or nothing."""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections import Counter
+from collections.abc import Mapping
 from typing import Protocol, TextIO
 
 from rich.console import Console
@@ -12,11 +12,18 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from rich.text import Text
 
 from cityflow.core.building import Status
+from cityflow.flow.progress_counts import Counts, Expected
+from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 
 
 class Watcher(Protocol):
     """Callbacks of `run_tasks`, all from the driver's thread."""
+
+    counts: Counts
+
+    def expect(self, expected: Mapping[str, Expected], workers: int) -> None:
+        """What the run will take as far as one can know it now, by stage in the order of the flow; said again whenever more is known."""
 
     def ready(self, task: Task) -> None:
         """A task became ready: it counts towards its stage's total."""
@@ -35,11 +42,19 @@ class Watcher(Protocol):
 
 
 class Silent:
-    """Shows nothing."""
+    """Shows nothing, and counts."""
 
-    def ready(self, task: Task) -> None: ...
+    def __init__(self) -> None:
+        self.counts = Counts()
 
-    def finished(self, record: Record, *, fresh: bool) -> None: ...
+    def expect(self, expected: Mapping[str, Expected], workers: int) -> None:
+        self.counts.expect(expected, workers)
+
+    def ready(self, task: Task) -> None:
+        self.counts.ready[task.stage] += 1
+
+    def finished(self, record: Record, *, fresh: bool) -> None:
+        self.counts.add(record, fresh=fresh)
 
     def message(self, text: str) -> None: ...
 
@@ -48,42 +63,18 @@ class Silent:
     def close(self) -> None: ...
 
 
-class Counts:
-    """Per stage: how many units are ready, finished, and with which status."""
-
-    def __init__(self) -> None:
-        self.ready: Counter[str] = Counter()
-        self.finished: Counter[str] = Counter()
-        self.kept: Counter[str] = Counter()
-        self.by_status: dict[str, Counter[Status]] = {}
-
-    def add(self, record: Record, *, fresh: bool) -> None:
-        self.finished[record.stage] += 1
-        self.kept[record.stage] += not fresh
-        self.by_status.setdefault(record.stage, Counter())[record.status] += 1
-
-    def words(self, stage: str) -> str:
-        """``12 done, 1 failed (3 from before)``."""
-        counts = self.by_status.get(stage, Counter())
-        text = ", ".join(f"{counts[status]} {status}" for status in Status if counts[status])
-        return text + (f" ({self.kept[stage]} from before)" if self.kept[stage] else "")
-
-
-class Lines:
-    """Plain text, a line per stage that changed, at most every few seconds: for log files and pipes."""
+class Lines(Silent):
+    """Plain text, a line per stage that changed and one of all stages, at most every few seconds: for log files and pipes."""
 
     def __init__(self, stream: TextIO | None = None, every_s: float = 5.0) -> None:
+        super().__init__()
         self._stream = stream or sys.stderr
         self._every_s = every_s
-        self._counts = Counts()
         self._changed: set[str] = set()
         self._last = time.monotonic()
 
-    def ready(self, task: Task) -> None:
-        self._counts.ready[task.stage] += 1
-
     def finished(self, record: Record, *, fresh: bool) -> None:
-        self._counts.add(record, fresh=fresh)
+        super().finished(record, fresh=fresh)
         self._changed.add(record.stage)
 
     def message(self, text: str) -> None:
@@ -98,64 +89,89 @@ class Lines:
 
     def _show(self) -> None:
         self._last = time.monotonic()
-        for stage in sorted(self._changed):
-            of = f"{self._counts.finished[stage]}/{self._counts.ready[stage]}"
-            self.message(f"{stage:<12} {of:>11}  {self._counts.words(stage)}")
+        for stage in self.counts.stages():
+            if stage in self._changed:
+                of = f"{self.counts.finished[stage]}/{self.counts.total_text(stage)}"
+                self.message(f"{stage:<12} {of:>11}  {self.counts.words(stage)}")
+        if self._changed and (overall := self.counts.overall()):
+            self.message(f"{'all':<12} {overall}")
         self._changed.clear()
 
 
-class Bars:
-    """A bar per stage on a terminal, with its counts by status; failures in the colour of failures."""
+class EveryTask(Lines):
+    """`Lines`, and a line for every task that ended, with its time and its reason."""
+
+    def finished(self, record: Record, *, fresh: bool) -> None:
+        super().finished(record, fresh=fresh)
+        if fresh:
+            reason = f": {record.reason}" if record.reason else ""
+            name = f"{record.stage}-{record.unit}"
+            self.message(f"  {name} {record.status}, {record.seconds:.2f} s, {record.peak_mb:.0f} MB{reason}")
+
+
+class Bars(Silent):
+    """A bar per stage on a terminal, with its counts by status, failures in red; above them what all stages come to."""
 
     def __init__(self, console: Console | None = None) -> None:
-        self._counts = Counts()
+        super().__init__()
         self._bars: dict[str, TaskID] = {}
         self._changed: set[str] = set()
         columns = [
             SpinnerColumn(),
             TextColumn("{task.description:<12}"),
             BarColumn(),
-            TextColumn("{task.completed:.0f}/{task.total:.0f}"),
+            TextColumn("{task.fields[of]}"),
             TimeElapsedColumn(),
             TextColumn("{task.fields[words]}"),
         ]
         self._progress = Progress(*columns, console=console or Console(stderr=True), refresh_per_second=5)
         self._progress.start()
 
+    def expect(self, expected: Mapping[str, Expected], workers: int) -> None:
+        super().expect(expected, workers)
+        self._changed.update(expected)
+
     def ready(self, task: Task) -> None:
-        self._counts.ready[task.stage] += 1
+        super().ready(task)
         self._changed.add(task.stage)
 
     def finished(self, record: Record, *, fresh: bool) -> None:
-        self._counts.add(record, fresh=fresh)
+        super().finished(record, fresh=fresh)
         self._changed.add(record.stage)
 
     def message(self, text: str) -> None:
         self._progress.console.print(Text(text))
 
     def tick(self) -> None:
-        for stage in sorted(self._changed):
-            if stage not in self._bars:
-                self._bars[stage] = self._progress.add_task(stage, total=1, words="")
-            self._progress.update(
-                self._bars[stage],
-                completed=self._counts.finished[stage],
-                total=self._counts.ready[stage],
-                words=self._coloured(stage),
-            )
+        if not self._changed:
+            return
+        if overall := self.counts.overall():
+            self._show("all", self.counts.share(), 1.0, "", overall)
+        for stage in self.counts.stages():
+            if stage in self._changed or stage not in self._bars:
+                done, total = self.counts.finished[stage], self.counts.total(stage)
+                self._show(stage, done, max(total, 1), f"{done}/{self.counts.total_text(stage)}", self._coloured(stage))
         self._changed.clear()
 
     def close(self) -> None:
         self.tick()
         self._progress.stop()
 
+    def _show(self, name: str, done: float, total: float, of: str, words: str) -> None:
+        if name not in self._bars:
+            self._bars[name] = self._progress.add_task(name, total=total, words="", of="")
+        self._progress.update(self._bars[name], completed=done, total=total, of=of, words=words)
+
     def _coloured(self, stage: str) -> str:
-        counts = self._counts.by_status.get(stage, Counter())
-        bad = counts[Status.FAILED]
-        return f"[red]{self._counts.words(stage)}[/red]" if bad else self._counts.words(stage)
+        bad = self.counts.of(stage, Status.FAILED)
+        return f"[red]{self.counts.words(stage)}[/red]" if bad else self.counts.words(stage)
 
 
-def watcher(stream: TextIO | None = None) -> Watcher:
-    """Bars where the stream (stderr if None) is a terminal, else lines."""
+def watcher(stream: TextIO | None = None, talk: Talk = Talk.NORMAL) -> Watcher:
+    """Bars where the stream (stderr if None) is a terminal, else lines; a line for every task, or nothing, if that is asked for."""
     stream = stream or sys.stderr
+    if talk is Talk.QUIET:
+        return Silent()
+    if talk is Talk.VERBOSE:
+        return EveryTask(stream)
     return Bars(Console(file=stream)) if stream.isatty() else Lines(stream)

@@ -6,6 +6,7 @@ files it is made of. Everything here runs in the driver and touches names and di
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from cityflow.core.building import Status
@@ -36,6 +37,7 @@ from cityflow.stages import (
     windows,
 )  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.flow_order import in_flow_order
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey, UnitEntry
 
@@ -83,6 +85,7 @@ class CitySource:
         self._outlines: dict[str, UnitEntry] = {}
         self._outlines_of: dict[str, list[str]] = {}
         self._exports: dict[Node, None] = {}
+        self._foreseen: Counter[str] = Counter()
 
     def initial(self) -> Iterator[Task]:
         """What can start at once; everything else follows from `after`."""
@@ -134,23 +137,47 @@ class CitySource:
             yield from self._learn_units(task.unit, record)
         yield from self._open(node)
 
-    def expected_units(self) -> dict[str, int]:
-        """Units per stage as far as the catalog tells; what is known exactly is counted by walking the graph."""
-        tiles = sum(self.area.meets(t.bounds) for t in self.survey.tiles.values())
-        outlines = self.survey.catalog.outlines
-        given = outlines.count if outlines is not None and self.survey.outlines_given and self.area.is_everywhere else 0
-        files = len(self.survey.files) + self.survey.outlines_given
-        return {"ingest": files if self.area.is_everywhere else 0, **self._expected_of_images(), "surface": tiles, "outline": tiles,
-                **({"units": tiles} if self.survey.splits else {}), "reconstruct": given, "export": tiles + 1}  # fmt: skip
+    def expected_units(self) -> dict[str, int | None]:
+        """Tasks per stage as far as one can know now, in the order of the flow; None where the buildings decide and nobody knows them yet.
 
-    def _expected_of_images(self) -> dict[str, int]:
-        """Of the stages that images alone have; an area needs more, of the tiles around it."""
-        if self.survey.door != IMAGES:
-            return {}
-        images, tiles = self.survey.images, [t for t in self.survey.tiles.values() if self.area.meets(t.bounds)]
-        return {"match": sum(len(images.flight_tiles(t)) for t in tiles), "fuse": len(tiles), "ortho": len(tiles),
-                "frame": len(images.frame_units_over([t.name for t in tiles])),
-                "walls": len(tiles) if self.survey.sees_walls else 0}  # fmt: skip
+        What does not depend on records is counted by following what every task reads; the rest from the outlines, given or read already.
+        """
+        tiles = [name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds)]
+        if not self._foreseen:
+            self._foreseen = Counter(stage for stage, _ in self._foreseen_tasks(tiles))
+        buildings = self._expected_buildings(tiles)
+        expected: dict[str, int | None] = {**self._foreseen, **buildings, "export": len(tiles) + 1}
+        wanted = Counter(stage for stage, _ in self._wanted)
+        return {s: n if (n := expected[s]) is None else max(n, wanted[s]) for s in in_flow_order(expected)}
+
+    def _foreseen_tasks(self, tiles: list[str]) -> set[Node]:
+        """The tasks under the outlines: they follow from the catalog alone."""
+        ring = list(dict.fromkeys(t for name in tiles for t in self.survey.ring(name)))
+        nodes = [*(("surface", t) for t in ring), *self._pictures(tiles), *((outline.STAGE, t) for t in ring)]
+        found = set(nodes)
+        while nodes:
+            below = [n for n in self._needs(nodes.pop()) if n not in found]
+            found.update(below)
+            nodes.extend(below)
+        return found | ({(units.STAGE, t) for t in ring} if self.survey.splits else set())
+
+    def _expected_buildings(self, tiles: list[str]) -> dict[str, int | None]:
+        """Tasks of single buildings and of their pages: from the units, once the records name all of them, else from the number of given outlines."""
+        survey = self.survey
+        known = all(t in self._units_of for t in tiles)
+        given = survey.catalog.outlines if survey.outlines_given and self.area.is_everywhere else None
+        chosen = [u for t in tiles for u in self._chosen.get(t, [])] if known else []
+        count = len(chosen) if known else given.count if given is not None and not survey.splits else None
+        found: dict[str, int | None] = {reconstruct.STAGE: count}
+        if survey.splits:
+            outlined = all(t in self._outlines_of for t in tiles)
+            found[split.STAGE] = sum(len(self._outlines_of[t]) for t in tiles) if outlined else None
+        if survey.textures:
+            found[texture.STAGE] = count
+            found[atlas.STAGE] = len({atlas.leaf_of(survey, self._known[u]) for u in chosen}) if known else None
+            if windows.are_wanted(survey):
+                found[windows.STAGE] = count
+        return found
 
     def _pictures(self, tiles: list[str]) -> Iterator[Node]:
         """Orthos of the tiles and of the frames that look at them."""

@@ -6,12 +6,10 @@ from collections import defaultdict, deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.stages.city import CitySource
+from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.prepare import Prepared
 
 
@@ -22,28 +20,12 @@ class CurrentRecords:
     by_stage: Mapping[str, list[Record]]
 
     def stages(self) -> list[str]:
-        """Names of the stages that have records, sorted."""
+        """Names of the stages that have records, in the order of the flow."""
         return list(self.by_stage)
 
     def of(self, stage: str) -> list[Record]:
         """Records of a stage, sorted by unit."""
         return self.by_stage.get(stage, [])
-
-
-@dataclass(frozen=True, slots=True)
-class StageFigures:
-    """How a stage stands: units by status; mean seconds and highest megabytes of those that gave a result."""
-
-    count: Mapping[Status, int]
-    mean_seconds: float
-    peak_mb: float
-
-    @classmethod
-    def of(cls, records: list[Record]) -> StageFigures:
-        count = {status: sum(r.status is status for r in records) for status in Status}
-        good = [r for r in records if r.status in (Status.DONE, Status.DEGRADED)]
-        seconds = float(np.mean([r.seconds for r in good])) if good else 0.0
-        return cls(count, seconds, max((r.peak_mb for r in good), default=0.0))
 
 
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
@@ -60,4 +42,4 @@ def walked(source: CitySource, ledger: Ledger) -> CurrentRecords:
         if record is not None:
             found[task.stage].append(record)
             queue.extend(source.after(task, record))
-    return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in sorted(found)})
+    return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in in_flow_order(found)})

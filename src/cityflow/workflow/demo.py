@@ -1,4 +1,4 @@
-"""``cityflow demo``: three cities from beginning to end: a made flight, photographs of a village, a LiDAR survey."""
+"""``cityflow demo``: three cities from beginning to end: a synthetic flight, photographs of a village, a LiDAR survey."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from cityflow.core.grid import grown
 from cityflow.errors import WorkflowError
 from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
+from cityflow.flow.talk import Talk
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.run import run_workflow
@@ -49,7 +50,7 @@ class City:
     aoi: str = ""
 
 
-FLIGHT = City("flight", "A made town, flown over with five cameras", "workflows/demo_flight.yaml", "")
+FLIGHT = City("flight", "A synthetic town, flown over with five cameras", "workflows/demo_flight.yaml", "")
 CITIES = (
     FLIGHT,
     City(
@@ -67,8 +68,9 @@ def flight_parameters(seed: int) -> SynthParameters:
 
 
 def run_demo(
-    out: Path, only: Sequence[str], seed: int, scheduler: str, workers: int, view: bool | None, console: Console
-) -> None:
+    out: Path, only: Sequence[str], seed: int, scheduler: str, workers: int, view: bool | None, console: Console,
+    talk: Talk = Talk.NORMAL,
+) -> None:  # fmt: skip
     """Make the town in ``out/flight_survey``, run each city to ``out/NAME``, and show them in the browser.
 
     Parameters
@@ -94,7 +96,7 @@ def run_demo(
                 made = flight_parameters(seed)
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
                 make_survey(out / SURVEY, made, PoseNoise(), address, workers, console, next_step=False)
-            run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console)
+            run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console, talk)
             said.append(_said(city, out / city.name, time.monotonic() - begun))
     runs = [str(out / c.name) for c in wanted]
     _conclude(said, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)

@@ -24,6 +24,7 @@ from cityflow.io.reference import vertical_datum
 from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.survey import IMAGES, ZARR, Survey
 from cityflow.workflow.checkpoint_rows import CHECKPOINTS
+from cityflow.workflow.printed import print_json
 from cityflow.workflow.run_folder import open_run
 
 BLOCK_M = 100.0
@@ -44,7 +45,7 @@ class Evaluation:
     notes: tuple[str, ...]
 
 
-def evaluate_run(run_url: str, checkpoints: str, console: Console) -> None:
+def evaluate_run(run_url: str, checkpoints: str, console: Console, in_json: bool = False) -> None:
     """Print residuals by kind of point and keep them as ``checkpoints.json`` in the RUN.
 
     Raises
@@ -58,6 +59,9 @@ def evaluate_run(run_url: str, checkpoints: str, console: Console) -> None:
     found = evaluated(run.store, run.source().survey, points, reference)
     tree = as_json(found)
     run.store.write_bytes(CHECKPOINTS, (json.dumps(tree, indent=1, sort_keys=True, ensure_ascii=False) + "\n").encode())
+    if in_json:
+        print_json(tree)
+        return
     console.print(_table(tree))
     for note in found.notes:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)

@@ -15,6 +15,7 @@ from shapely import Polygon
 from cityflow.evaluation.outlines import OutlineAccuracy, compare_outlines, united_by_adjacency
 from cityflow.evaluation.wall_lines import edges_of, found_along, length_found, stretches_of
 from cityflow.io.outlines_gpkg import Layer, write_geopackage
+from cityflow.workflow.printed import print_json
 from cityflow.workflow.reference_layers import ReferenceFile, RunLayers, run_layers, within
 from cityflow.workflow.run_folder import open_run
 
@@ -40,7 +41,7 @@ ROWS = (
 )
 
 
-def evaluate_outlines(run_url: str, reference: str, layer: str, console: Console) -> None:
+def evaluate_outlines(run_url: str, reference: str, layer: str, console: Console, in_json: bool = False) -> None:
     """Print figures, and keep them as ``evaluation_outlines.json`` in the RUN, with what is missing and extra as GeoPackage.
 
     Outlines that touch are one on both sides: a survey from above cannot tell more, and how they are split is another question.
@@ -60,6 +61,9 @@ def evaluate_outlines(run_url: str, reference: str, layer: str, console: Console
     tree |= {"reference": reference, "notes": notes}
     run.store.write_bytes(RESULT, as_json(tree))
     run.store.write_bytes(MAP, write_geopackage(layers, run.catalog.reference))
+    if in_json:
+        print_json(tree)
+        return
     console.print(table("Outlines against the reference", ROWS, tree))
     for note in [*notes, f"edges count as found within {tree['within_m']:.2f} m", f"written: {RESULT}, {MAP}"]:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)

@@ -13,6 +13,7 @@ from cityflow.evaluation.outlines import united_by_adjacency
 from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
 from cityflow.io.outlines_gpkg import Layer, write_geopackage
 from cityflow.workflow.evaluate_outlines import as_json, rounded, table
+from cityflow.workflow.printed import print_json
 from cityflow.workflow.reference_layers import ReferenceFile, RunLayers, run_layers, within
 from cityflow.workflow.run_folder import open_run
 
@@ -38,7 +39,7 @@ ROWS = (
 )
 
 
-def evaluate_units(run_url: str, reference: str, layer: str, console: Console) -> None:
+def evaluate_units(run_url: str, reference: str, layer: str, console: Console, in_json: bool = False) -> None:
     """Print figures, and keep them as ``evaluation_units.json`` in the RUN, with missed borders and false lines as GeoPackage.
 
     The borders are worked out from the reference's polygons. A layer ``cut_lines`` beside, with columns height, roof, facade and gap, tells which of
@@ -60,6 +61,9 @@ def evaluate_units(run_url: str, reference: str, layer: str, console: Console) -
     tree |= {"reference": reference, "notes": notes}
     run.store.write_bytes(RESULT, as_json(tree))
     run.store.write_bytes(MAP, write_geopackage(layers, run.catalog.reference))
+    if in_json:
+        print_json(tree)
+        return
     console.print(table("Single units against the reference", ROWS, tree))
     for trace, of in tree["by_trace"].items() if marked else ():
         console.print(f"  {trace}: {of['hits']} of {of['borders']}", markup=False, highlight=False)

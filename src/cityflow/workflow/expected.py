@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.progress_counts import Expected
+from cityflow.stages.city import CitySource
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +36,23 @@ COSTS = {
     "outline": Cost("outline", 0.2, 400.0, 0.2),
     "split": Cost("split", 0.5, 600.0, 0.01),
     "units": Cost("units", 0.2, 400.0, 0.1),
-    "reconstruct": Cost("reconstruct", 0.08, 500.0, 0.02),
+    "reconstruct": Cost("reconstruct", 0.3, 500.0, 0.02),
     "texture": Cost("texture", 3.0, 900.0, 2.0),
     "windows": Cost("windows", 0.5, 500.0, 0.05),
     "atlas": Cost("atlas", 3.0, 900.0, 8.0),
     "export": Cost("export", 5.0, 600.0, 4.0),
 }
-"""Measured on Delft (15 points per m², tiles of 250 m); replaced by the RUN's own figures as soon as it has some."""
+"""Of LiDAR, measured on Delft (15 points per m², tiles of 250 m); replaced by the RUN's own figures as soon as it has some."""
+
+
+def costs_of(ledger: Ledger | None) -> dict[str, Cost]:
+    """What a task of each stage takes: as the RUN has measured it, else as by experience."""
+    return {stage: cost.measured(ledger) if ledger else cost for stage, cost in COSTS.items()}
+
+
+def expected_tasks(source: CitySource, costs: Mapping[str, Cost]) -> dict[str, Expected]:
+    """What a run will take as far as one can know it now, by stage in the order of the flow."""
+    return {
+        stage: Expected(count or 0, costs[stage].seconds, count is not None)
+        for stage, count in source.expected_units().items()
+    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,17 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
 from cityflow.reconstruction.choose import ScoreParameters
-from cityflow.stages import reconstruct, windows
+from cityflow.stages import export, reconstruct, windows
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.window_files import wall_lines
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.differences import changed
 from cityflow.workflow.overrides import read_overrides
+from cityflow.workflow.printed import print_json
 from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.score_parts import ScoreParts, score_parts
+from cityflow.workflow.status import verdict_of
+from cityflow.workflow.unit_words import plain, said_of_building, said_of_task, words
 
 STAGES_OF_A_UNIT = (
     "reconstruct", "texture", "windows", "split", "units", "outline", "walls", "surface", "fuse", "ortho", "frame", "match", "atlas", "ingest", "export",
@@ -32,12 +36,15 @@ STAGES_OF_A_UNIT = (
 """A building's own first, then those of tiles, leaves and files."""
 
 
-def print_explanation(url: str, unit: str, console: Console, every_parameter: bool = False) -> None:
-    """Print attempts, parameters, overrides, inputs and outputs of every task of that name.
+def print_explanation(
+    url: str, unit: str, console: Console, every_parameter: bool = False, in_json: bool = False
+) -> None:
+    """Print what every task of that name found, as the view's panel says it, then how it was made: attempts, parameters, inputs, outputs.
 
     Parameters
     ----------
     every_parameter : also those that are as by default
+    in_json : the newest record of every task instead, as JSON
 
     Raises
     ------
@@ -47,15 +54,36 @@ def print_explanation(url: str, unit: str, console: Console, every_parameter: bo
     wanted = open_run(url)
     with Ledger.open(wanted.store) as ledger:
         tasks = [(stage, ledger.attempts(stage, unit)) for stage in STAGES_OF_A_UNIT if ledger.latest(stage, unit)]
+        exported = _exported(wanted.store, unit, ledger)
     if not tasks:
-        raise RunError(
-            f"nothing is recorded of '{unit}'", where=url, remedy="ids are those of the outlines; see `cityflow status`"
-        )
+        remedy = f"cityflow status {url} --units lists the buildings"
+        raise RunError(f"nothing is recorded of '{unit}'", where=url, remedy=remedy)
+    if in_json:
+        print_json({"unit": unit, "attributes": exported, "records": [asdict(attempts[-1]) for _, attempts in tasks]})
+        return
     overrides = read_overrides(wanted.store)
+
+    def say(text: str) -> None:
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    for _, attempts in tasks:
+        for line in _found(attempts[-1], exported, wanted.store):
+            say(line)
+    say("How it was made:")
     for stage, attempts in tasks:
-        _print_task(attempts, overrides.get((stage, unit), {}), wanted.store.url(""), console, every_parameter)
-        for line in _walls(wanted.store, attempts[-1]):
-            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
+        for line in _made(
+            attempts, overrides.get((stage, unit), {}), wanted.store.url("").rstrip("/"), every_parameter
+        ):
+            say(f"  {line}")
+
+
+def _exported(store: Store, unit: str, ledger: Ledger) -> dict[str, Any]:
+    """What the export of its tile says of a building; nothing where that has not run."""
+    for record in ledger.records(export.STAGE):
+        row = export.read_rows(store, record.outputs).get(unit)
+        if row is not None:
+            return dict(row.get("attributes") or {})
+    return {}
 
 
 def write_candidates(url: str, unit: str, picture: Path) -> None:
@@ -98,32 +126,34 @@ def _walls(store: Store, record: Record) -> Iterator[str]:
             yield from (f"wall: {line}" for line in wall_lines(store.read_bytes(path)))
 
 
-def _print_task(
-    attempts: list[Record], overrides: dict[str, object], root: str, console: Console, every_parameter: bool
-) -> None:
+def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterator[str]:
+    """What a task found, and how it ended."""
+    verdict = verdict_of(record)
+    ended = f"{record.status}{f', {verdict}' if verdict else ''}{f': {record.reason}' if record.reason else ''}"
+    yield f"{record.stage}-{record.unit}: {ended}"
+    if record.stage == reconstruct.STAGE:
+        yield from (f"  {line}" for line in said_of_building({**record.result, **exported}))
+        yield from (f"  {line}" for line in _scores(record))
+        notes = record.result.get("notes")
+        if isinstance(notes, Mapping) and notes:
+            yield f"  Notes of the method: {plain(notes)}"
+    else:
+        yield from (f"  {line}" for line in said_of_task(record.result))
+    yield from (f"  {line}" for line in _walls(store, record))
+
+
+def _made(attempts: list[Record], overrides: Mapping[str, object], root: str, every_parameter: bool) -> Iterator[str]:
+    """Attempts, parameters, inputs and outputs of a task, and the traceback where there is one."""
     newest = attempts[-1]
-    stage = newest.stage
-
-    def say(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
-
-    say(f"{stage}-{newest.unit}: {newest.status}{f': {newest.reason}' if newest.reason else ''}")
+    yield f"{newest.stage}, version {newest.version}"
     for r in attempts:
-        how = f"{r.status}, {r.seconds:.2f} s, {r.peak_mb:.0f} MB"
-        say(f"  attempt {r.attempt}: {how}, {r.started}, {r.worker}, digest {r.digest[:16]}")
-    for key, value in sorted(newest.result.items()):
-        if key not in ("units", "scores", "kept"):
-            say(f"  {key}: {json.dumps(value, ensure_ascii=False)}")
-    for line in (*_scores(newest), *_parameters(newest, every_parameter)):
-        say(f"  {line}")
-    for key, _, value in changed({}, overrides):
-        say(f"  override: {key} = {value!r}")
-    for name, digest in newest.inputs.items():
-        say(f"  input: {name} {digest[:16]}")
-    for path in newest.outputs:
-        say(f"  output: {root.rstrip('/')}/{path}")
-    if newest.traceback:
-        say(newest.traceback)
+        took = f"{r.seconds:.2f} s, {r.peak_mb:.0f} MB"
+        yield f"  attempt {r.attempt}: {r.status}, {took}, begun {r.started[:19].replace('T', ' ')} UTC by {r.worker}, digest {r.digest[:16]}"
+    yield from (f"  {line}" for line in _parameters(newest, every_parameter))
+    yield from (f"  for this unit alone: {key} = {_json(value)}" for key, _, value in changed({}, overrides))
+    yield from (f"  reads {name} ({digest[:16]})" for name, digest in newest.inputs.items())
+    yield from (f"  wrote {root}/{path}" for path in newest.outputs)
+    yield from (f"  {line}" for line in newest.traceback.splitlines())
 
 
 def _scores(record: Record) -> Iterator[str]:
@@ -134,12 +164,12 @@ def _scores(record: Record) -> Iterator[str]:
     weights = ScoreParameters.model_validate(record.parameters.get("score", {}))
     prices = {s["face_price"] for s in scores if s.get("face_price") is not None}
     told = f"; a roof face costs {prices.pop():.4f}" if prices else ""
-    yield f"candidates (penalties, less is better{told}):"
+    yield f"Candidates of the methods (the lower the penalty the better{told}):"
     for k, score in enumerate(scores):
         kept = " (kept)" if k == record.result.get("kept") else ""
         solid = score.get("penalty") is not None
         fault = "" if score["valid"] else f", {'not valid: ' if solid else ''}{score['fault']}"
-        yield f"  {score['method']}{kept}: {_sum(score, score_parts(score, weights)) if solid else 'no solid'}{fault}"
+        yield f"  {words(score['method'])}{kept}: {_sum(score, score_parts(score, weights)) if solid else 'no solid'}{fault}"
 
 
 def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:
@@ -159,16 +189,16 @@ def _parameters(record: Record, every: bool) -> Iterator[str]:
     """What differs from the defaults, or all, a line each; all where a stage's defaults are not known."""
     tree, usual = dict(record.parameters), _defaults(record)
     if not tree:
-        yield f"parameters (version {record.version}): none"
+        yield "parameters: none"
         return
     if every or not usual:
-        yield f"parameters (version {record.version}):"
+        yield "parameters:"
         yield from (f"  {key} = {_json(value)}" for key, value in _leaves(tree))
         return
     # parameters that are younger than the record had no value then
     differing = [(key, old, new) for key, old, new in changed(usual, tree) if new is not None or _holds(tree, key)]
     count = f"{len(differing)} {'differs' if len(differing) == 1 else 'differ'} from" if differing else "as by"
-    yield f"parameters (version {record.version}): {count} the defaults; --parameters shows all"
+    yield f"parameters: {count} the defaults; --parameters shows all"
     for key, old, new in differing:
         yield f"  {key} = {_json(new)} ({f'default {_json(old)}' if _holds(usual, key) else 'no such parameter today'})"
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from enum import Enum
-from fnmatch import fnmatchcase
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
@@ -14,45 +13,30 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from cityflow.errors import WorkflowError
 from cityflow.stages.parameters import CityParameters
-from cityflow.workflow.settings import model_at, nearest
+from cityflow.workflow.known_keys import SYNTH, Key, described
+from cityflow.workflow.settings import model_at, takes_several
 
-WILD = "*?["
+KINDS = {float: "number", int: "whole", bool: "flag", str: "text", type(None): "null"}
+
+
+def model_of(of: str) -> type[BaseModel]:
+    """The model behind `known_keys.CITY` or `known_keys.SYNTH`."""
+    if of == SYNTH:
+        from cityflow.stages.synth_survey import SynthParameters
+
+        return SynthParameters
+    return CityParameters
+
+
+def model_keys(model: type[BaseModel]) -> dict[str, Key]:
+    """Dotted keys of a model with what is said of each, in the order of its fields."""
+    return {name: _key(field) for name, field in _fields(model, "")}
 
 
 def described_parameters(model: type[BaseModel] = CityParameters, wanted: str = "") -> str:
-    """Keys with default, meaning, unit and what they may be, a line each; of `wanted` only those that it names.
-
-    Parameters
-    ----------
-    wanted : a key, the beginning of one, a part of one, or a pattern with ``*``, ``?`` and ``[…]``; empty: every key
-
-    Raises
-    ------
-    WorkflowError
-        No key is named so; the nearest known one is.
-    """
-    fields = dict(_fields(model, ""))
-    chosen = _chosen(list(fields), wanted)
-    if not chosen:
-        parts = {".".join(key.split(".")[:n]) for key in fields for n in range(1, key.count(".") + 2)}
-        raise WorkflowError(
-            f"no parameter is called '{wanted}'",
-            where="parameters",
-            remedy=f"the nearest is '{nearest(wanted, sorted(parts))}'; `cityflow parameters` without a name lists all",
-        )
-    return "\n".join(_described(key, fields[key]) for key in chosen)
-
-
-def _chosen(keys: Sequence[str], wanted: str) -> list[str]:
-    """Keys of a section before those that only hold the text somewhere."""
-    if not wanted:
-        return list(keys)
-    if any(c in wanted for c in WILD):
-        return [k for k in keys if fnmatchcase(k, wanted) or fnmatchcase(k, f"*.{wanted}")]
-    section = [k for k in keys if k == wanted or k.startswith(f"{wanted.rstrip('.')}.")]
-    return section or [k for k in keys if wanted.lower() in k.lower()]
+    """Keys of a model in words; see `known_keys.described`."""
+    return described(model_keys(model), wanted)
 
 
 def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInfo]]:
@@ -64,12 +48,37 @@ def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInf
             yield from _fields(below, f"{prefix}{name}.")
 
 
-def _described(key: str, field: FieldInfo) -> str:
+def _key(field: FieldInfo) -> Key:
     default = field.get_default(call_default_factory=True)
     said = "no default" if field.is_required() else json.dumps(to_jsonable_python(default), ensure_ascii=False)
     may_be = "; ".join(part for part in (_choices(field.annotation), bounds_text(field.metadata)) if part)
     nothing = " or null" if may_be and type(None) in get_args(field.annotation) else ""
-    return f"{key} = {said}  {field.description or ''}{f'  ({may_be}{nothing})' if may_be else ''}"
+    several = takes_several(field.annotation)
+    bounds = [_limit(field.metadata, *kind) for kind in ((Ge, "ge"), (Gt, "gt"), (Le, "le"), (Lt, "lt"))]
+    each = _inner(field.annotation) if several else field.annotation
+    return Key(
+        said,
+        field.description or "",
+        f"{may_be}{nothing}",
+        several,
+        *_kinds(each),
+        *([None] * 4 if several else bounds),
+    )
+
+
+def _inner(annotation: Any) -> Any:
+    """What a list holds."""
+    of = next(kind for kind in (annotation, *get_args(annotation)) if get_origin(kind) in (tuple, list))
+    inner = set(get_args(of)) - {Ellipsis}
+    return inner.pop() if len(inner) == 1 else Any
+
+
+def _kinds(annotation: Any) -> tuple[list[str], list[Any]]:
+    """Kinds of values, and the choices among them; no kinds where only the model can tell."""
+    parts = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
+    choices = [to_jsonable_python(value) for part in parts for value in _values(part)]
+    kinds = ["choice" if _values(part) else KINDS.get(part, "") for part in parts]
+    return (list(dict.fromkeys(kinds)) if all(kinds) else [], choices)
 
 
 def bounds_text(limits: Sequence[Any]) -> str:

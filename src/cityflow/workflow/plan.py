@@ -4,53 +4,67 @@ from __future__ import annotations
 
 import os
 from collections import Counter, defaultdict, deque
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
-from cityflow.stages import (
-    atlas,
-    export,
-    frame,
-    fuse,
-    ingest,
-    match,
-    ortho,
-    outline,
-    reconstruct,
-    split,
-    surface,
-    texture,
-    units,
-    walls,
-    windows,
-)
+from cityflow.flow.progress_counts import duration
 from cityflow.stages.city import CitySource
+from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.differences import why
-from cityflow.workflow.expected import COSTS, Cost
+from cityflow.workflow.expected import Cost, costs_of
 from cityflow.workflow.prepare import prepared
+from cityflow.workflow.printed import print_json
 
-STAGES = (
-    ingest.STAGE, match.STAGE, fuse.STAGE, surface.STAGE, ortho.STAGE, frame.STAGE, walls.STAGE, outline.STAGE,
-    split.STAGE, units.STAGE, reconstruct.STAGE, texture.STAGE, atlas.STAGE, windows.STAGE, export.STAGE,
-)  # fmt: skip
+AFTER_OTHERS = "waits for the stages above"
+REASONS_SHOWN = 5
 
 
 @dataclass
 class StagePlan:
-    """Units of one stage: how many there will be, how many are done, and why the others are not."""
+    """Tasks of one stage: how many there will be as far as anybody knows, how many are done, and why the others are not."""
 
     total: int = 0
     done: int = 0
+    is_known: bool = True
     reasons: Counter[str] = field(default_factory=Counter)
 
     @property
     def to_run(self) -> int:
         return self.total - self.done
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a run would take: by stage, and in all with so many workers."""
+
+    run: str
+    workers: int
+    stages: Mapping[str, StagePlan]
+    costs: Mapping[str, Cost]
+
+    @property
+    def seconds(self) -> float:
+        return sum(p.to_run * self.costs[s].seconds for s, p in self.stages.items()) / self.workers
+
+    @property
+    def memory_mb(self) -> float:
+        """Of one worker."""
+        return max((self.costs[s].memory_mb for s, p in self.stages.items() if p.to_run), default=0.0)
+
+    @property
+    def disk_mb(self) -> float:
+        return sum(p.to_run * self.costs[s].disk_mb for s, p in self.stages.items())
+
+    @property
+    def unknown(self) -> list[str]:
+        """Stages of which nobody knows yet how many tasks they have."""
+        return [stage for stage, plan in self.stages.items() if not plan.is_known]
 
 
 def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
@@ -69,50 +83,71 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
             plan.reasons[why(task, state, record)] += 1
         if record is not None:
             queue.extend(source.after(task, record))
+    if (source.survey.records.keys() >= {("export", "city")}) and all(p.is_known for p in plans.values()):
+        return {stage: plans[stage] for stage in in_flow_order(plans)}  # the whole graph was walked
     for stage, expected in source.expected_units().items():
-        unknown = expected - plans[stage].total
-        if unknown > 0:
-            plans[stage].total += unknown
-            plans[stage].reasons["not known before the stages ahead ran"] += unknown
-    return {stage: plans[stage] for stage in STAGES if stage in plans}
+        plans[stage].is_known = expected is not None
+        more = (expected or 0) - plans[stage].total
+        if more > 0:
+            plans[stage].total += more
+            plans[stage].reasons[AFTER_OTHERS] += more
+    return {stage: plans[stage] for stage in in_flow_order(plans)}
 
 
 def print_plan(
-    workflow: Path, catalog: str, out: str, settings: Sequence[str], aoi: str, workers: int, console: Console
+    workflow: Path,
+    catalog: str,
+    out: str,
+    settings: Sequence[str],
+    aoi: str,
+    workers: int,
+    console: Console,
+    as_json: bool = False,
 ) -> None:
     """Print the table of stages with reasons, and what the run would take."""
     wanted = prepared(workflow, catalog, out, settings, aoi)
     with wanted.ledger() as ledger:
-        plans = plan_of(wanted.source(), ledger)
-        costs = {s: COSTS[s].measured(ledger) if ledger else COSTS[s] for s in STAGES}
-    console.print(_table(plans, costs))
-    n = workers or os.cpu_count() or 1
-    seconds = sum(p.to_run * costs[s].seconds for s, p in plans.items()) / n
-    disk = sum(p.to_run * costs[s].disk_mb for s, p in plans.items())
-    memory = max((costs[s].memory_mb for s, p in plans.items() if p.to_run), default=0.0)
-    console.print(
-        f"Expected with {n} workers: {_duration(seconds)}; {memory:,.0f} MB of memory a worker; {disk:,.0f} MB of disk",
-        markup=False,
-    )
-    if not plans.get(reconstruct.STAGE, StagePlan()).total:
-        console.print(
-            "Splitting, models, textures and windows come on top: nobody knows the buildings yet.", markup=False
+        plan = Plan(
+            wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(), ledger), costs_of(ledger)
         )
+    if as_json:
+        print_json(_tree(plan))
+        return
+    for note in wanted.notes:
+        console.print(note, markup=False, highlight=False, soft_wrap=True)
+    console.print(_table(plan))
+    if not plan.unknown and not any(p.to_run for p in plan.stages.values()):
+        console.print("Nothing to run: all of it is done.")
+        return
+    console.print(
+        f"Expected with {plan.workers} workers: {duration(plan.seconds)}; {plan.memory_mb:,.0f} MB of memory a worker; {plan.disk_mb:,.0f} MB of disk",
+        markup=False, soft_wrap=True,
+    )  # fmt: skip
+    if plan.unknown:
+        console.print(
+            f"{', '.join(plan.unknown)} come on top: how many tasks they have is known when the outlines are.", markup=False, soft_wrap=True
+        )  # fmt: skip
 
 
-def _table(plans: dict[str, StagePlan], costs: dict[str, Cost]) -> Table:
-    table = Table("stage", "units", "done", "to run", "s a unit", "why")
-    for stage, plan in plans.items():
-        reasons = "\n".join(f"{n} × {reason}" for reason, n in plan.reasons.most_common(5))
-        table.add_row(stage, str(plan.total), str(plan.done), str(plan.to_run), f"{costs[stage].seconds:.2g}", reasons)
+def _tree(plan: Plan) -> dict[str, object]:
+    stages = [
+        {"stage": s, **asdict(p), "total": p.total if p.is_known else None, "to_run": p.to_run, "seconds_a_task": plan.costs[s].seconds}
+        for s, p in plan.stages.items()
+    ]  # fmt: skip
+    return {
+        "run": plan.run,
+        "workers": plan.workers,
+        "stages": stages,
+        "seconds": plan.seconds,
+        "memory_mb": plan.memory_mb,
+        "disk_mb": plan.disk_mb,
+    }
+
+
+def _table(plan: Plan) -> Table:
+    table = Table("stage", "tasks", "done", "to run", "seconds a task", "why", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for stage, p in plan.stages.items():
+        reasons = "\n".join(f"{n} × {reason}" for reason, n in p.reasons.most_common(REASONS_SHOWN))
+        total, left = (str(p.total), str(p.to_run)) if p.is_known else ("?", "?")
+        table.add_row(stage, total, str(p.done), left, f"{plan.costs[stage].seconds:.2g}", reasons)
     return table
-
-
-def _duration(seconds: float) -> str:
-    return (
-        f"{seconds:.0f} s"
-        if seconds < 120
-        else f"{seconds / 60:.0f} min"
-        if seconds < 7200
-        else f"{seconds / 3600:.1f} h"
-    )

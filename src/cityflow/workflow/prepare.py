@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,20 +16,22 @@ from cityflow.io.stac import read_catalog
 from cityflow.io.stac_assets import Catalog
 from cityflow.stages.area import Area, parse_area
 from cityflow.stages.city import CitySource
+from cityflow.workflow.first_look import DESCRIPTION, RUNS
+from cityflow.workflow.fitting import refuse_unfit
+from cityflow.workflow.known_keys import known_keys
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.settings import Workflow, load_workflow
-
-RUNS = "runs"
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """What a run needs to know before it starts."""
+    """What a run needs to know before it starts; `notes` are for whoever gave the command."""
 
     workflow: Workflow
     catalog: Catalog
     area: Area
     store: Store
+    notes: tuple[str, ...] = ()
 
     @property
     def overrides(self) -> Mapping[tuple[str, str], Mapping[str, Any]]:
@@ -48,16 +51,32 @@ class Prepared:
 
 
 def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str], aoi: str) -> Prepared:
-    """Read workflow and catalog; nothing is written.
+    """Read workflow and catalog; nothing is written. Where neither the command nor the workflow names a catalog, it is that of the RUN, and so is the area.
 
     Raises
     ------
     WorkflowError, CatalogError, RunError
     """
+    known_keys()  # kept for the next command's look
     workflow = _with_edits(load_workflow(workflow_path, settings), workflow_path)
-    found = read_catalog(catalog or _own_catalog(workflow, workflow_path))
     store = Store.open(out or f"{RUNS}/{workflow.name}")
-    return Prepared(workflow, found, parse_area(aoi, found.reference), store)
+    known = {} if catalog or workflow.catalog else _description(store)
+    found = read_catalog(catalog or known.get("catalog", "") or _own_catalog(workflow, workflow_path))
+    refuse_unfit(workflow.city, found)
+    area = Area.of_wkt(known["area"]) if known.get("area") and not aoi else parse_area(aoi, found.reference)
+    notes: tuple[str, ...] = ()
+    if known:
+        limited = " and its area" if known.get("area") and not aoi else ""
+        notes = (f"Catalog{limited} as in the RUN: {found.href}",)
+    return Prepared(workflow, found, area, store, notes)
+
+
+def _description(store: Store) -> dict[str, Any]:
+    """What the RUN says of itself; nothing where there is none."""
+    if not store.exists(DESCRIPTION):
+        return {}
+    tree = json.loads(store.read_bytes(DESCRIPTION))
+    return tree if isinstance(tree, dict) else {}
 
 
 def _with_edits(workflow: Workflow, path: Path) -> Workflow:

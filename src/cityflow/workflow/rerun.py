@@ -12,14 +12,16 @@ from rich.console import Console
 from cityflow.core.building import Status
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
 from cityflow.stages import outline, units
 from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.current import CurrentRecords, current_records
+from cityflow.workflow.known_keys import nearest
 from cityflow.workflow.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
 from cityflow.workflow.run import execute
 from cityflow.workflow.run_folder import open_run
-from cityflow.workflow.settings import nearest, parse_setting
+from cityflow.workflow.settings import parse_setting
 
 Node = tuple[str, str]
 UNITS_NAMED = 5
@@ -40,8 +42,9 @@ class Selection:
 
 
 def rerun_units(
-    url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console
-) -> None:
+    url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console,
+    talk: Talk = Talk.NORMAL,
+) -> None:  # fmt: skip
     """Run the chosen units again.
 
     Raises
@@ -65,8 +68,13 @@ def rerun_units(
             clear_overrides(wanted.store, chosen)
         write_overrides(wanted.store, values)
 
-    console.print(f"Running {len(chosen)} units again, then what depends on them", markup=False)
-    execute(wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in chosen)
+    console.print(
+        f"Running again: {counted(len(chosen), 'task')}, then what depends on it",
+        markup=False,
+    )
+    execute(
+        wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in chosen, talk=talk
+    )
 
 
 def select(records: CurrentRecords, selection: Selection) -> set[Node]:
@@ -84,7 +92,7 @@ def select(records: CurrentRecords, selection: Selection) -> set[Node]:
         raise RunError(
             f"no unit '{sorted(missing)[0]}' in this run",
             where="--unit",
-            remedy="`cityflow status RUN` lists what failed; ids are those of the outlines",
+            remedy="`cityflow status RUN --units` lists the buildings",
         )
     return chosen
 
@@ -113,6 +121,14 @@ def refuse_foreign(settings: Sequence[str], chosen: AbstractSet[Node], records: 
             where="--set",
             remedy=_elsewhere(section, setting, chosen, records, run),
         )
+
+
+def counted(number: int, what: str) -> str:
+    """
+    >>> counted(1, "task"), counted(3, "task")
+    ('1 task', '3 tasks')
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _whose(chosen: AbstractSet[Node]) -> str:

@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
-import yaml
 from pydantic import BaseModel, Field, ValidationError
 
 from cityflow.core.parameters import Parameters, merged
 from cityflow.errors import WorkflowError
 from cityflow.stages.parameters import CityParameters
+from cityflow.workflow.known_keys import AT_TOP, unknown_key
+from cityflow.workflow.setting_text import listed, read_tree, split_setting
+
+PLAIN = {
+    "tuple_type": "wants several values, as [a, b] or a,b",
+    "list_type": "wants several values, as [a, b] or a,b",
+    "float_parsing": "wants a number",
+    "float_type": "wants a number",
+    "int_parsing": "wants a whole number",
+    "int_type": "wants a whole number",
+    "int_from_float": "wants a whole number",
+    "bool_parsing": "wants true or false",
+    "bool_type": "wants true or false",
+    "string_type": "wants a text",
+}
+"""What is wrong with a value, where the library's own words are a programmer's."""
 
 
 class Workflow(Parameters):
@@ -31,10 +45,15 @@ def load_workflow(path: Path, settings: Sequence[str] = ()) -> Workflow:
     WorkflowError
         The file is missing or no YAML mapping, a key is unknown (the nearest known one is named), a value does not fit.
     """
-    tree = _read_yaml(path)
+    tree = read_tree(path)
+    whole = tree
     for setting in settings:
-        tree = merged(tree, parse_setting(setting))
-    return checked(tree, where=str(path))
+        whole = merged(whole, parse_setting(setting))
+    try:
+        return checked(whole, where="--set" if settings else str(path))
+    except WorkflowError:
+        checked(tree, where=str(path))  # where the file itself is at fault, that is said
+        raise
 
 
 def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
@@ -52,34 +71,25 @@ def _with_city(tree: Mapping[str, Any]) -> dict[str, Any]:
     return {**{k: v for k, v in tree.items() if k in top}, "city": city}
 
 
-def parse_setting(text: str) -> dict[str, Any]:
-    """``a.b=1`` to ``{"a": {"b": 1}}``; values are YAML.
+def parse_setting(text: str, root: type[BaseModel] = CityParameters) -> dict[str, Any]:
+    """``a.b=1`` to ``{"a": {"b": 1}}``; values are YAML, and where `root` wants several, one alone or several with commas between will do.
 
-    >>> parse_setting("reconstruct.methods=[extruded]")
-    {'reconstruct': {'methods': ['extruded']}}
+    >>> parse_setting("reconstruct.methods=[extruded]") == parse_setting("reconstruct.methods=extruded")
+    True
+    >>> parse_setting("reconstruct.methods=volumetric,extruded")
+    {'reconstruct': {'methods': ['volumetric', 'extruded']}}
     """
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise WorkflowError(f"'{text}' is no setting", where="--set", remedy="write it as key.subkey=value")
-    try:
-        node: Any = yaml.safe_load(value)
-    except yaml.YAMLError as error:
-        raise WorkflowError(f"the value of '{text}' is no YAML: {error}", where="--set", remedy="quote it") from None
-    for part in reversed(key.strip().split(".")):
+    path, value = split_setting(text)
+    field = model_at(root, path[:-1]).model_fields.get(path[-1])
+    node: Any = listed(value) if field is not None and takes_several(field.annotation) else value
+    for part in reversed(path):
         node = {part: node}
     return dict(node)
 
 
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise WorkflowError("no such workflow file", where=str(path), remedy="workflows/ has examples") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise WorkflowError(f"not readable as YAML: {error}", where=str(path), remedy="mend the file") from None
-    if not isinstance(tree, dict):
-        raise WorkflowError("not a mapping of keys to values", where=str(path), remedy="workflows/ has examples")
-    return tree
+def takes_several(annotation: Any) -> bool:
+    """Whether a field holds a list of values."""
+    return any(get_origin(kind) in (tuple, list) for kind in (annotation, *get_args(annotation)))
 
 
 def explain_invalid(error: ValidationError, root: type[BaseModel] = CityParameters) -> str:
@@ -91,18 +101,11 @@ def _explain_one(entry: Mapping[str, Any], root: type[BaseModel]) -> str:
     location = [str(part) for part in entry["loc"] if part != "city"]
     key = ".".join(location)
     if entry["type"] != "extra_forbidden":
-        message = str(entry["msg"]).removeprefix("Value error, ")
-        return f"{key} = {entry['input']!r}: {message}" if key else message
+        message = PLAIN.get(str(entry["type"]), str(entry["msg"]).removeprefix("Value error, "))
+        return f"{key} = {entry['input']!r}: {message.removeprefix('Input ')}" if key else message
     model = model_at(root, location[:-1])
     at_top = len(location) == 1 and root is CityParameters
-    known = [*model.model_fields] + (["name", "catalog"] if at_top else [])
-    near = nearest(location[-1], known)
-    return f"unknown key '{key}'; the nearest known one is '{'.'.join([*location[:-1], near])}'"
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """The name that is most like another one."""
-    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.0)), "")
+    return unknown_key(location, [*model.model_fields, *(AT_TOP if at_top else ())])
 
 
 def model_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel]:

@@ -1,80 +1,246 @@
-"""``cityflow status``: how far a run is, and what failed why."""
+"""``cityflow status``: how far a run is, what its models are worth, what failed why, and what to do next."""
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
-from cityflow.viewer.rows import EditRow
-from cityflow.workflow.current import CurrentRecords, StageFigures, current_records
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.run_folder import open_run
-from cityflow.workflow.unused_edits import unused_edits
+from cityflow.flow.store import Store
+from cityflow.flow.task import Record
+from cityflow.workflow.asked import Asked, read_asked
+from cityflow.workflow.printed import print_json
 
 REASONS_SHOWN = 12
 UNITS_NAMED = 3
+BUILDINGS = "reconstruct"
+VERDICTS = ("good", "look", "poor")
+LAST = ("export", "city")
+"""The task that ends a run."""
 
 
-def print_status(url: str, console: Console) -> None:
-    """Print a line per stage and the reasons of what failed."""
-    wanted = open_run(url)
-    with Ledger.open(wanted.store) as ledger:
-        records = current_records(wanted, ledger)
-    console.print(f"{wanted.workflow.name}: {wanted.catalog.title} in {wanted.store.root}", markup=False)
-    _print_stages(records, console)
-    _print_reasons(records, wanted, console)
-    _print_unused(unused_edits(wanted, records), console)
+@dataclass(frozen=True, slots=True)
+class StageStanding:
+    """One stage: tasks in all and still to be done (None: nobody knows yet), ended ones by status; mean seconds and highest megabytes of results."""
+
+    stage: str
+    tasks: int | None
+    to_do: int | None
+    done: int
+    degraded: int
+    failed: int
+    refused: int
+    mean_seconds: float
+    peak_mb: float
 
 
-def print_summary(records: CurrentRecords, wanted: Prepared, report: str, console: Console) -> None:
-    """What stands on the terminal when a run has ended."""
-    _print_stages(records, console)
-    _print_reasons(records, wanted, console)
-    _print_unused(unused_edits(wanted, records), console)
-    console.print(f"Report:   {report}", markup=False, soft_wrap=True)
-    console.print(f"Products: {wanted.store.url('products')}", markup=False, soft_wrap=True)
-    console.print(f"View:     cityflow view {wanted.store.url('')}".rstrip("/"), markup=False, soft_wrap=True)
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Units of a stage that ended in the same way for the same reason."""
+
+    stage: str
+    status: str
+    reason: str
+    units: Sequence[str]
 
 
-def _print_stages(records: CurrentRecords, console: Console) -> None:
-    table = Table("stage", *(str(s) for s in Status), "mean s", "peak MB")
-    for stage in records.stages():
-        figures = StageFigures.of(records.of(stage))
-        counts = (str(figures.count[status]) for status in Status)
-        table.add_row(stage, *counts, f"{figures.mean_seconds:.2f}", f"{figures.peak_mb:.0f}")
-    console.print(table)
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a run stands."""
+
+    run: str
+    workflow: str
+    title: str
+    is_at_work: bool
+    is_complete: bool
+    stages: Sequence[StageStanding]
+    verdicts: Mapping[str, int]
+    problems: Sequence[Problem]
+    unused_edits: Sequence[tuple[str, str]]
+    next: Sequence[str]
 
 
-def _print_reasons(records: CurrentRecords, wanted: Prepared, console: Console) -> None:
-    for stage in records.stages():
-        for status in (Status.FAILED, Status.REFUSED, Status.DEGRADED):
-            reasons: dict[str, list[str]] = {}
-            for record in records.of(stage):
-                if record.status is status:
-                    first = record.reason.splitlines()[0] if record.reason else "no reason given"
-                    reasons.setdefault(first, []).append(record.unit)
-            ranked = Counter({reason: len(units) for reason, units in reasons.items()}).most_common(REASONS_SHOWN)
-            for reason, n in ranked:
-                named = ", ".join(reasons[reason][:UNITS_NAMED]) + (", …" if n > UNITS_NAMED else "")
-                console.print(
-                    f"{stage} {status}: {n} × {reason} ({named})", markup=False, highlight=False, soft_wrap=True
-                )
-            if ranked and status is Status.FAILED:
-                console.print(
-                    f"    cityflow rerun {wanted.store.root} --failed", markup=False, highlight=False, soft_wrap=True
-                )
+def print_status(url: str, console: Console, as_json: bool = False) -> None:
+    """Print how a RUN stands, in words or as JSON."""
+    store = Store.open(url)
+    with Ledger.open(store) as ledger:
+        standing = standing_of(store, asked_of(url, store, ledger), ledger, url)
+    if as_json:
+        print_json(asdict(standing))
+        return
+    console.print(
+        f"{standing.workflow}: {standing.title} in {store.root}", markup=False, highlight=False, soft_wrap=True
+    )
+    print_standing(standing, console)
 
 
-def _print_unused(edits: Sequence[EditRow], console: Console) -> None:
-    """Edits without effect, and what to do about each kind."""
-    for edit in edits[:REASONS_SHOWN]:
-        console.print(
-            f"edit without effect: {edit.text} → {edit.remedy}", markup=False, highlight=False, soft_wrap=True
-        )
+def print_units(url: str, console: Console, wanted: str = "", as_json: bool = False) -> None:
+    """Print the buildings of a RUN, a line each: id, how it ended, its verdict, method and figures.
+
+    Parameters
+    ----------
+    wanted : part of an id; empty: all
+
+    Raises
+    ------
+    RunError
+        It has none of that name.
+    """
+    store = Store.open(url)
+    with Ledger.open(store) as ledger:
+        asked = asked_of(url, store, ledger)
+        units = [u for u in asked.tasks.get(BUILDINGS, ()) if wanted.lower() in u.lower()]
+        rows = [_unit_row(record) for u in units if (record := ledger.latest(BUILDINGS, u)) is not None]
+    if not rows:
+        what = f"no building has '{wanted}' in its id" if wanted else "no building has been worked on yet"
+        raise RunError(what, where=url, remedy=f"cityflow status {shlex.quote(url)} says how far the run is")
+    if as_json:
+        print_json(rows)
+        return
+    for row in rows:
+        figures = [f"{name.upper()} {100 * row[name]:.0f} cm" for name in ("nmad", "rmse") if row[name] is not None]
+        parts = [row["status"], row["verdict"], row["method"], *figures, row["reason"]]
+        console.print(f"{row['id']}  {', '.join(p for p in parts if p)}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _unit_row(record: Record) -> dict[str, Any]:
+    found = record.result
+    return {
+        "id": record.unit, "status": str(record.status), "verdict": verdict_of(record), "method": str(found.get("method", "")).replace("_", " "),
+        "nmad": found.get("nmad"), "rmse": found.get("rmse"), "reason": first_line(record.reason),
+    }  # fmt: skip
+
+
+def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
+    """What the run was asked for: as noted, else by following its graph."""
+    noted = read_asked(store, ledger)
+    if noted is not None:
+        return noted
+    from cityflow.workflow.note_asked import note_asked
+    from cityflow.workflow.run_folder import open_run
+
+    return note_asked(open_run(url), ledger)
+
+
+def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Standing:
+    """What the newest records of these tasks say.
+
+    Parameters
+    ----------
+    named : how commands shall name the run
+    """
+    at_work = is_held(store)
+    is_complete = not at_work and not asked.stale and LAST[1] in asked.tasks.get(LAST[0], ())
+    stages: list[StageStanding] = []
+    problems: list[Problem] = []
+    verdicts: Counter[str] = Counter()
+    for stage in dict.fromkeys([*asked.expected, *asked.tasks]):
+        records = [r for u in asked.tasks.get(stage, ()) if (r := ledger.latest(stage, u)) is not None]
+        expected = len(records) if is_complete else asked.expected.get(stage, len(records))
+        stages.append(_stage(stage, records, expected, asked.stale.get(stage, 0)))
+        problems.extend(_problems(stage, records))
+        if stage == BUILDINGS:
+            verdicts.update(v for r in records if (v := verdict_of(r)))
+    told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
+    return Standing(
+        store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, problems,
+        [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, told, problems)),
+    )  # fmt: skip
+
+
+def verdict_of(record: Record) -> str:
+    """What is to be expected of a model: good, look or poor; empty where nobody judged it."""
+    found = record.result.get("verdict")
+    return str(found.get("verdict", "")) if isinstance(found, Mapping) else str(found or "")
+
+
+def first_line(reason: str) -> str:
+    return reason.splitlines()[0] if reason else ""
+
+
+def print_standing(standing: Standing, console: Console) -> None:
+    """Verdicts, a line per stage, the reasons of what did not end as asked, and the next step."""
+    if standing.verdicts:
+        told = ", ".join(f"{n} {verdict}" for verdict, n in standing.verdicts.items())
+        console.print(f"Buildings by verdict: {told}", markup=False, highlight=False)
+    console.print(_table(standing.stages))
+    for problem in standing.problems:
+        console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)
+    for line in unused_lines(standing.unused_edits):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    for step in standing.next:
+        console.print(f"Next: {step}", markup=False, highlight=False, soft_wrap=True)
+
+
+def unused_lines(edits: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Edits without effect, and what to do about each."""
+    yield from (f"edit without effect: {text} → {remedy}" for text, remedy in edits[:REASONS_SHOWN])
     if len(edits) > REASONS_SHOWN:
-        console.print(f"    and {len(edits) - REASONS_SHOWN} more edits without effect: see report.html", markup=False)
+        yield f"    and {len(edits) - REASONS_SHOWN} more edits without effect: see report.html"
+
+
+def _stage(stage: str, records: Sequence[Record], expected: int | None, stale: int) -> StageStanding:
+    count = Counter(r.status for r in records)
+    good = [r for r in records if r.status in (Status.DONE, Status.DEGRADED)]
+    mean = sum(r.seconds for r in good) / len(good) if good else 0.0
+    total = None if expected is None else max(expected, len(records))
+    return StageStanding(
+        stage, total, None if total is None else total - len(records) + stale, count[Status.DONE], count[Status.DEGRADED],
+        count[Status.FAILED], count[Status.REFUSED], mean, max((r.peak_mb for r in good), default=0.0),
+    )  # fmt: skip
+
+
+def _table(stages: Sequence[StageStanding]) -> Table:
+    table = Table(
+        "stage", "tasks", *(str(s) for s in Status), "to do", "mean s", "peak MB", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    for s in stages:
+        counts = (str(n) for n in (s.done, s.degraded, s.failed, s.refused))
+        total, left = ("?" if n is None else str(n) for n in (s.tasks, s.to_do))
+        table.add_row(s.stage, total, *counts, left, f"{s.mean_seconds:.2f}", f"{s.peak_mb:.0f}")
+    return table
+
+
+def _problems(stage: str, records: Sequence[Record]) -> Iterator[Problem]:
+    for status in (Status.FAILED, Status.REFUSED, Status.DEGRADED):
+        reasons: dict[str, list[str]] = {}
+        for record in records:
+            if record.status is status:
+                reasons.setdefault(first_line(record.reason) or "no reason given", []).append(record.unit)
+        for reason, units in sorted(reasons.items(), key=lambda item: -len(item[1]))[:REASONS_SHOWN]:
+            yield Problem(stage, str(status), reason, units)
+
+
+def _line(problem: Problem) -> str:
+    units = problem.units
+    named = ", ".join(units[:UNITS_NAMED]) + (", …" if len(units) > UNITS_NAMED else "")
+    return f"{problem.stage} {problem.status}: {len(units)} × {problem.reason} ({named})"
+
+
+def _next(
+    named: str, at_work: bool, is_complete: bool, verdicts: Mapping[str, int], problems: Sequence[Problem]
+) -> Iterator[str]:
+    """What to do, the most urgent first."""
+    run = shlex.quote(named)
+    if at_work:
+        yield "a run is at work here: ask again later; cityflow view shows what is there already"
+        return
+    if any(p.status == Status.FAILED for p in problems):
+        yield f"mend what failed, or give it other parameters: cityflow rerun {run} --failed"
+    if not is_complete:
+        yield "the run did not come to its end: the command that began it goes on where it stopped"
+    doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
+    if doubtful:
+        yield f"look at the {doubtful} buildings that are not good, the worst first: {run}/report.html"
+    if is_complete:
+        yield f"cityflow view {run}"

@@ -25,6 +25,7 @@ from cityflow.io.reference import resolve
 from cityflow.stages.synth import STAGES, SynthSource
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.flight_presets import PRESETS
+from cityflow.workflow.known_keys import SYNTH, known_keys
 from cityflow.workflow.settings import explain_invalid, parse_setting
 from cityflow.workflow.synth_files import PoseNoise, describe_survey
 
@@ -47,8 +48,9 @@ def synth_parameters(
     tree: dict[str, Any] = {"seed": seed, "size": _size(size), "flight": _flight(flight)}
     tree |= {"lidar": {"density_m2": lidar}} if lidar > 0 else {}
     tree |= {"raw": {}} if raw else {}
+    known_keys(SYNTH)  # kept for the next command's look
     for setting in settings:
-        given = parse_setting(setting)
+        given = parse_setting(setting, SynthParameters)
         if flight == NO_FLIGHT and given.get("flight") is not None:
             raise WorkflowError(f"'{setting}', but no flight is flown", where="--set", remedy="name one with --flight")
         tree = merged(tree, given)

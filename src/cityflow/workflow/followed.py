@@ -1,0 +1,100 @@
+"""The city as a source of tasks that makes the RUN ready first, and tells whoever watches what is still to come."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cityflow.core.grid import Grid
+from cityflow.flow.progress import Watcher
+from cityflow.flow.task import Record, Task
+from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
+from cityflow.stages.city import CitySource
+from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
+from cityflow.workflow.asked import Asked, circumstances, write_asked
+from cityflow.workflow.expected import Cost, expected_tasks
+from cityflow.workflow.prepare import Prepared
+
+TOLD_EVERY_S, NOTED_EVERY_S = 1.0, 5.0
+
+
+@dataclass
+class FollowedCity:
+    """A run that cannot start changes nothing: the RUN is made ready when the first task is asked for.
+
+    Attributes
+    ----------
+    begin : called before the first task
+    costs : what a task of each stage takes
+    publish : tells how far it is to whoever asks the scheduler
+    """
+
+    wanted: Prepared
+    begin: Callable[[], object]
+    costs: Mapping[str, Cost]
+    progress: Watcher
+    workers: int
+    publish: Callable[[Mapping[str, Any]], None]
+    city: CitySource = field(init=False)
+    _seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    _under: str = ""
+    _next_note: float = 0.0
+    _next_told: float = 0.0
+
+    def initial(self) -> Iterator[Task]:
+        self.begin()
+        self.city = self.wanted.source()
+        _prepare_surface(self.wanted, self.city.survey)
+        self._under = circumstances(self.wanted.store)
+        self._tell()
+        yield from self.city.initial()
+
+    def after(self, task: Task, record: Record) -> Iterator[Task]:
+        self._seen[task.stage].append(task.unit)
+        yield from self.city.after(task, record)
+        now = time.monotonic()
+        if now >= self._next_told:
+            self._tell()
+        if now >= self._next_note:
+            self._note()
+
+    def _tell(self) -> None:
+        begun = time.monotonic()
+        self.progress.expect(expected_tasks(self.city, self.costs), self.workers)
+        self.publish(self.progress.counts.as_json())
+        self._next_told = _later(begun, TOLD_EVERY_S)
+
+    def _note(self) -> None:
+        """What the run has come to, for `status`; seldom enough that it costs nothing."""
+        begun = time.monotonic()
+        write_asked(self.wanted.store, Asked(
+            self.wanted.catalog.title, self.wanted.workflow.name, dict(self._seen), self.city.expected_units(), {}, under=self._under, is_at_work=True,
+        ))  # fmt: skip
+        self._next_note = _later(begun, NOTED_EVERY_S)
+
+
+def _later(begun: float, every_s: float) -> float:
+    """When to do it again, so that it takes at most a fiftieth of the time."""
+    now = time.monotonic()
+    return now + max(every_s, 50 * (now - begun))
+
+
+def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
+    """The run's Zarr store, empty: made once, before tasks write their chunks; anew where the grid has changed."""
+
+    def made(zarr: str, grid: Grid, layers: Mapping[str, Layer] = LAYERS) -> None:
+        chunk = round(survey.parameters.tiles.tile_m / grid.cell)
+        create(wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True)
+
+    if survey.door != LIDAR:
+        # the root comes first: making it anew clears all groups below
+        kind = survey.ortho_kind
+        made(ZARR, survey.product_grid, image_layers(*kind))
+    if survey.door == IMAGES:
+        create_group(wanted.store.zarr_store(FRAMES))
+        for frame in survey.images.oblique_frames:
+            made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
+    made(survey.zarr, survey.grid)
