@@ -157,7 +157,7 @@ class Ledger:
 
     def count_files(self) -> int:
         """How many records and marks there are."""
-        return int(self._db.execute("SELECT COUNT(*) FROM files").fetchone()[0])
+        return int(self._rows("SELECT COUNT(*) FROM files")[0][0])
 
     def next_attempt(self, stage: str, unit: str) -> int:
         """One more than the highest attempt that has a record or a mark."""
