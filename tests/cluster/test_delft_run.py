@@ -14,13 +14,17 @@ import socket
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from cityflow.core.written import GeometryKind
+from cityflow.evaluation.written import faulty
 from flow.processes import hear_ctrl_c
+from written_products import written
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
@@ -102,6 +106,16 @@ def test_every_outline_leaves_a_record_and_a_solid(reference: Path) -> None:
     buildings = [o for f in features for o in f["CityObjects"].values() if o["type"] == "Building"]
     assert len(buildings) == BUILDINGS
     assert all({g["lod"] for g in b["geometry"]} >= {"0", "1.2", "1.3", "2.2"} for b in buildings)
+
+
+@pytest.mark.parametrize("form", ["cityjson", "citygml"])
+def test_every_exported_geometry_keeps_the_rules(reference: Path, form: str) -> None:
+    """Solids, surfaces beyond walls, footprints and terrain, read back from the files."""
+    read = [g for path in sorted((reference / "products" / form).iterdir()) for g in written(path)]
+    kinds = Counter(g.kind for g in read)
+    assert kinds[GeometryKind.SOLID] >= 2 * BUILDINGS
+    assert kinds[GeometryKind.COMPOSITE_SURFACE] > 0
+    assert [(f.geometry.owner, f.geometry.lod, str(f.faults[0])) for f in faulty(read)] == []
 
 
 def test_a_second_run_does_nothing(reference: Path) -> None:

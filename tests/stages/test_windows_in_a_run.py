@@ -19,6 +19,7 @@ from PIL import Image
 from cityflow.core.building import Lod
 from cityflow.core.camera import Camera
 from cityflow.errors import CityflowError
+from cityflow.evaluation.written import faulty
 from cityflow.flow.task import Task
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.stages.area import Area
@@ -38,6 +39,7 @@ from stages.painted_houses import (
 )
 from stages.test_texture_sources import Run, features, run, source_of
 from textured_houses import sample
+from written_products import written
 
 FINE = Camera(900, 660, 990.0, 990.0, 450.0, 330.0)
 """Seven centimetres a pixel."""
@@ -78,6 +80,14 @@ def painted(tmp_path_factory: pytest.TempPathFactory) -> Painted:
 @pytest.fixture(scope="module")
 def whole(painted: Painted, tmp_path_factory: pytest.TempPathFactory) -> Run:
     return run(source_of(painted, **FORMATS), tmp_path_factory.mktemp("run") / "run")
+
+
+@pytest.mark.parametrize("form", ["cityjson", "citygml"])
+def test_walls_with_holes_and_what_fills_them_keep_the_rules(whole: Run, form: str) -> None:
+    folder = Path(str(whole.store.root)) / "products" / form
+    read = [g for path in sorted(folder.iterdir()) for g in written(path)]
+    assert sum(len(p) > 1 for g in read if g.lod == "3" for p in g.polygons) >= 3
+    assert [(f.geometry.owner, f.geometry.lod, str(f.faults[0])) for f in faulty(read)] == []
 
 
 def true_rings(house: str) -> NDArray[np.float64]:

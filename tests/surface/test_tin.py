@@ -5,15 +5,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
+from cityflow.geometry.validity import check_surface
 from cityflow.surface.constrained import triangulate
 from cityflow.surface.sample import sample
 from cityflow.surface.tin import Tin, TinParameters, terrain_tin
+from cityflow.surface.tin_parts import connected_parts
 
 BOUNDS = (0.0, 0.0, 100.0, 100.0)
 GRID = Grid(-2.0, 102.0, 0.5, 208, 408)
@@ -120,3 +124,57 @@ def test_neighbours_have_the_same_border_beside_unknown_terrain() -> None:
 def test_no_terrain_gives_an_empty_tin() -> None:
     tin = terrain_tin(GRID, np.full(GRID.shape, np.nan), HOUSES, bounds=BOUNDS)
     assert len(tin.vertices) == len(tin.triangles) == 0
+
+
+def _faults(tin: Tin) -> list[str]:
+    parts = connected_parts(tin.vertices, tin.triangles)
+    assert sum(len(triangles) for _, triangles in parts) == len(tin.triangles)
+    return [str(f) for vertices, triangles in parts for f in check_surface([[vertices[t]] for t in triangles])]
+
+
+def test_known_areas_that_touch_at_a_corner_share_no_vertex() -> None:
+    grid = Grid(0.0, 20.0, 0.5, 40, 40)
+    dtm = heights(grid)
+    dtm[:20, 20:] = dtm[20:, :20] = np.nan
+    tin = terrain_tin(grid, dtm, [])
+    assert len(connected_parts(tin.vertices, tin.triangles)) == 2
+    assert area(tin).min() > 0
+    assert area(tin).sum() == pytest.approx(200, abs=0.1)
+    assert _faults(tin) == []
+
+
+def test_a_terrain_that_touches_itself_around_a_gap_is_a_manifold() -> None:
+    grid = Grid(0.0, 20.0, 0.5, 40, 40)
+    dtm = heights(grid)
+    dtm[10:20, 10:20] = dtm[20:30, 20:30] = np.nan
+    tin = terrain_tin(grid, dtm, [])
+    assert len(connected_parts(tin.vertices, tin.triangles)) == 1
+    assert _faults(tin) == []
+
+
+def test_walls_that_cross_the_rim_beside_a_corner_leave_no_two_vertices_at_one_place() -> None:
+    grid = Grid(0.0, 20.0, 0.5, 40, 40)
+    dtm = heights(grid)
+    dtm[10:20, 10:20] = np.nan
+    corner = 5.0004
+    house = Polygon([(corner, 12.0), (8.0, 14.5), (6.0, 17.0), (3.0, 14.5)])
+    tin = terrain_tin(grid, dtm, [house])
+    assert _faults(tin) == []
+    assert area(tin).min() > 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_part_of_a_terrain_full_of_gaps_and_houses_keeps_the_rules(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    grid = Grid(0.0, 40.0, 0.5, 80, 80)
+    dtm = heights(grid)
+    rough = gaussian_filter(rng.normal(size=grid.shape), 3)
+    dtm[rough > np.quantile(rough, 0.8)] = np.nan
+    houses = []
+    for x, y in np.mgrid[-1:4, -1:4].reshape(2, -1).T * 11 + rng.uniform(3, 6, (25, 2)):
+        half_x, half_y = rng.uniform(1.5, 3.5, 2)
+        house = shapely.affinity.rotate(shapely.box(x - half_x, y - half_y, x + half_x, y + half_y), rng.uniform(0, 90))
+        houses.append(shapely.set_precision(house, 1e-4))
+    tin = terrain_tin(grid, dtm, houses, None, (0.5, 0.5, 39.5, 39.5))
+    assert area(tin).min() > 0
+    assert _faults(tin) == []

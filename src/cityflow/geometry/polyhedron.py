@@ -5,6 +5,7 @@ All sums run in a frame whose origin is the first vertex, so that national coord
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -80,6 +81,20 @@ def face_arrays(polyhedron: Polyhedron) -> FaceArrays:
     return FaceArrays(
         vertices - origin, origin, corners, _starts(sizes), _starts([len(f.rings) for f in polyhedron.faces])
     )
+
+
+def rings_of(polyhedron: Polyhedron) -> list[list[FloatArray]]:
+    """(n, 3) rings of each face, exterior first."""
+    return [[polyhedron.ring(ring) for ring in face.rings] for face in polyhedron.faces]
+
+
+def arrays_of_rings(polygons: Sequence[Sequence[FloatArray]]) -> FaceArrays:
+    """Flat arrays of polygons that share no vertex list: rings of each, (n, 3) world metres, without the repeated last point."""
+    rings = [np.asarray(ring, np.float64).reshape(-1, 3) for polygon in polygons for ring in polygon]
+    points = np.concatenate([np.empty((0, 3)), *rings])
+    origin = points[0].copy() if len(points) else np.zeros(3)
+    starts = _starts([len(ring) for ring in rings]), _starts([len(polygon) for polygon in polygons])
+    return FaceArrays(points - origin, origin, np.arange(len(points)), *starts)
 
 
 def ring_area_vectors(arrays: FaceArrays) -> FloatArray:

@@ -17,6 +17,7 @@ from cityflow.geometry.faults import Fault, Tolerances
 from cityflow.geometry.polyhedron import (
     FaceArrays,
     Mesh,
+    arrays_of_rings,
     face_arrays,
     mesh_of,
     plane_distances,
@@ -29,6 +30,8 @@ from cityflow.geometry.validity_faces import inspect_faces, normal_turns, snap
 from cityflow.geometry.validity_shells import topology_faults
 
 DEFAULT = Tolerances()
+Polygon = Sequence[FloatArray]
+"""A polygon in space by its rings: exterior, then holes, (n, 3) metres each, without the repeated last point."""
 MOST_PAIRS = 20
 """Pairs of faces that are reported to cross: a shell turned inside out has thousands."""
 
@@ -53,23 +56,40 @@ def is_valid(polyhedron: Polyhedron, tolerances: Tolerances = DEFAULT) -> bool:
 def check_shell(polyhedron: Polyhedron, tolerances: Tolerances = DEFAULT) -> tuple[list[Fault], Mesh | None]:
     """Faults of one closed shell, whichever way its normals point, and its triangles where the faces are sound."""
     faults = _input_faults(polyhedron)
-    if faults:
+    return (faults, None) if faults else _shell_faults(face_arrays(polyhedron), tolerances, closed=True)
+
+
+def check_surface(polygons: Sequence[Polygon], tolerances: Tolerances = DEFAULT, closed: bool = False) -> list[Fault]:
+    """Faults of polygons that are one surface in a piece, such as a terrain: all that a shell must be, a border allowed unless `closed`."""
+    return _ring_input_faults(polygons) or _shell_faults(arrays_of_rings(polygons), tolerances, closed)[0]
+
+
+def check_polygons(polygons: Sequence[Polygon], tolerances: Tolerances = DEFAULT) -> list[Fault]:
+    """Faults of polygons each by itself: what the members of a MultiSurface must be."""
+    return _ring_input_faults(polygons) or _sound_faces(arrays_of_rings(polygons), tolerances)[0]
+
+
+def _shell_faults(arrays: FaceArrays, tolerances: Tolerances, closed: bool) -> tuple[list[Fault], Mesh | None]:
+    faults, mesh, snapped = _sound_faces(arrays, tolerances)
+    if mesh is None:
         return faults, None
-    arrays = _snapped(face_arrays(polyhedron), tolerances)
-    faults = _polygon_faults(arrays, tolerances)
-    if faults:
-        return sorted(faults), None
-    triangles, faces = mesh_of(arrays)
-    mesh = Mesh(arrays.vertices, triangles, faces)
-    turns = normal_turns(mesh.vertices, triangles, faces, arrays.face_count)
-    faults = [Fault.of(204, f"face={f}") for f in np.flatnonzero(turns > tolerances.normals_deg)]
-    if faults:
-        return faults, None
-    faults = topology_faults(arrays, triangles)
+    faults = topology_faults(snapped, mesh.triangles, closed)
     if not faults:
-        pairs = meeting_groups(mesh.vertices, triangles, faces, tolerances.touch_m, MOST_PAIRS)
+        pairs = meeting_groups(mesh.vertices, mesh.triangles, mesh.faces, tolerances.touch_m, MOST_PAIRS)
         faults = [Fault.of(306, f"face={a}|face={b}") for a, b in pairs]
     return sorted(faults), mesh
+
+
+def _sound_faces(arrays: FaceArrays, tolerances: Tolerances) -> tuple[list[Fault], Mesh | None, FaceArrays]:
+    """Faults of faces each by itself, their triangles where there are none, and the faces with snapped corners."""
+    snapped = _snapped(arrays, tolerances)
+    faults = _polygon_faults(snapped, tolerances)
+    if faults:
+        return sorted(faults), None, snapped
+    triangles, faces = mesh_of(snapped)
+    turns = normal_turns(snapped.vertices, triangles, faces, snapped.face_count)
+    faults = [Fault.of(204, f"face={f}") for f in np.flatnonzero(turns > tolerances.normals_deg)]
+    return faults, None if faults else Mesh(snapped.vertices, triangles, faces), snapped
 
 
 def check_closed_ring(points: FloatArray, tolerances: Tolerances = DEFAULT) -> list[Fault]:
@@ -80,20 +100,20 @@ def check_closed_ring(points: FloatArray, tolerances: Tolerances = DEFAULT) -> l
     return check_polygon([points[:-1]], tolerances)
 
 
-def check_polygon(rings: Sequence[FloatArray], tolerances: Tolerances = DEFAULT) -> list[Fault]:
+def check_polygon(rings: Polygon, tolerances: Tolerances = DEFAULT) -> list[Fault]:
     """Faults of one polygon in space: exterior, then holes, (n, 3) metres each, without the repeated last point."""
-    sizes = np.array([len(r) for r in rings], np.int64)
-    points = np.concatenate([np.asarray(r, np.float64).reshape(-1, 3) for r in rings])
-    origin = points[0] if len(points) else np.zeros(3)
-    ring_start = np.concatenate([[0], np.cumsum(sizes)])
-    arrays = FaceArrays(points - origin, origin, np.arange(len(points)), ring_start, np.array([0, len(sizes)]))
-    arrays = _snapped(arrays, tolerances)
-    faults = _polygon_faults(arrays, tolerances)
-    if faults:
-        return sorted(faults)
-    triangles, faces = mesh_of(arrays)
-    turns = normal_turns(arrays.vertices, triangles, faces, 1)
-    return [Fault.of(204, "face=0")] if turns[0] > tolerances.normals_deg else []
+    return check_polygons([rings], tolerances)
+
+
+def _ring_input_faults(polygons: Sequence[Polygon]) -> list[Fault]:
+    if not polygons:
+        return [Fault.of(902)]
+    return [
+        Fault.of(901, f"face={f}|ring={r}")
+        for f, rings in enumerate(polygons)
+        for r, ring in enumerate(rings)
+        if not np.isfinite(ring).all()
+    ]
 
 
 def _input_faults(polyhedron: Polyhedron) -> list[Fault]:

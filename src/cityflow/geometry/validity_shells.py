@@ -10,18 +10,18 @@ from cityflow.geometry.faults import Fault
 from cityflow.geometry.polyhedron import FaceArrays
 
 
-def topology_faults(arrays: FaceArrays, triangles: IntArray) -> list[Fault]:
-    """Faults 301, 302, 303, 305 and 307 of a shell of sound faces.
+def topology_faults(arrays: FaceArrays, triangles: IntArray, closed: bool = True) -> list[Fault]:
+    """Faults 301, 302, 303, 305 and 307 of a shell of sound faces; an open surface may have a border, and any number of faces.
 
     Parameters
     ----------
     arrays : faces with snapped corners
     triangles : (T, 3) their triangles
     """
-    if arrays.face_count < 4:
+    if closed and arrays.face_count < 4:
         return [Fault.of(301)]
     edges = _edges(arrays)
-    faults = _edge_faults(edges)
+    faults = [f for f in _edge_faults(edges) if closed or f.code != 302]
     if faults:
         return faults
     faces, turned = _pairs(edges)
@@ -59,9 +59,10 @@ def _edge_faults(edges: tuple[IntArray, IntArray, BoolArray]) -> list[Fault]:
 
 
 def _pairs(edges: tuple[IntArray, IntArray, BoolArray]) -> tuple[IntArray, BoolArray]:
-    """(E, 2) faces on both sides of each edge, and (E,) whether both run along it in the same direction."""
-    _, face, forward = edges
-    return face.reshape(-1, 2), forward[0::2] == forward[1::2]
+    """(E, 2) faces on both sides of each edge that has two, and (E,) whether both run along it in the same direction."""
+    key, face, forward = edges
+    first = np.flatnonzero(key[:-1] == key[1:])
+    return np.column_stack([face[first], face[first + 1]]), forward[first] == forward[first + 1]
 
 
 @njit(cache=True, nogil=True)

@@ -9,7 +9,6 @@ from pydantic import Field
 from cityflow.core.building import Status
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.choose import LAST_RESORT, NUMERICAL_TROUBLE, Choice, ReconstructParameters, choose
-from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
@@ -45,7 +44,6 @@ def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParamet
     try:
         found = find_overhangs(evidence, best, parameters)
         extended = with_overhangs(best, found, evidence, parameters)
-        beyond = beyond_walls(extended.solid, evidence.outline) if extended.solid is not None else None
     except NUMERICAL_TROUBLE as error:
         return replace(best, notes={**best.notes, "overhang_reason": f"{type(error).__name__}: {error}"})
-    return replace(extended, solid=best.solid, beyond=beyond)
+    return replace(extended, solid=best.solid)

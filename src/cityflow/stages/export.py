@@ -32,7 +32,7 @@ from cityflow.surface.tin import Tin, terrain_tin
 STAGE = "export"
 CITY = "city"
 ROWS = "units.json"
-VERSION = 8
+VERSION = 9
 
 
 def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:

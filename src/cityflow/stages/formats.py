@@ -21,6 +21,7 @@ from cityflow.io.obj import write_obj
 from cityflow.io.openings import NO_OPENINGS, Openings
 from cityflow.io.tiles3d import About, Scene, tile_files
 from cityflow.surface.tin import Tin
+from cityflow.surface.tin_parts import connected_parts
 
 Files = Iterator[tuple[str, bytes]]
 """RUN-relative path, contents."""
@@ -52,12 +53,7 @@ def cityjson(tile: CityTile) -> Files:
     transform, look = Transform.over(tile.bounds), Appearance(CITYJSON_FOLDER, tile.rectified, tile.drape)
     lines = [header_line(tile.reference, _extent(tile), transform, tile.title, tile.date)]
     lines += [feature_line(b, transform, look, tile.openings) for b in tile.buildings]
-    if len(tile.terrain.triangles):
-        lines.append(
-            terrain_feature_line(
-                terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles, transform, appearance=look
-            )
-        )
+    lines += [terrain_feature_line(*part, transform, appearance=look) for part in _relief(tile)]
     yield f"{CITYJSON_FOLDER}/{tile.name}.city.jsonl", b"".join(lines)
 
 
@@ -125,9 +121,9 @@ def terrain_name(tile: CityTile) -> str:
 
 
 def _relief(tile: CityTile) -> list[tuple[str, FloatArray, IntArray]]:
-    if not len(tile.terrain.triangles):
-        return []
-    return [(terrain_name(tile), tile.terrain.vertices, tile.terrain.triangles)]
+    """A surface is in one piece: a terrain with gaps that part it is several, the first with the plain name."""
+    parts = connected_parts(tile.terrain.vertices, tile.terrain.triangles)
+    return [(terrain_name(tile) + (f"-{n}" if n else ""), *part) for n, part in enumerate(parts)]
 
 
 WRITERS: Mapping[str, Callable[[CityTile], Files]] = {

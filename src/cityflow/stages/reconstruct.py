@@ -26,7 +26,7 @@ from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntr
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
-VERSION = 12
+VERSION = 13
 CANDIDATES = "candidates.city.jsonl"
 
 

@@ -26,6 +26,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.surface.constrained import triangulate
 from cityflow.surface.known_area import is_known_at, rim, stretches
 from cityflow.surface.sample import sample
+from cityflow.surface.tin_parts import without_pinches, without_short_edges
 
 
 class TinParameters(Parameters):
@@ -75,6 +76,7 @@ def terrain_tin(
         return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
     xy = _insert(grid, dtm, area, (fixed, rings), p)
     xy, triangles = triangulate(xy, [r.round(VERTEX_DECIMALS) for r in rings])
+    triangles = without_short_edges(xy, triangles, _ranks(xy, outlines, area))
     middle = xy[triangles].mean(axis=1)
     wanted = is_known_at(grid, known, middle)
     if cut_out and outlines:
@@ -83,7 +85,15 @@ def terrain_tin(
     used, triangles = np.unique(triangles[wanted], return_inverse=True)
     xy = xy[used]
     z = sample(grid, dtm, xy[:, 0], xy[:, 1]).round(VERTEX_DECIMALS)
-    return Tin(np.column_stack([xy, z]), triangles.reshape(-1, 3).astype(np.int64))
+    return Tin(*without_pinches(np.column_stack([xy, z]), triangles.reshape(-1, 3).astype(np.int64)))
+
+
+def _ranks(xy: FloatArray, outlines: Sequence[Polygon], bounds: Bounds) -> IntArray:
+    """(V,) 0 on the tile's border, where the neighbour has the same vertex; 1 for vertices of outlines; 2 for what else is there."""
+    corners = {(x, y) for x, y in shapely.get_coordinates(list(outlines)).round(VERTEX_DECIMALS).tolist()}
+    x, y = xy.T
+    border = (x == bounds[0]) | (x == bounds[2]) | (y == bounds[1]) | (y == bounds[3])
+    return np.where(border, 0, [1 if place in corners else 2 for place in map(tuple, xy.tolist())])
 
 
 def border_vertices(grid: Grid, dtm: FloatArray, bounds: Bounds, parameters: TinParameters) -> FloatArray:

@@ -13,18 +13,16 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.building import Building, EdgeOverhang, Lod, Semantic
+from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.validity import check_polygons
 from cityflow.io.citygml import write_citygml
 from cityflow.io.cityjson import Transform, feature_line, read_feature
 from cityflow.io.obj import write_obj
 from cityflow.io.reference import resolve
-from cityflow.reconstruction import volumetric
 from cityflow.reconstruction.choose import ReconstructParameters, choose
-from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
-from cityflow.reconstruction.volumetric import VolumetricParameters
 from roof_scenes import OUTLINE as PLAN
 from roof_scenes import gable, scan
-from storey_scenes import storeys
 
 REACH_M = 0.6
 EVIDENCE = scan(gable, PLAN, 8.0, 0.02, 1)
@@ -41,7 +39,7 @@ def building() -> Building:
     extended = with_overhangs(best, _overhangs(REACH_M), EVIDENCE)
     assert best.solid is not None
     assert extended.solid is not None
-    beyond = beyond_walls(extended.solid, OUTLINE)
+    beyond = extended.beyond
     return Building(
         "a", OUTLINE, EVIDENCE.ground_height, {Lod.LOD22: best.solid}, best.planes,
         overhangs=_overhangs(REACH_M), beyond=beyond,
@@ -64,6 +62,11 @@ def test_the_roofs_lie_in_their_planes_and_fill_the_ring_around_the_walls(buildi
         corners = building.beyond.ring(face.rings[0])
         plane = building.planes[face.plane]
         assert np.abs(corners[:, 2] - plane.z(corners[:, 0], corners[:, 1])).max() < 0.005
+
+
+def test_every_surface_keeps_the_rules(building: Building) -> None:
+    assert building.beyond is not None
+    assert check_polygons(rings_of(building.beyond)) == []
 
 
 def test_they_meet_the_solid_at_its_own_vertices(building: Building) -> None:
@@ -93,8 +96,9 @@ def test_they_go_with_the_building_and_come_back(building: Building) -> None:
     assert [o.reach_m for o in again.overhangs] == [REACH_M] * len(building.overhangs)
 
 
-def test_without_overhangs_there_is_nothing(building: Building) -> None:
-    assert beyond_walls(building.solids[Lod.LOD22], OUTLINE) is None
+def test_without_overhangs_there_is_nothing() -> None:
+    best = choose(EVIDENCE, ReconstructParameters()).candidate
+    assert with_overhangs(best, _overhangs(0.0), EVIDENCE).beyond is None
 
 
 def test_every_format_writes_them(building: Building) -> None:
@@ -114,10 +118,3 @@ def test_every_format_writes_them(building: Building) -> None:
     vertices = sum(line.startswith("v ") for line in obj.splitlines())
     used = {int(i) for line in obj.splitlines() if line.startswith("f ") for i in line.split()[1:]}
     assert used == set(range(1, vertices + 1))
-
-
-def test_the_ceiling_over_a_passage_is_the_solids_own() -> None:
-    solid = volumetric.reconstruct(storeys("passage", 0.05, 1), VolumetricParameters()).solid
-    assert solid is not None
-    assert len(solid.of_semantic(Semantic.OUTER_CEILING)) == 1
-    assert beyond_walls(solid, storeys("passage", 0.05, 1).outline) is None

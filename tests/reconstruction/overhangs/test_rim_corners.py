@@ -14,7 +14,6 @@ from cityflow.core.building import EdgeOverhang, Polyhedron, Semantic
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction.overhangs.beyond_walls import beyond_walls
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.reconstruction.partition.partition_values import RoofCell, RoofPartition
@@ -77,7 +76,7 @@ def roofs_beyond(
     assert done.notes["overhangs_left"] == 0
     assert done.solid is not None
     assert check_polyhedron(done.solid) == []
-    beyond: Polyhedron | None = beyond_walls(done.solid, outline)
+    beyond: Polyhedron | None = done.beyond
     assert beyond is not None
     return [beyond.ring(f.rings[0]) - (*outline.exterior.coords[0], 0.0) for f in beyond.of_semantic(Semantic.ROOF)]
 

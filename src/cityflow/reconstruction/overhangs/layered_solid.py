@@ -48,12 +48,17 @@ class LayeredSolid:
         UnfitRoof
             The upper or lower sides of two cells cross along an edge.
         """
-        xy = np.asarray(self.plan.xy, np.float64)
-        faces = self._roofs()
-        faces += [_CornerFace((ring,), Semantic.WALL) for ring in merge_walls(self._walls(), xy)]
-        faces += self._ground()
-        faces += self._undersides()
-        return self._numbered(faces, xy)
+        cells = frozenset(range(len(self.plan.cells)))
+        return self._numbered([*self._faces(cells), *self._ground()])
+
+    def beyond(self) -> Polyhedron:
+        """Of the solid only the cells beyond the walls: roofs in the planes of theirs, rims, undersides; open where the walls are."""
+        return self._numbered(self._faces(frozenset(k for k, c in enumerate(self.plan.cells) if not c.inside)))
+
+    def _faces(self, cells: frozenset[int]) -> list[_CornerFace]:
+        walls = merge_walls(self._walls(cells), np.asarray(self.plan.xy, np.float64))
+        rims = [_CornerFace((ring,), Semantic.WALL) for ring in walls]
+        return [*self._roofs(cells), *rims, *self._undersides(cells)]
 
     def _find_levels(self) -> None:
         heights: dict[int, list[tuple[float, int, bool]]] = {}
@@ -80,19 +85,19 @@ class LayeredSolid:
                 self.floor_level[vertex] = 0
                 self.levels[vertex][0] = self.plan.floor
 
-    def _roofs(self) -> list[_CornerFace]:
+    def _roofs(self, cells: frozenset[int]) -> list[_CornerFace]:
         faces = []
         for number, face in enumerate(self.plan.faces):
-            cells = [k for k, cell in enumerate(self.plan.cells) if cell.face == number]
-            for rings in self._united(cells, self.top):
+            own = [k for k, cell in enumerate(self.plan.cells) if k in cells and cell.face == number]
+            for rings in self._united(own, self.top):
                 faces.append(_CornerFace(rings, Semantic.ROOF, face.plane))
         return faces
 
-    def _undersides(self) -> list[_CornerFace]:
+    def _undersides(self, cells: frozenset[int]) -> list[_CornerFace]:
         faces = []
         for number in range(len(self.plan.faces)):
-            cells = [k for k, cell in enumerate(self.plan.cells) if cell.face == number and not cell.inside]
-            for rings in self._united(cells, self.bottom):
+            own = [k for k, c in enumerate(self.plan.cells) if k in cells and c.face == number and not c.inside]
+            for rings in self._united(own, self.bottom):
                 turned = tuple(ring[::-1] for ring in rings)
                 faces.append(_CornerFace(turned, Semantic.OUTER_CEILING))
         return faces
@@ -117,10 +122,10 @@ class LayeredSolid:
     def _single(self, k: int, level: dict[tuple[int, int], int]) -> list[tuple[tuple[Corner, ...], ...]]:
         return [tuple(tuple((v, level[v, k]) for v in ring) for ring in self.plan.cells[k].rings)]
 
-    def _walls(self) -> list[Wall]:
+    def _walls(self, cells: frozenset[int]) -> list[Wall]:
         stands_on = self._outline_edges()
         walls = []
-        for (u, v), cell in sorted(self.left.items()):
+        for (u, v), cell in sorted((edge, cell) for edge, cell in self.left.items() if cell in cells):
             other = self.left.get((v, u), -1)
             number = stands_on.get((u, v), -1)
             for low, high in self._free(u, v, cell, other):
@@ -178,8 +183,9 @@ class LayeredSolid:
         z = self.plan.floor if on_floor else round(self.levels[vertex][level], VERTEX_DECIMALS)
         return float(xy[vertex, 0]), float(xy[vertex, 1]), z
 
-    def _numbered(self, faces: list[_CornerFace], xy: FloatArray) -> Polyhedron:
+    def _numbered(self, faces: list[_CornerFace]) -> Polyhedron:
         """Faces over corners become faces over vertex numbers; corners within a straight edge are left out."""
+        xy = np.asarray(self.plan.xy, np.float64)
         ends: dict[Corner, set[Corner]] = {}
         for ring in (ring for face in faces for ring in face.rings):
             for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):

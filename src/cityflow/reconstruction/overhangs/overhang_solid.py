@@ -7,7 +7,7 @@ wall surface like every other upright face, so that whoever adds up roof areas o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -16,7 +16,8 @@ import shapely.errors
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import EdgeOverhang, Polyhedron, Scalar
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.geometry.validity import check_polyhedron
+from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.validity import check_polygons, check_polyhedron
 from cityflow.reconstruction.overhangs.crossings import split_crossings
 from cityflow.reconstruction.overhangs.layered_solid import LayeredSolid
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
@@ -39,7 +40,7 @@ def with_overhangs(
     evidence: Evidence,
     parameters: OverhangParameters | None = None,
 ) -> Candidate:
-    """The candidate with its roof extended; with fewer overhangs, or none, where the solid would not be valid.
+    """The candidate with its roof extended, and what of that lies beyond the walls; with fewer overhangs, or none, where either would not be valid.
 
     Overhangs that count from a wall apart from the outline stand out as far as they reach beyond the outline, where the solid's walls are.
 
@@ -50,7 +51,7 @@ def with_overhangs(
     wanted = [k for k, o in enumerate(beyond) if o.reach_m > 0]
     if candidate.solid is None or not wanted:
         return replace(candidate, overhangs=tuple(overhangs))
-    solid, kept, reason = _extended(candidate.solid, beyond, wanted, evidence, p)
+    extended, kept, reason = _extended(candidate.solid, beyond, wanted, evidence, p)
     notes: dict[str, Scalar] = {
         **candidate.notes,
         "overhang_edges": len(kept),
@@ -60,7 +61,22 @@ def with_overhangs(
         notes["overhang_reason"] = reason
     left = set(wanted) - set(kept)
     done = tuple(replace(o, reach_m=0.0) if k in left else o for k, o in enumerate(overhangs))
-    return replace(candidate, solid=solid, overhangs=done, notes=notes)
+    if extended is None:
+        return replace(candidate, overhangs=done, notes=notes)
+    return replace(candidate, solid=extended.solid, beyond=extended.beyond, overhangs=done, notes=notes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Extended:
+    """A closed solid with overhangs, and the surfaces of it that lie beyond the walls."""
+
+    solid: Polyhedron
+    beyond: Polyhedron
+
+    def faults(self) -> str:
+        """Names of the rules that one of them breaks."""
+        found = check_polyhedron(self.solid) or check_polygons(rings_of(self.beyond))
+        return ", ".join(sorted({fault.name for fault in found})).lower()
 
 
 def _extended(
@@ -69,13 +85,14 @@ def _extended(
     wanted: Sequence[int],
     evidence: Evidence,
     p: OverhangParameters,
-) -> tuple[Polyhedron, tuple[int, ...], str]:
+) -> tuple[_Extended | None, tuple[int, ...], str]:
     """The solid with all overhangs, else with those that can be added one after the other, the longest first."""
     done, reason = _attempt(solid, overhangs, wanted, evidence, p)
     if done is not None:
         return done, tuple(wanted), ""
     order = sorted(wanted, key=lambda k: (-overhangs[k].line.length, k))[:MOST_ATTEMPTS]
-    best, kept = solid, list[int]()
+    best: _Extended | None = None
+    kept: list[int] = []
     for k in order:
         trial, _ = _attempt(solid, overhangs, [*kept, k], evidence, p)
         if trial is not None:
@@ -90,7 +107,7 @@ def _attempt(
     chosen: Sequence[int],
     evidence: Evidence,
     p: OverhangParameters,
-) -> tuple[Polyhedron | None, str]:
+) -> tuple[_Extended | None, str]:
     """A valid solid with some of the overhangs, or why there is none."""
     try:
         plan = RoofPlan(solid)
@@ -98,11 +115,12 @@ def _attempt(
         cells = plan.add_outside(rim_zones(plan, rims, p.most_reach_m))
         _give_faces(plan, cells)
         split_crossings(plan, p.slab_m)
-        extended = LayeredSolid(plan, p.slab_m).polyhedron()
+        layers = LayeredSolid(plan, p.slab_m)
+        extended = _Extended(layers.polyhedron(), layers.beyond())
     except (UnfitRoof, shapely.errors.GEOSException) as problem:
         return None, str(problem)
-    faults = sorted({fault.name for fault in check_polyhedron(extended)})
-    return (None, ", ".join(faults).lower()) if faults else (extended, "")
+    faults = extended.faults()
+    return (None, faults) if faults else (extended, "")
 
 
 def _rims(

@@ -1,0 +1,17 @@
+"""Geometries of exported files, read back by readers that know nothing of the writers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cityflow.core.written import WrittenGeometry
+from cityflow.io.written_citygml import written_in_citygml
+from cityflow.io.written_cityjson import written_in_cityjson
+
+
+def written(path: Path) -> list[WrittenGeometry]:
+    """All geometries of a file: a CityJSON text sequence, else CityGML."""
+    if path.name.endswith(".jsonl"):
+        return list(written_in_cityjson(path.read_bytes().splitlines()))
+    with path.open("rb") as source:
+        return list(written_in_citygml(source))
