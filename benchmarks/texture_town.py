@@ -164,6 +164,7 @@ def main() -> None:
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--exposures", action="store_true")
     parser.add_argument("--stage", action="store_true")
+    parser.add_argument("--least", type=int, default=100, help="of --stage: candidates a face must have on average")
     parser.add_argument("--skip-views", action="store_true")
     parser.add_argument("--set", default="{}", help="TextureParameters as JSON")
     asked = parser.parse_args()
