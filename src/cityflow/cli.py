@@ -99,6 +99,9 @@ def run(
     settings: SetOption = None,
     aoi: AreaOption = "",
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Agree to the folder where --out is left out")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Read all that is done, and make again what is not as it was written")
+    ] = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
@@ -107,7 +110,18 @@ def run(
     folder = out or agreed_folder(name, yes, console)
     from cityflow.workflow.run import run_workflow
 
-    run_workflow(workflow, catalog, folder, settings or [], aoi, scheduler, workers, console, Talk.of(quiet, verbose))
+    run_workflow(
+        workflow,
+        catalog,
+        folder,
+        settings or [],
+        aoi,
+        scheduler,
+        workers,
+        console,
+        Talk.of(quiet, verbose),
+        verify=verify,
+    )
 
 
 @app.command()

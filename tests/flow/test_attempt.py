@@ -7,13 +7,19 @@ import pytest
 
 from cityflow.core.building import Status
 from cityflow.flow import attempt
-from cityflow.flow.attempt import is_unexpected, run_attempt
+from cityflow.flow.attempt import is_unexpected
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.records import read_record
 from cityflow.flow.sandbox import thread_sandbox
 from cityflow.flow.store import Store
-from cityflow.flow.task import Limits
+from cityflow.flow.task import Limits, Record, Task
 from flow.toy_stages import toy
+
+
+def run_attempt(store: Store, task: Task, number: int) -> Record:
+    record = attempt.run_attempt(store, task, number)
+    assert isinstance(record, Record)
+    return record
 
 
 @pytest.fixture(autouse=True)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from distributed import Client
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
+from cityflow.flow.attempt import store_record
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import readable_key, run_tasks
-from cityflow.flow.ledger import Ledger
+from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
@@ -204,3 +206,38 @@ def test_the_dashboard_groups_by_stage(unit: str, group: str) -> None:
     key = f"{readable_key(toy(unit, stage='reconstruct'))}-1a2b3c4d"
     assert key_split(key) == group
     assert unit in key
+
+
+def made(ledger: Ledger) -> Record:
+    record = ledger.latest("toy", "maker")
+    assert record is not None
+    return record
+
+
+def test_damage_is_met_once_and_its_maker_runs_again(client: Client, store: Store, ledger: Ledger) -> None:
+    """Two readers of a file with a wrong bit: neither leaves a record, and in the next pass all is well."""
+    run_tasks(Given([toy("maker", arguments={"number": 12})]), client, store, ledger)
+    (path,) = made(ledger).outputs
+    readers = [toy(name, "copy", arguments={"from": [path]}) for name in ("one", "two", "deaf to errors")]
+    store.write_bytes(path, b"145")
+    summary = run_tasks(Given([toy("maker"), *readers]), client, store, ledger)
+    assert summary.damaged == {path}
+    assert statuses(ledger) == {"maker": Status.DONE}
+    assert ledger.state(toy("maker")) is State.SPOILED
+    assert (
+        run_tasks(Given([toy("maker", arguments={"number": 12})]), client, store, ledger).ran[("toy", Status.DONE)] == 1
+    )
+    assert not run_tasks(Given(readers), client, store, ledger).damaged
+    assert store.read_bytes(path) == b"144"
+    assert len(statuses(ledger)) == 4
+
+
+def test_what_an_older_version_left_is_taken_as_it_is(client: Client, store: Store, ledger: Ledger) -> None:
+    run_tasks(Given([toy("maker")]), client, store, ledger)
+    record = made(ledger)
+    (path,) = record.outputs
+    ledger.add(store_record(store, replace(record, attempt=2, sizes={})))
+    store.write_bytes(path, b"other contents")
+    summary = run_tasks(Given([toy("maker"), toy("reader", "copy", arguments={"from": [path]})]), client, store, ledger)
+    assert not summary.damaged
+    assert summary.ran == {("toy", Status.DONE): 1}

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import socket
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 
 from cityflow.core.building import Status
+from cityflow.flow.damage import Damage
 from cityflow.flow.records import decode, encode, read_record, record_path, write_mark
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.sandbox import thread_sandbox
@@ -18,8 +20,8 @@ PAUSE_S = 0.5
 """Before a second try; what is transient needs a moment to pass."""
 
 
-def run_attempt(store: Store, task: Task, attempt: int) -> Record:
-    """Run a task, write its record, return the record.
+def run_attempt(store: Store, task: Task, attempt: int) -> Record | Damage:
+    """Run a task, write its record, return the record; no record where an input was damaged.
 
     Parameters
     ----------
@@ -33,7 +35,10 @@ def run_attempt(store: Store, task: Task, attempt: int) -> Record:
         attempt += 1
     if task.in_place:
         write_mark(store, task.stage, task.unit, attempt)
-    return store_record(store, record_of(task, attempt, _tried(store, task), started))
+    reply = _tried(store, task)
+    if reply.ending is Ending.DAMAGED:
+        return Damage(reply.damaged)
+    return store_record(store, record_of(task, attempt, reply, started))
 
 
 def store_record(store: Store, record: Record) -> Record:
@@ -84,4 +89,4 @@ def _tried(store: Store, task: Task) -> Reply:
         earlier.append(f"try {count + 1}: {reply.outcome.reason}\n{reply.traceback}")
         time.sleep(PAUSE_S * (count + 1))
     text = "\n".join([*earlier, *([reply.traceback] if reply.traceback else [])])
-    return Reply(reply.ending, reply.outcome, text, reply.seconds, reply.peak_mb, reply.rss_mb, reply.transient)
+    return replace(reply, traceback=text)

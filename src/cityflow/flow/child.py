@@ -17,6 +17,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from cityflow.core.building import Status
@@ -73,12 +74,20 @@ def _run(store: Store, task: Task) -> Reply:
     _reset_peak()
     before = _status_mb("VmRSS")
     start = time.perf_counter()
-    reply = _called(store, task)
+    reply = _called_checked(store, task)
     seconds = time.perf_counter() - start
     peak, after = _status_mb("VmHWM"), _status_mb("VmRSS")
     if peak - before > TRIM_ABOVE_MB:
         after = _trimmed_mb()
-    return Reply(reply.ending, reply.outcome, reply.traceback, seconds, max(peak, after), after, reply.transient)
+    return replace(reply, seconds=seconds, peak_mb=max(peak, after), rss_mb=after)
+
+
+def _called_checked(store: Store, task: Task) -> Reply:
+    """Damage that was met counts, however the stage took it."""
+    expecting = store.expecting(task.expected)
+    reply = _called(expecting, task)
+    damaged = expecting.expected.found if expecting.expected is not None else {}
+    return Reply(Ending.DAMAGED, Outcome(Status.FAILED, "damaged input"), damaged=dict(damaged)) if damaged else reply
 
 
 def _called(store: Store, task: Task) -> Reply:

@@ -17,9 +17,11 @@ from distributed import Client, KilledWorker, as_completed
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.attempt import record_of, run_attempt, store_record
+from cityflow.flow.damage import Damage
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.in_flight import InFlight, check_alive
+from cityflow.flow.inputs import Inputs
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
@@ -55,12 +57,14 @@ class Summary:
     kept : (stage, status) → units that an earlier run had done
     seconds : wall-clock time
     interrupted : stopped by Ctrl-C
+    damaged : files that were not what tasks had written; what made them, and what reads them, has still to run
     """
 
     ran: Counter[tuple[str, Status]] = field(default_factory=Counter)
     kept: Counter[tuple[str, Status]] = field(default_factory=Counter)
     seconds: float = 0.0
     interrupted: bool = False
+    damaged: frozenset[str] = frozenset()
 
 
 def never(task: Task, record: Record) -> bool:  # noqa: ARG001 - the signature of `redo`
@@ -107,7 +111,7 @@ def run_tasks(
         raise
     finally:
         run.stop()
-    return Summary(run.ran, run.kept, time.monotonic() - start, interrupted)
+    return Summary(run.ran, run.kept, time.monotonic() - start, interrupted, frozenset(run.damaged))
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +149,8 @@ class _Run:
         self._token = uuid4().hex
         self.ran: Counter[tuple[str, Status]] = Counter()
         self.kept: Counter[tuple[str, Status]] = Counter()
+        self.damaged: set[str] = set()
+        self._inputs = Inputs(context.ledger)
 
     def loop(self) -> None:
         """Run until nothing is ready and nothing is in flight."""
@@ -218,7 +224,8 @@ class _Run:
         if not jobs:
             return
         keys = [self._key(job) for job in jobs]
-        stores, tasks, attempts = [self._context.store] * len(jobs), [j.task for j in jobs], [j.attempt for j in jobs]
+        stores, attempts = [self._context.store] * len(jobs), [j.attempt for j in jobs]
+        tasks = [replace(j.task, expected=self._inputs.of(j.task)) for j in jobs]
         futures = self._context.client.map(run_attempt, stores, tasks, attempts, key=keys, pure=False, retries=0)
         self._jobs.update((key, replace(j, future=f)) for key, j, f in zip(keys, jobs, futures, strict=True))
         self._completed.update(futures)
@@ -243,6 +250,9 @@ class _Run:
         if isinstance(result, Record):
             self._follow(job.task, result, fresh=True)
             return
+        if isinstance(result, Damage):
+            self._spoil(result)
+            return
         error = result[1] if isinstance(result, tuple) else result
         written = read_record(self._context.store, job.task.stage, job.task.unit, job.attempt)
         if written is not None and written.digest == job.task.digest:
@@ -251,6 +261,16 @@ class _Run:
             self._suspect(job, error)
         else:
             self._again(job, error)
+
+    def _spoil(self, damage: Damage) -> None:
+        """What made a damaged file shall do it again: in the next pass, since its turn is over in this one."""
+        for path, problem in damage.files.items():
+            maker = self._inputs.maker(path)
+            if path in self.damaged or maker is None:
+                continue
+            self._context.ledger.spoil(*maker)
+            self._context.progress.message(f"{path} {problem}: {'-'.join(maker)} runs again")
+            self.damaged.add(path)
 
     def _suspect(self, job: _Job, error: KilledWorker) -> None:
         deaths = job.deaths + error.allowed_failures + 1
@@ -270,6 +290,7 @@ class _Run:
         self._submit([replace(job, tries=job.tries + 1)])
 
     def _follow(self, task: Task, record: Record, *, fresh: bool) -> None:
+        self._inputs.learn(record)
         if fresh:
             self._context.ledger.add(record)
         (self.ran if fresh else self.kept)[task.stage, record.status] += 1

@@ -127,6 +127,11 @@ class Ledger:
         where = "FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt"
         return self._records(where, (quoted(stage), quoted(unit)))
 
+    def last_good(self, stage: str, unit: str) -> Record | None:
+        """The newest record that left something, where the newest of all may have failed."""
+        good = (r for r in reversed(self.attempts(stage, unit)) if r.status in (Status.DONE, Status.DEGRADED))
+        return next(good, None)
+
     def records(self, stage: str | None = None) -> Iterator[Record]:
         """The newest record of every unit, of one stage or of all, sorted by stage and unit."""
         where, after = ("", ("", "")) if stage is None else ("AND stage = ?", (quoted(stage), ""))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import signal
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from cityflow.flow.task import Outcome
@@ -19,6 +20,8 @@ class Ending(StrEnum):
     REFUSED = "refused"
     UNUSABLE = "unusable"
     """The stage raised an error that names what is wrong with the data."""
+    DAMAGED = "damaged"
+    """A file that another task left is not what it wrote; what the stage made of it does not count."""
     RAISED = "raised"
     CRASHED = "crashed"
     TIMEOUT = "timeout"
@@ -35,6 +38,7 @@ class Reply:
     traceback : of an unexpected exception, or what a dying process printed last
     seconds, peak_mb, rss_mb : of the try; peak and final resident memory of the process, MB
     transient : another try may succeed
+    damaged : RUN-relative path → what is wrong with a file that another task left
     """
 
     ending: Ending
@@ -44,3 +48,4 @@ class Reply:
     peak_mb: float = 0.0
     rss_mb: float = 0.0
     transient: bool = False
+    damaged: Mapping[str, str] = field(default_factory=dict)

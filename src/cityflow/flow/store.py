@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Iterable, Iterator
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from cityflow.errors import RunError
+from cityflow.flow.damage import Expected, Known
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.remote_folder import RemoteFolder, file_system
 
@@ -26,6 +27,8 @@ class Store:
     """
 
     folder: LocalFolder | RemoteFolder
+    expected: Expected | None = field(default=None, compare=False)
+    """What a reader may expect of the files; two stores are the same whatever is expected of them."""
 
     @classmethod
     def open(cls, url: str | os.PathLike[str]) -> Store:
@@ -53,17 +56,30 @@ class Store:
     def is_local(self) -> bool:
         return isinstance(self.folder, LocalFolder)
 
+    def expecting(self, written: Known) -> Store:
+        """The same files, for a reader that holds them against what was written."""
+        return replace(self, expected=Expected(written))
+
     def url(self, path: str = "") -> str:
         """Absolute path or URL of a relative path."""
         return self.folder.url(_checked(path))
 
     def read_bytes(self, path: str) -> bytes:
-        """Contents of a file. Raises FileNotFoundError."""
-        return self.folder.read_bytes(_checked(path))
+        """Contents of a file. Raises FileNotFoundError, and DamagedFileError where something else was expected."""
+        with self._expecting([path]):
+            data = self.folder.read_bytes(_checked(path))
+        if self.expected is not None:
+            self.expected.check(path, data)
+        return data
 
     def read_many(self, paths: Iterable[str]) -> Iterator[tuple[str, bytes]]:
-        """Pairs of path and contents, in the order given; concurrent requests on an object store."""
-        return self.folder.read_many(paths)
+        """Pairs of path and contents, in the order given; concurrent requests on an object store. Raises as `read_bytes`."""
+        wanted = [_checked(path) for path in paths]
+        with self._expecting(wanted):
+            for path, data in self.folder.read_many(wanted):
+                if self.expected is not None:
+                    self.expected.check(path, data)
+                yield path, data
 
     def write_bytes(self, path: str, data: bytes) -> None:
         """Write a whole file; readers see all of it or nothing."""
@@ -106,13 +122,31 @@ class Store:
             raise ValueError("a store does not remove its own root")
         self.folder.remove(_checked(prefix))
 
-    def local_copy(self, path: str) -> AbstractContextManager[Path]:
-        """A local file with the contents of `path`: itself when local, else a download that ends with the block."""
-        return self.folder.local_copy(_checked(path))
+    @contextmanager
+    def local_copy(self, path: str) -> Iterator[Path]:
+        """A local file with the contents of `path`: itself when local, else a download that ends with the block. Raises as `read_bytes`."""
+        with ExitStack() as stack:
+            with self._expecting([path]):
+                file = stack.enter_context(self.folder.local_copy(_checked(path)))
+            if self.expected is not None:
+                self.expected.check_file(path, file)
+            yield file
 
     def zarr_store(self, path: str) -> object:
         """What zarr and xarray take as a store: a path, or an ``FsspecStore``."""
         return self.folder.zarr_store(_checked(path))
+
+    @contextmanager
+    def _expecting(self, paths: Sequence[str]) -> Iterator[None]:
+        """A file that is gone, and should be there, is damage too."""
+        try:
+            yield
+        except FileNotFoundError:
+            if self.expected is not None:
+                for path in paths:
+                    if not self.folder.exists(path):
+                        self.expected.missing(path)
+            raise
 
     def check_writable(self) -> None:
         """Write, read and remove a small file; leaves nothing behind.

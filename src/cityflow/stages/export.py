@@ -123,9 +123,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         city=tuple(task.arguments["city"]), drape=draped.drape, openings=opened,
         **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
     )  # fmt: skip
-    for form in parameters.formats:
-        for path, data in WRITERS[form](tile):
-            workspace.publish(path, data)
+    # all of them before the first is replaced: what fails here leaves the products of before as they are
+    for path, data in [file for form in parameters.formats for file in WRITERS[form](tile)]:
+        workspace.publish(path, data)
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     finished.update({b.id: b for b in own})
     rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}

@@ -36,7 +36,10 @@ def read_surface(store: Store, zarr: str, city: Grid, bounds: Bounds) -> tuple[G
 @lru_cache(maxsize=IMAGES_KEPT)
 def open_pixels(store: Store, path: str) -> TiledImage:
     """An ingested image, read by window; of a remote store its copy."""
-    return open_image(store.url(path)) if store.is_local else image_copies().open(store, path)
+    if not store.is_local:
+        return image_copies().open(store, path)
+    with store.local_copy(path) as file:
+        return open_image(file)
 
 
 @lru_cache(maxsize=TEXTS_KEPT)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.stages.city import CitySource
@@ -26,6 +27,11 @@ class CurrentRecords:
     def of(self, stage: str) -> list[Record]:
         """Records of a stage, sorted by unit."""
         return self.by_stage.get(stage, [])
+
+    def checking(self, run: Prepared) -> Prepared:
+        """The run, for readers that name a file in ``work/`` that is not as its record says."""
+        left = LeftBehind(r for stage in self.stages() for r in self.of(stage))
+        return replace(run, store=run.store.expecting(left))
 
 
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:

@@ -13,6 +13,7 @@ from rich.console import Console
 from cityflow.core.building import Lod
 from cityflow.core.parameters import Parameters
 from cityflow.errors import RunError
+from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -67,7 +68,7 @@ def print_explanation(
         console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     for _, attempts in tasks:
-        for line in _found(attempts[-1], exported, wanted.store):
+        for line in _found(attempts[-1], exported, wanted.store.expecting(LeftBehind(attempts[-1:]))):
             say(line)
     say("How it was made:")
     for stage, attempts in tasks:
@@ -80,7 +81,7 @@ def print_explanation(
 def _exported(store: Store, unit: str, ledger: Ledger) -> dict[str, Any]:
     """What the export of its tile says of a building; nothing where that has not run."""
     for record in ledger.records(export.STAGE):
-        row = export.read_rows(store, record.outputs).get(unit)
+        row = export.read_rows(store.expecting(LeftBehind([record])), record.outputs).get(unit)
         if row is not None:
             return dict(row.get("attributes") or {})
     return {}
@@ -100,6 +101,7 @@ def write_candidates(url: str, unit: str, picture: Path) -> None:
     paths = [p for p in record.outputs if p.endswith(reconstruct.CANDIDATES)] if record is not None else []
     if record is None or not paths:
         raise RunError(f"no candidates of '{unit}' are kept", where=url, remedy=f"cityflow rerun {url} --unit {unit}")
+    store = store.expecting(LeftBehind([record]))
     solids = {b.id: b.solids[Lod.LOD22] for b in map(read_feature, store.read_bytes(paths[0]).splitlines()) if b.solids}
     kept, scores = record.result["kept"], record.result["scores"]
     drawn = [DrawnCandidate(solids.get(s["method"]), _figures(s), k == kept) for k, s in enumerate(scores)]

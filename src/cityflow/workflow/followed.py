@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cityflow.core.grid import Grid
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Watcher
 from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
@@ -17,6 +18,7 @@ from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
 from cityflow.workflow.asked import Asked, circumstances, write_asked
 from cityflow.workflow.expected import Cost, expected_tasks
 from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.retired import standing
 
 TOLD_EVERY_S, NOTED_EVERY_S = 1.0, 5.0
 
@@ -30,6 +32,7 @@ class FollowedCity:
     begin : called before the first task
     costs : what a task of each stage takes
     publish : tells how far it is to whoever asks the scheduler
+    ledger : knows what failed exports left before
     """
 
     wanted: Prepared
@@ -38,6 +41,7 @@ class FollowedCity:
     progress: Watcher
     workers: int
     publish: Callable[[Mapping[str, Any]], None]
+    ledger: Ledger
     city: CitySource = field(init=False)
     _seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
     _under: str = ""
@@ -54,7 +58,7 @@ class FollowedCity:
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         self._seen[task.stage].append(task.unit)
-        yield from self.city.after(task, record)
+        yield from self.city.after(task, standing(record, self.ledger))
         now = time.monotonic()
         if now >= self._next_told:
             self._tell()

@@ -87,6 +87,7 @@ def write_run_report(run: Prepared, records: CurrentRecords, named: str = "") ->
 
 def write_report_files(run: Prepared, records: CurrentRecords, named: str = "") -> ReportData:
     """The report without the view in the browser, which it links to."""
+    run = records.checking(run)
     with uncollected():
         return _write_files(run, records, named or run.store.root)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
@@ -11,6 +13,14 @@ from cityflow.stages import atlas, export, ortho, surface, surface_images, surfa
 from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey
 
 PRODUCTS = "products"
+
+
+def standing(record: Record, ledger: Ledger) -> Record:
+    """The record, or where an export failed, with what an earlier one left: products go when there are new ones."""
+    if record.stage != export.STAGE or record.status is not Status.FAILED:
+        return record
+    good = ledger.last_good(record.stage, record.unit)
+    return record if good is None else replace(record, outputs=good.outputs)
 
 
 def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
@@ -22,6 +32,7 @@ def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
     if (export.STAGE, export.CITY) not in survey.records:
         return 0
     kept = {path for record in survey.records.values() for path in record.outputs}
+    kept |= {path for record in _before_they_failed(ledger, survey) for path in record.outputs}
     kept |= {path for record in _beyond_the_area(ledger, survey) for path in record.outputs}
     stale = [path for path in store.find(PRODUCTS) if path not in kept]
     folders = {_folder(path) for path in kept}
@@ -33,6 +44,13 @@ def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
 def _folder(path: str) -> str:
     """``products/obj``: a folder of which nothing is kept goes as a whole."""
     return "/".join(path.split("/")[:2])
+
+
+def _before_they_failed(ledger: Ledger, survey: Survey) -> Iterator[Record]:
+    """What stands of tasks that failed this time."""
+    for (stage, unit), record in survey.records.items():
+        if record.status is Status.FAILED and (good := ledger.last_good(stage, unit)) is not None:
+            yield good
 
 
 def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:

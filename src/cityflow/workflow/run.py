@@ -6,12 +6,14 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.cluster import connect, threads_of
+from cityflow.flow.damage import DamagedFileError
 from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
@@ -19,10 +21,12 @@ from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.stages import reconstruct, texture
+from cityflow.stages.survey import Survey
 from cityflow.workflow.current import current_records
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.followed import FollowedCity
 from cityflow.workflow.note_asked import note_asked
+from cityflow.workflow.passes import Passes
 from cityflow.workflow.prepare import Prepared, prepared
 from cityflow.workflow.report import write_run_report
 from cityflow.workflow.retired import remove_stale_products
@@ -44,6 +48,8 @@ def run_workflow(
     workers: int,
     console: Console,
     talk: Talk = Talk.NORMAL,
+    *,
+    verify: bool = False,
 ) -> None:
     """Everything that is not done yet; writes the report at the end.
 
@@ -55,7 +61,7 @@ def run_workflow(
     wanted = prepared(workflow, catalog, out, settings, aoi)
     check_run(wanted)
     wanted.source().tiles_of_area()
-    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk)
+    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, verify=verify)
 
 
 def execute(
@@ -66,6 +72,8 @@ def execute(
     begin: Callable[[], object],
     redo: Callable[[Task, Record], bool] = never,
     talk: Talk = Talk.NORMAL,
+    *,
+    verify: bool = False,
 ) -> None:
     """Run the tasks of a RUN on a cluster.
 
@@ -73,26 +81,53 @@ def execute(
     ----------
     begin : called before the first task, when there are workers and no other run is at work in the folder
     redo : names finished tasks that shall run again
+    verify : hold the contents of what is done against their digests, too
+
+    Raises
+    ------
+    RunError
+        A file is damaged again as soon as it is made, more than single buildings failed, or as `flow.executor.run_tasks`.
     """
-    with connect(scheduler or None, workers or os.cpu_count() or 1) as client, Ledger.open(wanted.store) as ledger:
-        with closing(watcher(talk=talk)) as progress:
-            source = FollowedCity(
-                wanted, begin, costs_of(ledger), progress, threads_of(client), publish := publisher(client)
-            )
-            progress.message(f"Dashboard: {client.dashboard_link}, counts of the whole run: {page_address(client)}")
-            limit = wanted.workflow.city.execution.max_in_flight
-            summary = run_tasks(source, client, wanted.store, ledger, redo=redo, progress=progress, max_in_flight=limit)
-            if summary.interrupted:
-                raise KeyboardInterrupt
-            progress.expect({}, 1)  # all is done, and what was only expected is no part of it
-            publish(progress.counts.as_json())
-        remove_stale_products(wanted.store, ledger, source.city.survey)
-        records = current_records(wanted, ledger)
-        report = write_run_report(wanted, records)
+    passes = Passes(redo, wanted.store.root)
+    with (
+        connect(scheduler or None, workers or os.cpu_count() or 1) as client,
+        Ledger.open(wanted.store, verify=verify) as ledger,
+    ):
+        while True:
+            survey = _undamaged(wanted, client, ledger, begin, passes, talk)
+            remove_stale_products(wanted.store, ledger, survey)
+            records = current_records(wanted, ledger)
+            try:
+                report = write_run_report(wanted, records)
+                break
+            except DamagedFileError as error:
+                console.print(passes.spoil(error, ledger), markup=False, soft_wrap=True)
         standing = standing_of(wanted.store, note_asked(wanted, ledger), ledger, wanted.store.root)
     if talk is not Talk.QUIET:
         print_summary(standing, report, console)
     _refuse_success(wanted, [r for stage in records.stages() for r in records.of(stage)])
+
+
+def _undamaged(
+    wanted: Prepared, client: Any, ledger: Ledger, begin: Callable[[], object], passes: Passes, talk: Talk
+) -> Survey:
+    """Pass after pass, until nothing was read that is not what was written; what the run knows in the end."""
+    limit = wanted.workflow.city.execution.max_in_flight
+    while True:
+        with closing(watcher(talk=talk)) as progress:
+            source = FollowedCity(
+                wanted, begin, costs_of(ledger), progress, threads_of(client), publish := publisher(client), ledger
+            )
+            progress.message(f"Dashboard: {client.dashboard_link}, counts of the whole run: {page_address(client)}")
+            summary = run_tasks(
+                source, client, wanted.store, ledger, redo=passes.redo, progress=progress, max_in_flight=limit
+            )
+            if summary.interrupted:
+                raise KeyboardInterrupt
+            progress.expect({}, 1)  # all is done, and what was only expected is no part of it
+            publish(progress.counts.as_json())
+        if not passes.note(summary.damaged):
+            return source.city.survey
 
 
 def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:

@@ -108,7 +108,7 @@ def bring_up_to_date(url: str, console: Console) -> None:
         return
     console.print("Writing the page …")
     try:
-        write_run_view(run, records, report_data(run, records))
+        write_run_view(run, records, report_data(records.checking(run), records))
     except PermissionError as error:
         raise RunError(
             f"the page cannot be written ({error})",

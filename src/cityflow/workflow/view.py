@@ -44,6 +44,7 @@ MARGIN_M = 15.0
 
 def write_run_view(run: Prepared, records: CurrentRecords, data: ReportData) -> str:
     """Write the page; points, surfaces and images only where they have changed. Returns where the page stands."""
+    run = records.checking(run)
     survey = run.source().survey
     view = _View(run, records, data, survey)
     written = set()

@@ -1,0 +1,64 @@
+"""What a task reads is held against what another one wrote: sizes always, contents where they are in memory anyway."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from cityflow.errors import RunError
+from cityflow.flow.hashing import sha256_of
+
+Written = tuple[int, str]
+"""Bytes and SHA-256 of a file as its task left it."""
+
+
+class DamagedFileError(RunError):
+    """A file of the run is not what was written; the task that left it has to run again."""
+
+
+class Known(Protocol):
+    """Whoever knows what was written under a path; a mapping does."""
+
+    def get(self, path: str, /) -> Written | None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """What an attempt found instead of its inputs: RUN-relative path → what is wrong. It leaves no record."""
+
+    files: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What a reader may expect of a RUN's files; `found` collects what is not as expected, whatever the reader makes of it."""
+
+    written: Known
+    found: dict[str, str] = field(default_factory=dict)
+
+    def check(self, path: str, data: bytes) -> None:
+        """Raises DamagedFileError where `data` is not what was written under `path`."""
+        written = self.written.get(path)
+        if written is None:
+            return
+        if len(data) != written[0]:
+            self._refuse(path, f"has {len(data)} bytes, {written[0]} were written")
+        if sha256_of(data) != written[1]:
+            self._refuse(path, "has other contents than were written")
+
+    def check_file(self, path: str, file: Path | str) -> None:
+        """The size alone. Raises DamagedFileError."""
+        written = self.written.get(path)
+        if written is not None and (size := Path(file).stat().st_size) != written[0]:
+            self._refuse(path, f"has {size} bytes, {written[0]} were written")
+
+    def missing(self, path: str) -> None:
+        """A file that is not there. Raises DamagedFileError where one was written."""
+        if self.written.get(path) is not None:
+            self._refuse(path, "is gone")
+
+    def _refuse(self, path: str, problem: str) -> None:
+        self.found[path] = problem
+        raise DamagedFileError(problem, where=path, remedy="run again with --verify: what made it, makes it anew")

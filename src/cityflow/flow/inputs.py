@@ -1,0 +1,94 @@
+"""What tasks have left, looked up for those that read it."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator, Mapping
+
+from cityflow.flow.damage import Written
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.outputs import digests_of
+from cityflow.flow.records import unquoted
+from cityflow.flow.task import Json, Record, Task
+
+WORK, PRODUCTS = "work/", "products/"
+KEPT = 500
+"""Units whose outputs stay at hand: tasks of one tile read the same few."""
+
+Node = tuple[str, str]
+
+
+class Inputs:
+    """Path → bytes and digest, from the records: those in ``work/`` name their unit, products are remembered as they come."""
+
+    def __init__(self, ledger: Ledger) -> None:
+        self._ledger = ledger
+        self._outputs: OrderedDict[Node, Mapping[str, Written]] = OrderedDict()
+        self._products: dict[str, tuple[Node, Written]] = {}
+
+    def learn(self, record: Record) -> None:
+        """A record that stands: new, or of an earlier run."""
+        node = record.stage, record.unit
+        self._outputs.pop(node, None)
+        self._products.update((p, (node, w)) for p, w in _written(record).items() if p.startswith(PRODUCTS))
+
+    def of(self, task: Task) -> dict[str, Written]:
+        """What is known of the files that the arguments of a task name."""
+        found = {path: self._find(path) for path in _paths(task.arguments)}
+        return {path: written for path, written in found.items() if written is not None}
+
+    def maker(self, path: str) -> Node | None:
+        """Stage and unit that left a file."""
+        return self._products[path][0] if path in self._products else node_of(path)
+
+    def _find(self, path: str) -> Written | None:
+        if path in self._products:
+            return self._products[path][1]
+        node = self.maker(path)
+        return None if node is None else self._left_by(node).get(path)
+
+    def _left_by(self, node: Node) -> Mapping[str, Written]:
+        if node not in self._outputs:
+            record = self._ledger.latest(*node)
+            self._outputs[node] = {} if record is None else _written(record)
+            if len(self._outputs) > KEPT:
+                self._outputs.popitem(last=False)
+        self._outputs.move_to_end(node)
+        return self._outputs[node]
+
+
+class LeftBehind:
+    """The same for readers: what the given records say of files in ``work/``."""
+
+    def __init__(self, records: Iterable[Record]) -> None:
+        self._records = {(r.stage, r.unit): r for r in records}
+
+    def get(self, path: str, /) -> Written | None:
+        node = node_of(path)
+        record = None if node is None else self._records.get(node)
+        return None if record is None or path not in record.sizes else (record.sizes[path], digests_of(record)[path])
+
+
+def node_of(path: str) -> Node | None:
+    """The unit that a path in ``work/`` names."""
+    parts = path.split("/", 3)
+    return (unquoted(parts[1]), unquoted(parts[2])) if path.startswith(WORK) and len(parts) == 4 else None
+
+
+def _written(record: Record) -> dict[str, Written]:
+    """Nothing of records of older versions, which say no sizes."""
+    return {path: (record.sizes[path], digest) for path, digest in digests_of(record).items() if path in record.sizes}
+
+
+def _paths(value: Json) -> Iterator[str]:
+    """Every text in a JSON value that may be the path of a file of the RUN."""
+    if isinstance(value, str):
+        if value.startswith((WORK, PRODUCTS)):
+            yield value
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _paths(key)
+            yield from _paths(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _paths(inner)
