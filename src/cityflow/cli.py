@@ -82,6 +82,13 @@ AreaOption = Annotated[
     ),
 ]
 
+TrustOption = Annotated[
+    bool,
+    typer.Option(
+        "--trust", help="Import functions (module:function) that only the RUN names; somebody else may have written it"
+    ),
+]
+
 
 @app.command()
 def run(
@@ -102,6 +109,7 @@ def run(
     verify: Annotated[
         bool, typer.Option("--verify", help="Read all that is done, and make again what is not as it was written")
     ] = False,
+    trust: TrustOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
@@ -121,6 +129,7 @@ def run(
         console,
         Talk.of(quiet, verbose),
         verify=verify,
+        trust=trust,
     )
 
 
@@ -145,6 +154,7 @@ def rerun(
     ] = False,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
+    trust: TrustOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
@@ -158,7 +168,7 @@ def rerun(
 
     selection = Selection(failed or degraded, degraded, stage, tuple(units))
     talk = Talk.of(quiet, verbose)
-    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console, talk)
+    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console, talk, trust=trust)
 
 
 @app.command()

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from cityflow.core.parameters import merged
-from cityflow.errors import WorkflowError
+from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.records import quoted, unquoted
 from cityflow.flow.store import Store
 from cityflow.stages.parameters import CityParameters
@@ -33,9 +33,21 @@ def read_overrides(store: Store) -> dict[Node, dict[str, Any]]:
     """(stage, unit) → tree of parameter values."""
     found = {}
     for path in store.find(FOLDER):
-        _, stage, name = path.split("/")
-        found[unquoted(stage), unquoted(name.removesuffix(".json"))] = json.loads(store.read_bytes(path))
+        stage, _, name = path.removeprefix(f"{FOLDER}/").partition("/")
+        found[unquoted(stage), unquoted(name.removesuffix(".json"))] = _tree(store, path)
     return found
+
+
+def _tree(store: Store, path: str) -> dict[str, Any]:
+    try:
+        tree = json.loads(store.read_bytes(path))
+    except (ValueError, RecursionError):
+        tree = None
+    if not isinstance(tree, dict):
+        raise RunError(
+            "no overrides as cityflow writes them", where=store.url(path), remedy="remove the file, or restore it"
+        )
+    return tree
 
 
 def overrides_for(

@@ -22,6 +22,7 @@ from cityflow.workflow.overrides import clear_overrides, overrides_for, read_ove
 from cityflow.workflow.run import execute
 from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.settings import parse_setting
+from cityflow.workflow.trust import refuse_untrusted
 
 Node = tuple[str, str]
 UNITS_NAMED = 5
@@ -43,9 +44,9 @@ class Selection:
 
 def rerun_units(
     url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console,
-    talk: Talk = Talk.NORMAL,
+    talk: Talk = Talk.NORMAL, *, trust: bool = False,
 ) -> None:  # fmt: skip
-    """Run the chosen units again.
+    """Run the chosen units again; functions that the RUN alone names are imported where `trust` says so.
 
     Raises
     ------
@@ -53,6 +54,8 @@ def rerun_units(
         Nothing is chosen, a stage or a unit is not known, or the RUN cannot be used.
     """
     wanted = open_run(url)
+    if not trust:
+        refuse_untrusted(wanted, settings, of_the_run=True)
     with Ledger.open(wanted.store) as ledger:
         records = current_records(wanted, ledger)
     chosen = select(records, selection)

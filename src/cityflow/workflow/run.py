@@ -32,6 +32,7 @@ from cityflow.workflow.report import write_run_report
 from cityflow.workflow.retired import remove_stale_products
 from cityflow.workflow.run_folder import check_run, describe_run
 from cityflow.workflow.status import Standing, print_standing, standing_of
+from cityflow.workflow.trust import refuse_untrusted
 
 NAMED = 3
 OF_A_BUILDING = (reconstruct.STAGE, texture.STAGE)
@@ -50,8 +51,14 @@ def run_workflow(
     talk: Talk = Talk.NORMAL,
     *,
     verify: bool = False,
+    trust: bool = False,
 ) -> None:
     """Everything that is not done yet; writes the report at the end.
+
+    Parameters
+    ----------
+    verify : hold the contents of what is done against their digests, too
+    trust : import functions that overrides in the RUN name, too
 
     Raises
     ------
@@ -60,6 +67,8 @@ def run_workflow(
     """
     wanted = prepared(workflow, catalog, out, settings, aoi)
     check_run(wanted)
+    if not trust:
+        refuse_untrusted(wanted, settings, of_the_run=False)
     wanted.source().tiles_of_area()
     execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, verify=verify)
 

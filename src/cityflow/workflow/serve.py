@@ -125,11 +125,17 @@ def reader(store: Store) -> Read:
         if path in shared:
             return static(shared[path])
         try:
-            return store.read_bytes(path)
+            return store.read_bytes(path) if not store.is_local or is_inside(store.root, path) else None
         except (OSError, ValueError):
             return None
 
     return read
+
+
+def is_inside(root: str, path: str) -> bool:
+    """Whether a path names a plain file below a folder, also after every link in it: a RUN may be somebody else's."""
+    top, file = os.path.realpath(root), os.path.realpath(os.path.join(root, path))
+    return os.path.commonpath([top, file]) == top and os.path.isfile(file)
 
 
 def _has_its_city(store: Store, before: Mapping[str, Any]) -> bool:

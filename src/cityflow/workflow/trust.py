@@ -1,0 +1,61 @@
+"""Methods of somebody's own (``module:function``) are code: what a RUN's folder names is imported only where the user says so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from cityflow.errors import RunError
+from cityflow.stages import reconstruct
+from cityflow.stages.parameters import CityParameters
+from cityflow.workflow.overrides import read_overrides
+from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.settings import parse_setting
+
+
+def refuse_untrusted(run: Prepared, settings: Sequence[str], *, of_the_run: bool) -> None:
+    """Make sure that no function would be imported that only the RUN names.
+
+    Parameters
+    ----------
+    settings : of the command line; whom they name is trusted
+    of_the_run : the workflow is that of the RUN, too, and not a file that the user named
+
+    Raises
+    ------
+    RunError
+        The workflow or an override names one.
+    """
+    own = set(_named(dict(_sections(settings))))
+    if not of_the_run:
+        own |= set(_named_in(run.workflow.city))
+    in_run = [*_named_in(run.workflow.city), *(f for tree in _overrides(run) for f in _named(tree))]
+    foreign = sorted(set(in_run) - own)
+    if foreign:
+        raise RunError(
+            f"this run names a function of its own, {foreign[0]}, which would be imported and run with your rights",
+            where=run.store.root,
+            remedy="look at it first; with --trust it is used",
+        )
+
+
+def _overrides(run: Prepared) -> Iterator[Mapping[str, Any]]:
+    for (stage, _), tree in read_overrides(run.store).items():
+        if stage == reconstruct.STAGE:
+            yield tree
+
+
+def _sections(settings: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    for setting in settings:
+        tree = parse_setting(setting).get(reconstruct.STAGE)
+        yield from tree.items() if isinstance(tree, Mapping) else ()
+
+
+def _named_in(city: CityParameters) -> list[str]:
+    return [m for m in city.reconstruct.methods if ":" in m]
+
+
+def _named(tree: Mapping[str, Any]) -> list[str]:
+    methods = tree.get("methods", ())
+    several = methods if isinstance(methods, list | tuple) else str(methods).split(",")
+    return [str(m).strip() for m in several if ":" in str(m)]
