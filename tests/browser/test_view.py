@@ -27,7 +27,7 @@ def test_it_loads_without_errors_and_draws_the_city(page: Chromium) -> None:
     assert page.messages == []
     assert page.run("cityflowView.errors") == []
     assert page.run("cityflowView.city.models.size") == 4, "buildings and terrain of two tiles"
-    assert "4 of 6 buildings" in page.run("document.getElementById('subtitle').textContent")
+    assert "4 of 5 buildings" in page.run("document.getElementById('subtitle').textContent")
 
 
 def test_roofs_have_the_colours_of_the_ortho_where_the_model_projects(page: Chromium) -> None:

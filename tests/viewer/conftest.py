@@ -53,6 +53,9 @@ def town(count: int, seed: int = 0) -> ReportData:
     )
 
 
+VERDICTS = {Status.DONE: "good", Status.DEGRADED: "look", Status.FAILED: "poor", Status.REFUSED: ""}
+
+
 def _house(i: int, rng: np.random.Generator, count: int) -> UnitRow:
     per_row = max(int(np.sqrt(count * 2)), 1)
     row, place = divmod(i, per_row)
@@ -85,6 +88,9 @@ def _house(i: int, rng: np.random.Generator, count: int) -> UnitRow:
             **({"roof_type": "gable", "claimed_rmse_m": 0.08, "overhang_max_m": 0.4} if modelled else {}),
         },
         reaches_m=(0.3, 0.4) if modelled else (),
+        verdict=VERDICTS[status],
+        verdict_reason="no point is near 9 % of the roof" if status is Status.DEGRADED else "",
+        good_probability={"good": 0.97, "look": 0.5, "poor": 0.0}.get(VERDICTS[status]),
     )
 
 

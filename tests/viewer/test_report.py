@@ -79,7 +79,7 @@ def test_nothing_run_yet() -> None:
 def test_all_failed() -> None:
     data = failed_town(30)
     page = page_of(data)
-    assert "0 of 30 buildings are modelled as asked, 30 failed." in page.text_content()
+    assert "0 of 30 buildings are good, 30 are poor." in page.text_content()
     commands = [c.text_content() for c in page.xpath("//div[@class='command']/code")]
     assert commands == ["cityflow rerun RUN --failed"]
 
@@ -145,12 +145,16 @@ def test_refused_outlines_are_shown_as_refused_with_their_reason(small_town: Rep
     assert "have no outline" not in text
 
 
-def test_models_that_stand_out_are_listed_with_why(small_town: ReportData) -> None:
-    bad = replace(small_town.units[0], id="bad", status=Status.DONE, nmad=1.5)
-    data = replace(small_town, units=(*small_town.units, bad))
-    looks = page_of(data).xpath("//ol[@class='looks']/li")
-    assert looks[0].text_content().startswith("bad points scatter by 150 cm")
-    assert len(looks) <= 8
+def test_buildings_that_are_not_good_are_listed_with_why(small_town: ReportData) -> None:
+    units = tuple(replace(u, status=Status.DONE, verdict="good") for u in small_town.units)
+    bad = replace(
+        units[0], id="bad", verdict="poor", good_probability=0.1, verdict_reason="no point is near 40 % of the roof"
+    )
+    doubtful = replace(bad, id="doubtful", verdict="look", good_probability=0.6)
+    looks = page_of(replace(small_town, units=(*units, doubtful, bad))).xpath("//ol[@class='looks']/li")
+    assert [" ".join(x.text_content().split()) for x in looks] == [
+        "Poor bad no point is near 40 % of the roof", "To look at doubtful no point is near 40 % of the roof"
+    ]  # fmt: skip
 
 
 def test_no_network_and_no_clock(small_town: ReportData) -> None:
@@ -202,22 +206,24 @@ def test_contrast_of_text_and_of_status_colours(theme: str) -> None:
     for text in ("ink", "muted", "accent"):
         for ground in ("ground", "panel", "head"):
             assert contrast(colours[text], colours[ground]) >= 4.5, (text, ground)
-    for status in ("done", "degraded", "failed", "refused"):
+    for status in ("good", "look", "poor", "done", "degraded", "failed", "refused"):
         assert contrast(colours[status], colours["panel"]) >= 3, status
 
 
 @pytest.mark.parametrize(
     ("counts", "sentence"),
     [
-        ((1, 0, 0, 0), "The one building is modelled as asked."),
-        ((1200, 0, 0, 0), "All 1,200 buildings are modelled as asked."),
-        ((1, 1, 0, 0), "1 of 2 buildings is modelled as asked, 1 simpler than asked."),
-        ((0, 0, 0, 4), "0 of 4 buildings are modelled as asked, 4 refused."),
+        ((1, 0, 0, 0, 0), "The one building is good."),
+        ((1200, 0, 0, 0, 0), "All 1,200 buildings are good."),
+        ((1, 1, 1, 0, 0), "1 of 3 buildings is good, 1 should be looked at, 1 is poor."),
+        ((0, 0, 0, 4, 0), "0 of 0 buildings are good, 4 refused."),
+        ((2, 0, 12, 0, 3), "2 of 17 buildings are good, 12 are poor, 3 not judged."),
     ],
 )
-def test_verdict(counts: tuple[int, int, int, int], sentence: str) -> None:
-    done, degraded, failed, refused = counts
-    summary = {"units": sum(counts), "done": done, "degraded": degraded, "failed": failed, "refused": refused}
+def test_verdict(counts: tuple[int, int, int, int, int], sentence: str) -> None:
+    good, look, poor, refused, unjudged = counts
+    verdicts = {"good": good, "look": look, "poor": poor, "unjudged": unjudged}
+    summary = {"units": sum(counts), "refused": refused, "verdicts": verdicts}
     assert verdict(summary) == sentence
 
 

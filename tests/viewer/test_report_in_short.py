@@ -25,7 +25,7 @@ def run_of(*units: UnitRow, stages: tuple[StageRow, ...] = (EXPORTED,), **more: 
 
 
 def good(name: str, nmad: float = 0.03) -> UnitRow:
-    return UnitRow(name, "0_0", Status.DONE, nmad=nmad, share_explained=0.95, rings=(SQUARE,))
+    return UnitRow(name, "0_0", Status.DONE, nmad=nmad, share_explained=0.95, rings=(SQUARE,), verdict="good")
 
 
 def answers(data: ReportData) -> dict[str, str]:
@@ -43,17 +43,17 @@ def page_of(data: ReportData) -> html.HtmlElement:
 
 def test_a_run_that_went_well_asks_for_nothing() -> None:
     told = answers(run_of(*(good(f"u{i}") for i in range(20))))
-    assert told["How good?"].startswith("Measured points scatter by 3.0 cm about the roof of a typical building")
-    assert told["Where are problems?"].startswith("None: nothing failed")
+    assert "Measured points scatter by 3.0 cm about the roof of a typical building" in told["How good?"]
+    assert told["How good?"].startswith("Good: points that the fit did not see")
+    assert told["Where are problems?"].startswith("None: nothing failed, and every building is good.")
     assert told["What to do?"] == "Nothing: the products can be used as they are."
 
 
-def test_failures_and_models_that_stand_out_are_counted_and_sent_to_the_map() -> None:
+def test_failures_and_models_that_are_not_good_are_counted_and_sent_to_the_map() -> None:
     bad = [UnitRow(f"f{i}", "0_0", Status.FAILED, "no plane") for i in range(3)]
-    told = answers(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9), *bad))
-    assert told["Where are problems?"] == (
-        "Buildings: 3 failed; 1 finished model stands out as worse than the others. The map shows where."
-    )
+    odd = replace(good("odd", 0.9), verdict="look")
+    told = answers(run_of(*(good(f"u{i}") for i in range(40)), odd, *bad))
+    assert told["Where are problems?"] == "Buildings: 3 poor, 1 to look at and 3 failed. The map shows where."
     assert told["What to do?"].startswith("Read why tasks failed")
 
 
@@ -77,7 +77,7 @@ def test_points_of_known_position_are_said_where_there_are_some() -> None:
 
 def test_an_unfinished_run_says_what_waits_and_draws_it() -> None:
     data = run_of(good("a"), stages=(MATCHED,), waiting={"b": (SQUARE + 20,), "c": (SQUARE + 40,)}, run="runs/my town")
-    assert said(data) == "1 of 3 buildings is modelled as asked, 2 not worked on yet."
+    assert said(data) == "1 of 3 buildings is good, 2 not worked on yet."
     assert (
         answers(data)["What to do?"]
         == "Let the run end: cityflow run WORKFLOW --out 'runs/my town' goes on where it stopped."
@@ -105,6 +105,9 @@ def test_a_finished_run_without_buildings_says_so_and_where_to_look() -> None:
     assert not page.xpath("//section[@class='cards'] | //*[@id='quality']")
 
 
-def test_models_worth_a_look_are_marked_on_the_map() -> None:
-    page = page_of(run_of(*(good(f"u{i}") for i in range(40)), good("odd", 0.9)))
-    assert len(page.xpath("//*[@id='looks']/path")) == 1
+def test_the_map_is_coloured_by_verdict() -> None:
+    odd = replace(good("odd", 0.9), verdict="poor", verdict_reason="the roof goes on beyond the outline")
+    page = page_of(run_of(*(good(f"u{i}") for i in range(40)), odd))
+    assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'poor')]")) == 1
+    assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'good')]")) == 40
+    assert "the roof goes on beyond the outline" in page.xpath("//ol[@class='looks']")[0].text_content()

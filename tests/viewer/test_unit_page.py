@@ -43,12 +43,15 @@ def test_commands_name_the_run_as_it_was_named() -> None:
     assert "RUN" not in page.xpath("//main")[0].text_content()
 
 
-def test_a_finished_model_that_stands_out_says_why() -> None:
-    row = UnitRow("a", "", Status.DONE)
+def test_a_finished_model_that_is_not_good_says_why() -> None:
+    row = UnitRow("a", "", Status.DONE, verdict="look")
     page = page_of(UnitPage(row, "A town", "reconstruct", look="39 % of the points are off the roof"))
-    assert page.xpath("//p[@class='reason']")[0].text_content() == "Worth a look: 39 % of the points are off the roof."
-    assert "stands out as worse" in page.xpath("//p[@class='verdict']")[0].text_content()
-    assert "stands out" not in page_of(UnitPage(row, "A town", "reconstruct")).text_content()
+    assert (
+        page.xpath("//p[@class='reason']")[0].text_content()
+        == "What speaks against the model: 39 % of the points are off the roof."
+    )
+    assert "the points leave doubts" in page.xpath("//p[@class='verdict']")[0].text_content()
+    assert "speaks against" not in page_of(UnitPage(row, "A town", "reconstruct")).text_content()
 
 
 def test_a_refused_building_wants_another_outline_and_no_rerun() -> None:

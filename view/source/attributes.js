@@ -29,10 +29,13 @@ const GROUPS = [
   ['Measured points', [
     ['roof_points', 'On the roof', count], ['points_per_m2', 'Density', (v) => `${v.toFixed(1)} per m²`], ['share_explained', 'Within 20 cm of the model', share],
     ['share_covered', 'Above or below a roof of it', share], ['bias', 'Mean above the model', cents], ['nmad', 'NMAD (scatter without outliers)', cents],
-    ['rmse', 'RMSE (all points)', cents], ['le95', '95 % are within', cents], ['claimed_rmse_m', 'Model claims to be right within', cents],
+    ['rmse', 'RMSE (missed parts count)', cents], ['le95', '95 % are within', cents], ['claimed_rmse_m', 'Model claims to be right within', cents],
+    ['held_back_points', 'Held back from the fit', count], ['held_back_off_share', 'of them more than 20 cm off', share], ['roof_off_share', 'Roof that points say is off', share],
+    ['roof_unseen_share', 'Roof with no point near', share],
+    ['points_facade', 'No roof: of façades', count], ['points_above_roof', 'No roof: above it', count], ['points_below_roof', 'No roof: below it', count], ['points_near_ground', 'No roof: near the ground', count],
   ]],
 ];
-const TOLD_ELSEWHERE = new Set(['method', 'kept', 'source', 'source_date']);
+const TOLD_ELSEWHERE = new Set(['method', 'kept', 'source', 'source_date', 'verdict', 'verdict_reason', 'good_probability']);
 const DATED = [['source', 'Survey', String], ['source_date', 'Flown', String]];
 
 /** 'orientation_histogram' → 'orientation histogram'. */

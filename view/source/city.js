@@ -2,7 +2,7 @@
 import { TilesRenderer } from '3d-tiles-renderer/three';
 import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Raycaster, SRGBColorSpace, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { CLASSES, rgb, scaled, STATUS, UNKNOWN } from './colours.js';
+import { CLASSES, STATUS, UNKNOWN, VERDICT, rgb, scaled } from './colours.js';
 import { byId } from './elements.js';
 import { disposed, edgesOf } from './highlight.js';
 import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
@@ -10,7 +10,7 @@ import { TablesPlugin } from './metadata.js';
 import { trianglesOf } from './residuals.js';
 import { PageLoader, scaleFor, Sharpener } from './textures.js';
 
-const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT };
+const MODES = { photographs: PHOTOGRAPHS, classes: CLASS, nmad: UNIT, rmse: UNIT, status: UNIT, verdict: UNIT };
 const MOST_CACHED_BYTES = 400 * 2 ** 20;
 const ERROR_TARGET_PX = 4;
 
@@ -91,7 +91,7 @@ export class City {
     return !this.tiles.root || this.tiles.isLoading || downloading + parsing + (queued ?? 0) > 0;
   }
 
-  /** Colour buildings by `photographs`, `classes`, `nmad`, `rmse` or `status`. */
+  /** Colour buildings by `photographs`, `classes`, `nmad`, `rmse`, `status` or `verdict`. */
   colourBy(mode) {
     this.mode = mode;
     for (const model of this.models.values()) this.#dress(model);
@@ -231,6 +231,7 @@ export class City {
   #colourOf(unit) {
     if (!unit) return rgb(UNKNOWN);
     if (this.mode === 'status') return rgb(STATUS[unit.status]?.[1] ?? UNKNOWN);
+    if (this.mode === 'verdict') return rgb(VERDICT[unit.verdict]?.[1] ?? UNKNOWN);
     const value = unit[this.mode];
     return value === null ? rgb(UNKNOWN) : scaled(value / this.about.scales[this.mode]);
   }

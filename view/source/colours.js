@@ -15,6 +15,12 @@ export const STATUS = {
   refused: ['Refused', '#8a1c5c'],
 };
 
+export const VERDICT = {
+  good: ['Good', '#2a8c63'],
+  look: ['To look at', '#e0a030'],
+  poor: ['Poor', '#d62f2f'],
+};
+
 export const UNKNOWN = '#9a9a9a';
 
 export const POINT_CLASSES = {

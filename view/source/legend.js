@@ -1,8 +1,8 @@
 // What the colours mean.
-import { CLASSES, CUTS, POINT_CLASSES, RELIEF_GRADIENT, SCALE_GRADIENT, STATUS, UNKNOWN } from './colours.js';
+import { CLASSES, CUTS, POINT_CLASSES, RELIEF_GRADIENT, SCALE_GRADIENT, STATUS, UNKNOWN, VERDICT } from './colours.js';
 import { byId, element } from './elements.js';
 
-const TITLES = { nmad: 'NMAD of the points to their roof', rmse: 'RMSE of the points to their roof' };
+const TITLES = { nmad: 'NMAD of the roof\'s points', rmse: 'RMSE of the roof\'s points' };
 
 export function drawLegend(box, mode, { about, city }) {
   box.replaceChildren(...entries(mode, about, city));
@@ -12,6 +12,7 @@ export function drawLegend(box, mode, { about, city }) {
 function entries(mode, about, city) {
   if (mode === 'classes') return CLASSES.filter(([name]) => name !== 'Window' || city.hasClass(name)).map(([, title, colour]) => key(colour, title));
   if (mode === 'status') return Object.entries(STATUS).map(([name, [title, colour]]) => key(colour, `${title}: ${(about.counts[name] ?? 0).toLocaleString('en')}`));
+  if (mode === 'verdict') return [...Object.entries(VERDICT).map(([name, [title, colour]]) => key(colour, `${title}: ${(about.verdicts[name] ?? 0).toLocaleString('en')}`)), key(UNKNOWN, 'no verdict')];
   if (!(mode in TITLES)) return [];
   return [
     element('p', {}, TITLES[mode]),

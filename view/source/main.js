@@ -224,7 +224,7 @@ function approach({ stage }, unit) {
 async function restore(page) {
   const { link, stage, city, about } = page;
   if (link.camera) stage.look(link.camera.slice(0, 3), link.camera.slice(3));
-  colourBy(page, ['classes', 'nmad', 'rmse', 'status'].includes(link.get('colour')) ? link.get('colour') : 'photographs');
+  colourBy(page, ['classes', 'nmad', 'rmse', 'status', 'verdict'].includes(link.get('colour')) ? link.get('colour') : 'photographs');
   for (const name of ['terrain', 'buildings']) {
     if (link.get(name) !== 'off') continue;
     byId(`layer-${name}`).checked = false;

@@ -1,6 +1,6 @@
 // All that is known of a chosen building.
 import { grouped, words } from './attributes.js';
-import { CLASSES, STATUS } from './colours.js';
+import { CLASSES, STATUS, VERDICT } from './colours.js';
 import { json } from './data.js';
 import { byId, centimetres, copy, element, percent, say } from './elements.js';
 
@@ -54,9 +54,12 @@ export class Panel {
 
   #head(unit, known, surface) {
     const [word, colour] = STATUS[unit.status];
+    const [judged, shade] = VERDICT[unit.verdict] ?? [null, colour];
+    const doubts = known.verdict_reason === known.reason ? null : known.verdict_reason;
     return element(
       'div', {},
-      element('p', { class: 'status' }, element('i', { style: `background:${colour}`, 'aria-hidden': 'true' }), element('b', {}, word), surface ? element('span', { class: 'muted' }, ` · you clicked: ${titleOf(surface)}`) : ''),
+      element('p', { class: 'status' }, element('i', { style: `background:${shade}`, 'aria-hidden': 'true' }), element('b', {}, judged ?? word), judged ? element('span', { class: 'muted' }, ` · ${word}`) : '', surface ? element('span', { class: 'muted' }, ` · you clicked: ${titleOf(surface)}`) : ''),
+      doubts ? element('p', { class: 'reason', style: `border-color:${shade}` }, doubts) : null,
       known.reason ? element('p', { class: 'reason', style: `border-color:${colour}` }, known.reason) : null,
       element(
         'div', { class: 'row' },
@@ -79,7 +82,8 @@ export class Panel {
     const hasModel = unit.status === 'done' || unit.status === 'degraded';
     const rows = [
       ['Method', hasModel && known.method ? words(known.method) : null], ['Level of detail', known.lod], ['Roof planes', hasModel ? known.planes : null],
-      ['NMAD, scatter without outliers', unit.nmad === null ? null : centimetres(unit.nmad)], ['RMSE, all points', unit.rmse === null ? null : centimetres(unit.rmse)],
+      ['NMAD, scatter without outliers', unit.nmad === null ? null : centimetres(unit.nmad)], ['Probability of being good', known.good_probability === null || known.good_probability === undefined ? null : percent(known.good_probability)],
+      ['RMSE, missed parts count', unit.rmse === null ? null : centimetres(unit.rmse)],
       ['Points within 20 cm of the model', known.share_explained === null ? null : percent(known.share_explained)],
       ['Time of reconstruction', known.seconds === undefined ? null : `${known.seconds.toFixed(2)} s`],
     ];

@@ -10,16 +10,21 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Lod, Polyhedron, RoofPlane, Scalar, Semantic
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.polyhedron import face_areas, volume
-from cityflow.geometry.roof_distances import distances_to_roof, summarise
+from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.roof_type import roof_type
 from cityflow.reconstruction.choose import Choice
+from cityflow.reconstruction.verdicts.figures import RoofFit, fit_of
+from cityflow.reconstruction.verdicts.no_roof import NAMES
 
 DECIMALS = 3
 """Millimetres, square decimetres: beyond the accuracy of any survey."""
 
 
-def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
-    """Attributes of one unit, snake_case with units (metres where none is named); None where unknown."""
+def measure(choice: Choice, evidence: Evidence, fit: RoofFit | None = None) -> dict[str, Scalar]:
+    """Attributes of one unit, snake_case with units (metres where none is named); None where unknown.
+
+    `fit` says which points are no roof: they are counted, and leave all figures of the fit; found here where it is not given.
+    """
     solid, candidate = choice.candidate.solid, choice.candidate
     chosen: dict[str, Scalar] = {
         "method": candidate.method,
@@ -36,7 +41,7 @@ def measure(choice: Choice, evidence: Evidence) -> dict[str, Scalar]:
         "planes": len(used_planes(solid, candidate.planes)),
         "roof_faces": len(solid.of_semantic(Semantic.ROOF)),
         "roof_type": candidate.roof_type or str(roof_type(solid, candidate.planes)),
-        **_fit(solid, evidence),
+        **_fit(fit or fit_of(solid, evidence)),
         "claimed_rmse_m": candidate.notes.get("claimed_rmse_m"),
         **_heights(solid, evidence.points.xyz[:, 2]),
         **_overhangs(candidate),
@@ -50,8 +55,8 @@ def used_planes(solid: Polyhedron, planes: tuple[RoofPlane, ...]) -> list[RoofPl
     return [planes[k] for k in sorted(used)]
 
 
-def _fit(solid: Polyhedron, evidence: Evidence) -> dict[str, Scalar]:
-    d = summarise(distances_to_roof(solid, evidence.points.xyz))
+def _fit(fit: RoofFit) -> dict[str, Scalar]:
+    d = summarise(fit.distance[fit.roof])
     figures = {
         "bias": d.bias,
         "rmse": d.rmse,
@@ -60,7 +65,8 @@ def _fit(solid: Polyhedron, evidence: Evidence) -> dict[str, Scalar]:
         "share_explained": d.within_20cm,
         "share_covered": d.covered,
     }
-    return {name: _rounded(value, 4) for name, value in figures.items()}
+    counts = {f"points_{name}": int((fit.kinds == kind).sum()) for kind, name in NAMES.items()}
+    return {**{name: _rounded(value, 4) for name, value in figures.items()}, **counts}
 
 
 def _overhangs(candidate: Candidate) -> dict[str, Scalar]:

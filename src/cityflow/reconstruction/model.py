@@ -13,6 +13,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.precision import PrecisionParameters, with_precision
+from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
 
 
 class ModelParameters(ReconstructParameters):
@@ -21,6 +22,7 @@ class ModelParameters(ReconstructParameters):
     with_overhangs: bool = Field(True, description="roofs reach out as far as the surface model shows")
     overhangs: OverhangParameters = OverhangParameters()
     precision: PrecisionParameters = PrecisionParameters()
+    held_back: HeldBackParameters = HeldBackParameters()
     max_unseen: float = Field(
         0.3, ge=0, le=1, description="degraded when no point is near more of the roof (share of its area)"
     )

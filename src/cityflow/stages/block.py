@@ -10,6 +10,7 @@ import shapely
 
 from cityflow.core.building import Building, Lod, Outline, RoofPlane, Scalar, Status
 from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.flow.store import Store
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude
@@ -50,7 +51,10 @@ def failed_block(store: Store, a: Mapping[str, Any], outline: Outline, reason: s
         return None
     x_0, y_0 = (round(v, 4) for v in outline.polygon.bounds[:2])
     solids = dict.fromkeys((Lod.LOD12, Lod.LOD13, Lod.LOD22), solid)
-    marks: dict[str, Scalar] = {"lod": "1.2", "method": "block from the DSM", "is_fallback": True}
+    marks: dict[str, Scalar] = {
+        "lod": "1.2", "method": "block from the DSM", "is_fallback": True,
+        VERDICT_KEY: Verdict.POOR.value, PROBABILITY_KEY: 0.0, REASON_KEY: reason,
+    }  # fmt: skip
     plane = RoofPlane(0.0, 0.0, top, (x_0, y_0), len(roof))
     attributes = with_source(outline.attributes, marks)
     return Building(outline.id, outline.polygon, floor, solids, (plane,), attributes, Status.FAILED, reason)

@@ -19,7 +19,8 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
-from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_text
 from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
@@ -69,8 +70,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
     evidence = gather(workspace, task, outline, wanted)
-    choice = _obeying(_admitting(model(evidence, parameters), task.arguments["unread"]), wanted)
-    measures = measure(choice, evidence)
+    judged = judged_model(evidence, parameters, task.arguments["classified"])
+    choice = _obeying(_admitting(judged.choice, task.arguments["unread"]), wanted)
+    measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
     result = {
         **measures,
         "notes": dict(choice.candidate.notes),

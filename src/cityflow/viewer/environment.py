@@ -11,12 +11,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from cityflow.core.building import Status
+from cityflow.core.verdicts import Verdict
 
 STATUS_TEXTS = {
-    Status.DONE: ("Done", "modelled as asked"),
+    Status.DONE: ("Done", "every step was done"),
     Status.DEGRADED: ("Simplified", "a simpler model than asked for (degraded)"),
     Status.FAILED: ("Failed", "no model of its own"),
     Status.REFUSED: ("Refused", "the input cannot be a building"),
+}
+
+VERDICT_TEXTS = {
+    Verdict.GOOD: ("Good", "at least 95 % of the roof are expected within 20 cm of the truth"),
+    Verdict.LOOK: ("To look at", "the points leave doubts: a person should look"),
+    Verdict.POOR: ("Poor", "probably more than a fifth of the roof is off by more than 20 cm, or there is no model"),
 }
 
 ADVICE = {
@@ -43,6 +50,7 @@ def rendered(template: str, **values: Any) -> str:
             status_texts={s.value: texts for s, texts in STATUS_TEXTS.items()},
             advice_for_one={s.value: text for s, text in ADVICE_FOR_ONE.items()},
             advice={s.value: text for s, text in ADVICE.items()},
+            verdict_texts={v.value: texts for v, texts in VERDICT_TEXTS.items()},
             **values,
         )
     )

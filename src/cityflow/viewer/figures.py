@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.viewer.image_rows import ImageFigures
-from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.roof_figures import roof_figures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.window_figures import window_figures
 from cityflow.viewer.worth_a_look import worth_a_look
 
-USUAL = ReportParameters()
 EXPORT = "export"
 """The stage that comes last."""
 
@@ -32,7 +31,7 @@ PLAIN = frozenset((str, int, bool, type(None)))
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
 
-def report_figures(data: ReportData, parameters: ReportParameters = USUAL) -> dict[str, Any]:
+def report_figures(data: ReportData) -> dict[str, Any]:
     """Everything that report.json says; units are sorted by id, and what is not finite becomes None."""
     units = sorted(data.units, key=lambda u: u.id)
     figures = {
@@ -46,7 +45,10 @@ def report_figures(data: ReportData, parameters: ReportParameters = USUAL) -> di
         "images": image_summary(data.images) if data.images else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
-        "worth_a_look": [{"id": s.unit.id, "reason": s.reason} for s in worth_a_look(units, parameters.worth_a_look)],
+        "worth_a_look": [
+            {"id": s.unit.id, "verdict": s.unit.verdict or Verdict.POOR.value, "reason": s.reason}
+            for s in worth_a_look(units)
+        ],
         "roofs": roof_figures(units),
         "textures": asdict(data.textures) if data.textures else None,
         "windows": window_figures(units),
@@ -70,6 +72,7 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
     return {
         "units": len(units),
         **{s.value: sum(u.status is s for u in units) for s in Status},
+        "verdicts": verdicts_of(units),
         "by_lod": _counts(u.lod for u in units if u.lod),
         "by_method": _counts(u.method for u in units if u.method),
         "planes": sum(u.planes for u in units),
@@ -82,6 +85,16 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
         "seconds_median": quantile(seconds, 0.5),
         "seconds_max": max(seconds, default=None),
         "peak_mb": max((u.peak_mb for u in units), default=None),
+    }
+
+
+def verdicts_of(units: Sequence[UnitRow]) -> dict[str, int]:
+    """Buildings by verdict, failed ones being poor; refused outlines have none, and those that nobody judged are counted apart."""
+    made = [u for u in units if u.status is not Status.REFUSED]
+    judged = [u for u in made if u.verdict or u.status is Status.FAILED]
+    return {
+        **{v.value: n for v, n in verdict_counts(u.verdict for u in judged).items()},
+        "unjudged": len(made) - len(judged),
     }
 
 
@@ -210,7 +223,10 @@ def _counts(values: Iterable[str]) -> dict[str, int]:
 
 
 def _unit(unit: UnitRow) -> dict[str, Any]:
-    names = ("id", "tile", "reason", "method", "lod", "planes", *UNIT_MEASURES, "seconds", "peak_mb")
+    names = (
+        "id", "tile", "verdict", "verdict_reason", "good_probability", "reason", "method", "lod", "planes", *UNIT_MEASURES,
+        "seconds", "peak_mb",
+    )  # fmt: skip
     row = {name: getattr(unit, name) for name in names}
     return {**row, "status": unit.status.value, "attributes": dict(unit.attributes)}
 

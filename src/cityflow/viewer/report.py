@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -28,14 +28,14 @@ BUILDINGS = "buildings"
 
 def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tuple[bytes, bytes]:
     """Bytes of report.json and of report.html; the same data give the same bytes."""
-    figures = report_figures(data, parameters)
-    return figures_text(figures).encode(), _page(data, figures, parameters.listed).encode()
+    figures = report_figures(data)
+    return figures_text(figures).encode(), _page(data, figures, parameters).encode()
 
 
-def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
+def _page(data: ReportData, figures: dict[str, Any], parameters: ReportParameters) -> str:
+    listed = parameters.listed
     units = sorted(data.units, key=lambda u: u.id)
-    looks = frozenset(s["id"] for s in figures["worth_a_look"])
-    unit_map = draw_map(units, data.waiting, looks)
+    unit_map = draw_map(units, data.waiting)
     return rendered(
         "report.html.j2",
         data=data,
@@ -43,6 +43,7 @@ def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
         summary=figures["summary"],
         verdict=verdict(figures["summary"]) + shortfall(figures["images"]),
         short=in_short(figures, data.run, data.unit_stage),
+        most_looks=parameters.looks,
         unfinished=figures["summary"]["unfinished"],
         run=shlex.quote(data.run),
         has_workflow=any("WORKFLOW" in p["command"] for p in figures["problems"]),
@@ -55,7 +56,7 @@ def _page(data: ReportData, figures: dict[str, Any], listed: int) -> str:
         off_map=_off_map(units, {s.row for s in unit_map.shapes}),
         worst=_highest(units, "nmad", listed),
         slowest=_highest(units, "seconds", listed),
-        payload=Markup(_script_json(_payload(units, data, figures["worth_a_look"]))),
+        payload=Markup(_script_json(_payload(units, data))),
         style=template_text("report.css"),
         script=template_text("report.js"),
     )
@@ -113,12 +114,13 @@ def _most_gaps(images: ImageFigures, listed: int) -> list[TileRow]:
 
 
 PAYLOAD_FIELDS = (
-    "id", "tile", "status", "reason", "method", "lod", "planes", "nmad", "rmse", "bias", "le95", "share_explained",
+    "id", "tile", "verdict", "verdict_reason", "good_probability",
+    "status", "reason", "method", "lod", "planes", "nmad", "rmse", "bias", "le95", "share_explained",
     "seconds", "peak_mb",
 )  # fmt: skip
 
 
-def _payload(units: Sequence[UnitRow], data: ReportData, looks: Sequence[Mapping[str, str]]) -> dict[str, Any]:
+def _payload(units: Sequence[UnitRow], data: ReportData) -> dict[str, Any]:
     """What the page's script needs: rows without repeated keys, figures to four digits."""
     rows = [[_short(getattr(u, name)) for name in PAYLOAD_FIELDS] for u in units]
     keys = sorted({key for u in units for key in u.attributes})
@@ -127,7 +129,6 @@ def _payload(units: Sequence[UnitRow], data: ReportData, looks: Sequence[Mapping
     pages = {u.id: data.pages[u.id] for u in units if u.id in data.pages}
     return {
         "fields": PAYLOAD_FIELDS, "rows": rows, "keys": keys, "extra": extra, "overrides": finite(overrides), "pages": pages,
-        "looks": {s["id"]: s["reason"] for s in looks},
     }  # fmt: skip
 
 

@@ -11,6 +11,8 @@ from cityflow.core.building import Status
 from cityflow.viewer.environment import cm
 from cityflow.viewer.survey_in_short import what_was_surveyed
 
+GOOD_MEANS = "Good: points that the fit did not see let expect at least 95 % of a roof within 20 cm of the truth. "
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:
@@ -22,21 +24,23 @@ class Answer:
 
 
 def verdict(summary: Mapping[str, Any]) -> str:
-    """The outcome in one sentence; of an unfinished run, what is still to come."""
-    total, done, waiting = summary["units"], summary["done"], summary.get("waiting", 0)
-    if total == 0 and not waiting:
+    """How many buildings are good, in one sentence; of an unfinished run, what is still to come."""
+    total, waiting, verdicts = summary["units"] - summary["refused"], summary.get("waiting", 0), summary["verdicts"]
+    if summary["units"] == 0 and not waiting:
         return _of_none(summary)
-    parts = [f"{done:,} of {total + waiting:,} buildings {'is' if done == 1 else 'are'} modelled as asked"]
-    if done == total and not waiting:
-        return (
-            f"All {total:,} buildings are modelled as asked." if total > 1 else "The one building is modelled as asked."
-        )
-    for status, text in (("degraded", "simpler than asked"), ("failed", "failed"), ("refused", "refused")):
-        if summary[status]:
-            parts.append(f"{summary[status]:,} {text}")
-    if waiting:
-        parts.append(f"{waiting:,} not worked on yet")
-    return ", ".join(parts) + "."
+    rest = [
+        f"{n:,} {text}"
+        for n, text in (
+            (verdicts["look"], "should be looked at"), (verdicts["poor"], "are poor"), (verdicts["unjudged"], "not judged"),
+            (waiting, "not worked on yet"), (summary["refused"], "refused"),
+        ) if n
+    ]  # fmt: skip
+    good, whole = verdicts["good"], total + waiting
+    if good == whole and good:
+        first = f"All {good:,} buildings are good" if good > 1 else "The one building is good"
+    else:
+        first = f"{good:,} of {whole:,} buildings {'is' if good == 1 else 'are'} good"
+    return ", ".join([first, *(text.replace("1 are", "1 is") if text == "1 are poor" else text for text in rest)]) + "."
 
 
 def _of_none(summary: Mapping[str, Any]) -> str:
@@ -66,7 +70,8 @@ def _how_good(figures: Mapping[str, Any]) -> str:
     summary, checks = figures["summary"], figures["checkpoints"]
     if summary["nmad_median"] is None:
         return "No model has been held against measured points yet."
-    text = f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
+    text = GOOD_MEANS if summary["verdicts"]["good"] else ""
+    text += f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
     if summary["nmad_95"] is not None and summary["done"] > 1:
         text += f", by less than {cm(summary['nmad_95'])} at 95 % of them"
     known = [c for c in checks if c["rmse"] is not None]
@@ -80,7 +85,10 @@ def _how_good(figures: Mapping[str, Any]) -> str:
 def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
     summary, looks = figures["summary"], len(figures["worth_a_look"])
     words = (("failed", "failed"), ("refused", "refused"), ("degraded", "simpler than asked"))
-    counts = [f"{summary[status]:,} {word}" for status, word in words if summary[status]]
+    judged = [
+        f"{n:,} {word}" for key, word in (("poor", "poor"), ("look", "to look at")) if (n := summary["verdicts"][key])
+    ]
+    counts = judged + [f"{summary[status]:,} {word}" for status, word in words if summary[status]]
     others = [g for g in figures["problems"] if g["stage"] != unit_stage]
     tasks, kinds = sum(g["count"] for g in others), len(figures["problems"])
     said = []
@@ -91,12 +99,12 @@ def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
         said.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as asked")
     if kinds > 1:
         said.append(f"{kinds:,} kinds of reasons")
-    if looks:
-        said.append(
-            f"{looks:,} finished {'model stands' if looks == 1 else 'models stand'} out as worse than the others"
-        )
     if not said:
-        return "None: nothing failed, and no model stands out as worse than the others."
+        return (
+            "None: nothing failed, and every building is good."
+            if summary["verdicts"]["good"]
+            else "None: nothing failed."
+        )
     return f"{'; '.join(said)}.{' The map shows where.' if counts or looks else ''}"
 
 
@@ -110,7 +118,9 @@ def _to_do(figures: Mapping[str, Any], run: str) -> str:
     if refused:
         return "Mend the refused outlines in their source and run the workflow again; the rest can be used."
     if figures["worth_a_look"]:
-        return "Look at the models that stand out; the rest can be used as it is."
+        return "Look at the buildings that are not good, the worst first; the others can be used as they are."
+    if summary["verdicts"]["unjudged"]:
+        return "Run the workflow again: these buildings are of a version that gave no verdicts."
     return "Nothing: the products can be used as they are."
 
 

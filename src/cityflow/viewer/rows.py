@@ -22,12 +22,14 @@ class UnitRow:
     id, tile : names;  status, reason : how it ended
     method : the method whose model was chosen;  lod : highest level of detail reached, as ``2.2``
     planes : roof planes
-    nmad, rmse, bias, le95 : metres, of points to roof; None where not measured
-    share_explained : 0 to 1, of the roof points near a roof plane
+    nmad, rmse, bias, le95 : metres, of the roof's points to the model; None where not measured
+    share_explained : 0 to 1, of the roof's points near a roof plane
     seconds, peak_mb : time and memory of the task
     rings : exterior, then holes, (n, 2) world metres
     attributes : more to show when the building is chosen
     reaches_m : how far the roof stands out, of every edge where it does, metres
+    verdict : ``good``, ``look`` or ``poor``; empty where nobody judged;  verdict_reason : what speaks against the model
+    good_probability : estimated probability that 95 % of the roof are within 20 cm of the truth
     """
 
     id: str
@@ -47,6 +49,9 @@ class UnitRow:
     rings: tuple[FloatArray, ...] = ()
     attributes: Mapping[str, Scalar] = field(default_factory=dict)
     reaches_m: tuple[float, ...] = ()
+    verdict: str = ""
+    verdict_reason: str = ""
+    good_probability: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

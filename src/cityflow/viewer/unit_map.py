@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
+from cityflow.core.verdicts import Verdict
 from cityflow.viewer.figures import quantile
 from cityflow.viewer.rows import UnitRow
 
@@ -19,6 +19,7 @@ UNITS_PER_METRE = 10
 STATUS_ORDER = (Status.REFUSED, Status.DONE, Status.DEGRADED, Status.FAILED)
 """Drawn in this order, so that what needs attention lies on top, and a refused duplicate below the building that it repeats."""
 
+VERDICT_ORDER = ("", *Verdict)
 NOBODY: Mapping[str, Sequence[FloatArray]] = {}
 AROUND = 0.1
 """Refused outlines farther away than this share of the town's extent are not drawn: one of them would make the town a dot."""
@@ -58,7 +59,7 @@ class UnitMap:
 
     Attributes
     ----------
-    waiting : paths of outlines that nobody has worked on yet;  looks : centres of models that stand out
+    waiting : paths of outlines that nobody has worked on yet
     """
 
     shapes: tuple[UnitShape, ...]
@@ -66,19 +67,17 @@ class UnitMap:
     height: int
     scales: tuple[Scale, ...]
     waiting: tuple[str, ...] = ()
-    looks: tuple[tuple[int, int], ...] = ()
 
 
 def draw_map(
     units: Sequence[UnitRow],
     waiting: Mapping[str, Sequence[FloatArray]] = NOBODY,
-    looks: AbstractSet[str] = frozenset(),
 ) -> UnitMap:
     """The map of units, in the order given; units without outline and refused ones far off are left out.
 
     Parameters
     ----------
-    waiting : rings of outlines without a task, by id;  looks : ids of models to be marked
+    waiting : rings of outlines without a task, by id
     """
     drawn = _near([(i, u) for i, u in enumerate(units) if any(len(r) for r in u.rings)])
     scales = colour_scales(units)
@@ -88,15 +87,14 @@ def draw_map(
     low, high = _extent([*(u.rings for _, u in drawn), *others])
     margin = max(0.02 * float((high - low).max()), 2.0)
     origin = np.array([low[0] - margin, high[1] + margin])
-    drawn.sort(key=lambda entry: (STATUS_ORDER.index(entry[1].status), entry[0]))
+    drawn.sort(key=lambda entry: (STATUS_ORDER.index(entry[1].status), VERDICT_ORDER.index(entry[1].verdict), entry[0]))
     shapes = tuple(_shape(i, u, origin, scales) for i, u in drawn)
     width, height = ((high - low + 2 * margin) * UNITS_PER_METRE).round().astype(int)
-    marked = tuple(s.centre for s in shapes if units[s.row].id in looks)
     paths = tuple(
         "".join(_path(_to_drawing(np.asarray(r, np.float64)[:, :2], origin)) for r in rings if len(r))
         for rings in others
     )
-    return UnitMap(shapes, int(width), int(height), scales, paths, marked)
+    return UnitMap(shapes, int(width), int(height), scales, paths)
 
 
 def _near(drawn: list[tuple[int, UnitRow]]) -> list[tuple[int, UnitRow]]:
@@ -144,7 +142,12 @@ def _shape(row: int, unit: UnitRow, origin: FloatArray, scales: tuple[Scale, ...
     rings = [_to_drawing(np.asarray(r, np.float64)[:, :2], origin) for r in unit.rings if len(r)]
     middle = (rings[0].min(axis=0) + rings[0].max(axis=0)) // 2
     centre = int(middle[0]), int(middle[1])
-    return UnitShape(row, "".join(_path(r) for r in rings), f"{unit.status.value} {classes}", centre)
+    return UnitShape(
+        row,
+        "".join(_path(r) for r in rings),
+        " ".join(filter(None, (unit.status.value, unit.verdict, classes))),
+        centre,
+    )
 
 
 def _to_drawing(ring: FloatArray, origin: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cityflow.core.building import Status
+from cityflow.core.verdicts import Verdict
 from cityflow.viewer.environment import rendered, template_text
 from cityflow.viewer.figures import explain_command, rerun_command
 from cityflow.viewer.picture import Picture
@@ -79,15 +80,19 @@ class UnitPage:
     run: str = "RUN"
 
 
-VERDICTS = {
-    Status.DONE: "This building is modelled as asked.",
+OUTCOMES = {
+    Status.DONE: "This building has a model; the version that made it gave no verdicts.",
     Status.DEGRADED: "This building has a model, but a simpler one than asked for.",
     Status.FAILED: "No method gave a model of this building. Where its heights are known a block stands for it in the products, marked as failed.",
     Status.REFUSED: "The outline cannot be a building, so no model was tried.",
 }
 
-
-LOOKED_AT = "This building is modelled as asked, but the model stands out as worse than the others of the run."
+VERDICTS = {
+    Verdict.GOOD: "Good: at least 95 % of the roof are expected within 20 cm of the truth.",
+    Verdict.LOOK: "A person should look at this building: the points leave doubts about its model.",
+    Verdict.POOR: "Poor: more than a fifth of the roof is probably off by more than 20 cm.",
+}
+"""Of buildings that have a model."""
 
 
 def write_unit_page(page: UnitPage) -> bytes:
@@ -98,13 +103,21 @@ def write_unit_page(page: UnitPage) -> bytes:
         "unit.html.j2",
         page=page,
         unit=unit,
-        verdict=LOOKED_AT if page.look and unit.status is Status.DONE else VERDICTS[unit.status],
+        verdict=_verdict(unit),
         command=rerun_command(page.stage, [unit.id], page.stage, unit.status, page.run),
         other=_with_other_parameters(page),
         explain=explain_command(unit.id, page.run),
         attributes=attributes,
         style=template_text("report.css"),
     ).encode()
+
+
+def _verdict(unit: UnitRow) -> str:
+    """What may be expected of the model in a sentence, or why there is none."""
+    if unit.status in (Status.FAILED, Status.REFUSED) or not unit.verdict:
+        return OUTCOMES[unit.status]
+    simpler = f" {OUTCOMES[Status.DEGRADED]}" if unit.status is Status.DEGRADED else ""
+    return VERDICTS[Verdict(unit.verdict)] + simpler
 
 
 def _with_other_parameters(page: UnitPage) -> str:

@@ -16,6 +16,7 @@ from rich.console import Console
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.core.parameters import merged
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
@@ -118,7 +119,7 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
     newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
-    looks = {s.unit.id: s.reason for s in worth_a_look(data.units, parameters.worth_a_look)}
+    looks = {s.unit.id: s.reason for s in worth_a_look(data.units)}
     write_pages(run.store, survey, chosen, newest, crops, data, looks)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data, parameters)
@@ -231,8 +232,18 @@ def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Ma
     return UnitRow(
         record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
         int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
-        found.get("share_explained"), record.seconds, record.peak_mb, rings, more, reaches,
+        found.get("share_explained"), record.seconds, record.peak_mb, rings, more, reaches, *_judged(record),
     )  # fmt: skip
+
+
+def _judged(record: Record) -> tuple[str, str, float | None]:
+    """Verdict, reason and probability of a unit; a failed one is poor whatever else is known, a refused one has none."""
+    if record.status is Status.REFUSED:
+        return "", "", None
+    if record.status is Status.FAILED:
+        return Verdict.POOR.value, record.reason, 0.0
+    found = record.result
+    return str(found.get(VERDICT_KEY, "")), str(found.get(REASON_KEY, "")), found.get(PROBABILITY_KEY)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cityflow.core.building import Status
+from cityflow.core.verdicts import VERDICT_KEY, Verdict
 from cityflow.errors import RunError
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
@@ -24,7 +25,9 @@ from cityflow.workflow.printed import print_json
 REASONS_SHOWN = 12
 UNITS_NAMED = 3
 BUILDINGS = "reconstruct"
-VERDICTS = ("good", "look", "poor")
+VERDICTS = tuple(str(v) for v in Verdict)
+SAID = {str(Verdict.LOOK): "to look at"}
+GOOD_MEANS = "Good: at least 95 % of the roof are expected within 20 cm of the truth."
 LAST = ("export", "city")
 """The task that ends a run."""
 
@@ -159,9 +162,10 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
 
 
 def verdict_of(record: Record) -> str:
-    """What is to be expected of a model: good, look or poor; empty where nobody judged it."""
-    found = record.result.get("verdict")
-    return str(found.get("verdict", "")) if isinstance(found, Mapping) else str(found or "")
+    """What is to be expected of a model: good, look or poor, which all failed ones are; empty where nobody judged it."""
+    if record.status is Status.REFUSED:
+        return ""
+    return str(Verdict.POOR) if record.status is Status.FAILED else str(record.result.get(VERDICT_KEY) or "")
 
 
 def first_line(reason: str) -> str:
@@ -171,8 +175,8 @@ def first_line(reason: str) -> str:
 def print_standing(standing: Standing, console: Console) -> None:
     """Verdicts, a line per stage, the reasons of what did not end as asked, and the next step."""
     if standing.verdicts:
-        told = ", ".join(f"{n} {verdict}" for verdict, n in standing.verdicts.items())
-        console.print(f"Buildings by verdict: {told}", markup=False, highlight=False)
+        told = ", ".join(f"{n:,} {SAID.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
+        console.print(f"Buildings by verdict: {told}. {GOOD_MEANS}", markup=False, highlight=False, soft_wrap=True)
     console.print(_table(standing.stages))
     for problem in standing.problems:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)

@@ -59,7 +59,7 @@ def chosen_units(units: Sequence[UnitRow], parameters: ReportParameters) -> Chos
     ranked = sorted(units, key=lambda u: (-_area(u), u.id))
     bad = [u for status, count in most.items() for u in [r for r in ranked if r.status is status][:count]]
     known = {u.id for u in bad}
-    looks = [s.unit for s in worth_a_look(units, parameters.worth_a_look)] + listed_units(units, parameters.listed)
+    looks = [s.unit for s in worth_a_look(units)] + listed_units(units, parameters.listed)
     listed = {u.id: u for u in looks if u.id not in known and u.status is Status.DONE}
     chosen = (*bad, *list(listed.values())[: parameters.pages.listed])
     left_out = sum(u.status in most for u in units) - len(known)

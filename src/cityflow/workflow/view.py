@@ -20,7 +20,7 @@ from cityflow.io.tiles3d import PORTABLE, RAW, About
 from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.stages import export, split
 from cityflow.stages.survey import Survey
-from cityflow.viewer.figures import finite
+from cityflow.viewer.figures import finite, verdicts_of
 from cityflow.viewer.report import verdict
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_page import FOLDER as REPORT_PAGES
@@ -183,14 +183,17 @@ class _View:
     ) -> Json:
         units = self.data.units
         count = {str(s): sum(u.status is s for u in units) for s in Status}
+        judged = verdicts_of(units)
         points = [t["points"] for t in tiles if "points" in t]
         low, high = _range(self.heights.values(), self.ground)
         return finite({
-            "title": self.data.title, "verdict": verdict({**count, "units": len(units)}), "crs": self.data.crs, "vertical_datum": self.data.vertical_datum,
+            "title": self.data.title, "verdict": verdict({**count, "units": len(units), "verdicts": judged}),
+            "crs": self.data.crs, "vertical_datum": self.data.vertical_datum,
             "state": state_of(self.records), "frame": self.frame.frame.matrix, "world": self.frame.to_world.tolist(),
             "sets": dict(sets),
             "texture_pixels": view_images.page_pixels(self.records),
             "bounds": _bounds(units, self.frame, (low, high), _city_bounds(self.survey)), "heights": [low, high], "counts": count,
+            "verdicts": judged,
             "scales": {name: view_units.scale_of(units, name) for name in ("nmad", "rmse")},
             "tiles": tiles, "notes": [*self._notes()],
             "layers": {"points": bool(points), "dsm": any("dsm" in t for t in tiles), "cuts": cuts > 0, "failures": failed > 0},

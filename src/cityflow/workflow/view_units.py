@@ -22,7 +22,7 @@ from cityflow.workflow.unit_pages import page_path
 from cityflow.workflow.view_frame import PageFrame
 
 Json = Any
-FIELDS = ("id", "tile", "status", "nmad", "rmse", "place", "size")
+FIELDS = ("id", "tile", "status", "verdict", "nmad", "rmse", "place", "size")
 NO_TILE = "_"
 """Stands for the tile of what belongs to none: refused outlines."""
 SCORE_DIGITS = 5
@@ -33,7 +33,7 @@ SCALE_SHARE, LEAST_SCALE_M = 95, 0.05
 def index_table(units: Sequence[UnitRow], frame: PageFrame, heights: Mapping[str, tuple[float, float]]) -> Json:
     """Every building that is a polygon: where it is, how it ended, how well it fits; `heights` of floor and ridge by unit."""
     rows = [
-        [u.id, u.tile or NO_TILE, str(u.status), _short(u.nmad), _short(u.rmse), *_place(u, frame, heights)]
+        [u.id, u.tile or NO_TILE, str(u.status), u.verdict, _short(u.nmad), _short(u.rmse), *_place(u, frame, heights)]
         for u in units if u.rings
     ]  # fmt: skip
     return finite({"fields": FIELDS, "rows": rows})
@@ -84,7 +84,8 @@ def unit_files(
 
 def _known(unit: UnitRow, record: Record, textured: Record | None) -> dict[str, Json]:
     said: dict[str, Json] = {
-        "reason": unit.reason, "method": unit.method, "lod": unit.lod, "planes": unit.planes, "seconds": round(unit.seconds, 3),
+        "reason": unit.reason, "verdict_reason": unit.verdict_reason, "good_probability": _short(unit.good_probability),
+        "method": unit.method, "lod": unit.lod, "planes": unit.planes, "seconds": round(unit.seconds, 3),
         "share_explained": _short(unit.share_explained), "kept": record.result.get("kept"), "scores": _scores(record),
         "attributes": {k: v for k, v in unit.attributes.items() if not isinstance(v, dict | list)},
     }  # fmt: skip

@@ -6,13 +6,14 @@ const data = JSON.parse($("#data").textContent);
 const column = Object.fromEntries(data.fields.map((name, i) => [name, i]));
 const value = (row, name) => data.rows[row][column[name]];
 const statusNames = {done: "Done", degraded: "Simplified", failed: "Failed", refused: "Refused"};
+const verdictNames = {good: "Good", look: "To look at", poor: "Poor"};
 const dash = v => v === null || v === undefined || v === "";
 const cm = v => dash(v) ? "–" : (100 * v).toFixed(1) + " cm";
 const percent = v => dash(v) ? "–" : (100 * v).toFixed(1) + " %";
 const time = v => dash(v) ? "–" : v < 1 ? Math.round(1000 * v) + " ms" : v < 60 ? v.toFixed(1) + " s" : Math.floor(v / 60) + " min " + Math.floor(v % 60) + " s";
 const plain = v => dash(v) ? "–" : String(v);
 const make = (tag, text, className) => { const e = document.createElement(tag); if (text !== undefined) e.textContent = text; if (className) e.className = className; return e; };
-const chip = status => { const e = make("span", undefined, "chip " + status); e.append(make("i"), statusNames[status]); return e; };
+const chip = status => { const e = make("span", undefined, "chip " + status); e.append(make("i"), statusNames[status] || verdictNames[status]); return e; };
 
 // Theme: the system's unless chosen here.
 const theme = $("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
@@ -72,14 +73,16 @@ if (city) {
   };
   const describe = row => {
     details.textContent = "";
-    details.append(make("h3", value(row, "id")), chip(value(row, "status")));
-    if (value(row, "reason")) details.append(make("p", value(row, "reason")));
-    const look = data.looks[value(row, "id")];
-    if (look) details.append(make("p", "Worth a look: " + look));
+    const verdict = value(row, "verdict"), reasons = new Set([value(row, "verdict_reason"), value(row, "reason")].filter(Boolean));
+    details.append(make("h3", value(row, "id")));
+    if (verdict) details.append(chip(verdict), " ");
+    details.append(chip(value(row, "status")));
+    for (const reason of reasons) details.append(make("p", reason));
     const page = data.pages[value(row, "id")];
     if (page) { const link = make("a", "All about it: pictures, planes, candidates"), p = make("p"); link.href = page; p.append(link); details.append(p); }
     const list = make("dl");
     const line = (name, text) => { list.append(make("dt", name), make("dd", text)); };
+    if (!dash(value(row, "good_probability"))) line("Probably good", percent(value(row, "good_probability")));
     line("Tile", plain(value(row, "tile"))); line("Level of detail", plain(value(row, "lod"))); line("Method", plain(value(row, "method")));
     line("Roof planes", plain(value(row, "planes") || null)); line("NMAD", cm(value(row, "nmad"))); line("RMSE", cm(value(row, "rmse")));
     line("Bias", cm(value(row, "bias"))); line("LE95", cm(value(row, "le95"))); line("Points on planes", percent(value(row, "share_explained")));
@@ -97,7 +100,7 @@ if (city) {
     if (!shape) return;
     const row = Number(shape.dataset.row), box = $(".mapbox").getBoundingClientRect();
     tip.textContent = "";
-    tip.append(make("b", value(row, "id")), make("br"), value(row, "status") === "refused" ? "Refused · " + plain(value(row, "reason")) : statusNames[value(row, "status")] + " · NMAD " + cm(value(row, "nmad")) + " · " + plain(value(row, "planes") || null) + " planes · " + time(value(row, "seconds")));
+    tip.append(make("b", value(row, "id")), make("br"), value(row, "status") === "refused" ? "Refused · " + plain(value(row, "reason")) : (verdictNames[value(row, "verdict")] || statusNames[value(row, "status")]) + " · NMAD " + cm(value(row, "nmad")) + " · " + plain(value(row, "planes") || null) + " planes · " + time(value(row, "seconds")));
     const x = event.clientX - box.left, y = event.clientY - box.top;
     tip.style.left = Math.max(0, Math.min(x + 14, box.width - tip.offsetWidth - 6)) + "px"; tip.style.top = (y + 24 + tip.offsetHeight > box.height ? y - tip.offsetHeight - 8 : y + 18) + "px";
   };
@@ -178,12 +181,12 @@ document.addEventListener("click", event => {
 });
 
 // Table of all units
-const columns = [["id", "Building", plain], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "On planes", percent, 1], ["seconds", "Time", time, 1], ["reason", "Reason", v => v || ""]];
+const columns = [["id", "Building", plain], ["verdict", "Verdict", null], ["status", "Status", null], ["tile", "Tile", plain], ["lod", "LoD", plain], ["method", "Method", plain], ["planes", "Planes", v => plain(v || null), 1], ["nmad", "NMAD", cm, 1], ["rmse", "RMSE", cm, 1], ["share_explained", "On planes", percent, 1], ["seconds", "Time", time, 1], ["verdict_reason", "What speaks against it", v => v || ""], ["reason", "Reason", v => v || ""]];
 const head = $("#all thead tr"), body = $("#all tbody"), perPage = 50;
 let sort = "id", down = false, page = 0, rows = [];
 const render = () => {
-  const status = $("#by-status").value, text = $("#by-text").value.trim().toLowerCase();
-  rows = [...data.rows.keys()].filter(r => (!status || value(r, "status") === status) && (!text || (value(r, "id") + " " + value(r, "reason")).toLowerCase().includes(text)));
+  const status = $("#by-status").value, verdict = $("#by-verdict").value, text = $("#by-text").value.trim().toLowerCase();
+  rows = [...data.rows.keys()].filter(r => (!status || value(r, "status") === status) && (!verdict || value(r, "verdict") === verdict) && (!text || (value(r, "id") + " " + value(r, "reason") + " " + value(r, "verdict_reason")).toLowerCase().includes(text)));
   rows.sort((a, b) => {
     const x = value(a, sort), y = value(b, sort);
     if (dash(x) || dash(y)) return dash(x) - dash(y) || a - b;
@@ -197,7 +200,7 @@ const render = () => {
     for (const [name, , format, numeric] of columns) {
       const td = make(name === "id" ? "th" : "td", undefined, numeric ? "n" : undefined);
       if (name === "id") { td.scope = "row"; const b = make("button", value(r, "id"), "link show"); b.type = "button"; b.dataset.row = r; td.append(b); }
-      else if (name === "status") td.append(chip(value(r, name)));
+      else if (name === "status" || name === "verdict") td.append(value(r, name) ? chip(value(r, name)) : "–");
       else td.textContent = format(value(r, name));
       tr.append(td);
     }
@@ -219,7 +222,7 @@ for (const [name, title, , numeric] of columns) {
   th.append(button); head.append(th);
 }
 $("#before").addEventListener("click", () => { page--; render(); }); $("#after").addEventListener("click", () => { page++; render(); });
-$("#by-status").addEventListener("change", () => { page = 0; render(); }); $("#by-text").addEventListener("input", () => { page = 0; render(); });
+for (const name of ["#by-status", "#by-verdict"]) $(name).addEventListener("change", () => { page = 0; render(); }); $("#by-text").addEventListener("input", () => { page = 0; render(); });
 $(".filters").addEventListener("submit", event => event.preventDefault());
 $("#table").hidden = data.rows.length === 0;
 render();

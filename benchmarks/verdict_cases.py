@@ -1,0 +1,242 @@
+"""Cases for verdicts: units of made towns whose truth is known, sound ones and spoilt ones.
+
+A unit is what a scan of its town gives, thinned to one of several densities, and then, by a random number of its own, left alone or spoilt: its outline, its
+points, its classes, its terrain, or its model. The truth is the share of its roof that the model meets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.affinity import rotate, scale, translate
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Polyhedron
+from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, PointCloud
+from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.roof_distances import distances_to_roof
+from cityflow.reconstruction.choose import ReconstructParameters
+from cityflow.reconstruction.model import ModelParameters
+from cityflow.synthetic.roofs import CHIMNEY
+from cityflow.synthetic.town import Town, TownParameters, make_town
+from cityflow.synthetic.town_lidar import TownLidar, TownLidarParameters, town_lidar
+from cityflow.synthetic.town_units import Unit
+
+EDGE_M, SCAN_M2 = 220.0, 20.0
+DENSITIES = (0.7, 1.4, 2.5, 4.0, 8.0, 8.0, 16.0)
+"""Points per square metre, each as often as the others; airborne surveys of towns have about eight."""
+SPOILS = (
+    "outline moved", "outline turned", "outline too large", "outline too small", "two in one", "flattened", "few planes",
+    "crown over it", "crown only", "ground for roof", "shadow", "rough", "waves", "no classes",
+)  # fmt: skip
+SOUND = 0.5
+"""Share of the units that are left alone."""
+AROUND_M, HIGH_M, WITHIN_M, GOOD_SHARE = 2.0, 1.5, 0.2, 0.95
+PLACES, STEP_M = 5000, (0.1, 0.5)
+EAVES_M = 0.6
+"""A model may stand this far out from the true walls: what is there is an overhang or an outline's error, and not judged."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One unit as the project sees it, and what is true there."""
+
+    name: str
+    spoil: str
+    density: float
+    evidence: Evidence
+    parameters: ModelParameters
+    classified: bool
+    places: FloatArray
+
+
+def cases_of(seed: int, every: int = 1) -> Iterator[Case]:
+    """The cases of a town, the same for the same seed; `every`: each so manieth unit."""
+    town = make_town(seed, TownParameters(width_m=EDGE_M, height_m=EDGE_M))
+    scan = town_lidar(town, seed, TownLidarParameters(density_m2=SCAN_M2))
+    tree = shapely.STRtree([u.roof_outline for u in town.units])
+    rng = np.random.default_rng([seed, 91])
+    for unit in town.units[::every]:
+        yield _case(town, scan, tree, unit, np.random.default_rng([seed, unit.index, int(rng.integers(1 << 30))]))
+
+
+def _case(town: Town, scan: TownLidar, tree: shapely.STRtree, unit: Unit, rng: np.random.Generator) -> Case:
+    density = float(rng.choice(DENSITIES))
+    spoil = "sound" if rng.random() < SOUND else str(rng.choice(SPOILS))
+    near = [town.units[k] for k in np.sort(tree.query(unit.wall_outline, predicate="dwithin", distance=4.0))]
+    outline = _outline(unit, near, spoil, rng)
+    xyz = scan.points.xyz
+    x_0, y_0, x_1, y_1 = shapely.box(*outline.bounds).union(shapely.box(*unit.bounds)).buffer(AROUND_M).bounds
+    there = (xyz[:, 0] > x_0) & (xyz[:, 0] < x_1) & (xyz[:, 1] > y_0) & (xyz[:, 1] < y_1)
+    there &= rng.random(len(xyz)) < density / SCAN_M2
+    cloud = replace(scan.points.take(there), classification=_classes(scan, there))
+    lift = 0.0
+    if spoil == "ground for roof":
+        lift = float(rng.uniform(2.0, 4.0))
+    classified = spoil not in ("no classes", "ground for roof") and (spoil != "crown only" or rng.random() < 0.5)
+    cloud = _spoilt(cloud, outline, unit, spoil, rng)
+    ground = town.dtm(cloud.xyz[:, 0], cloud.xyz[:, 1]) - lift
+    points = _roof_points(cloud, ground, classified, spoil)
+    inside = shapely.contains_xy(outline, *points.xyz[:, :2].T)
+    beside = shapely.dwithin(shapely.points(points.xyz[:, :2]), outline, AROUND_M)
+    party = _party(outline, [u for u in near if u is not unit])
+    floor = float(np.floor((unit.floor_m - lift) * 100)) / 100
+    evidence = Evidence(
+        unit.id, outline, _ordered(points.take(inside)), floor, around=_ordered(points.take(beside)), party=party
+    )
+    truth = None if spoil in ("crown only", "ground for roof") else unit
+    return Case(
+        unit.id, spoil, density, evidence, _parameters(spoil, rng), classified, _true_places(truth, outline, near)
+    )
+
+
+def _classes(scan: TownLidar, there: BoolArray) -> np.ndarray:
+    """What a provider delivers: façades are building, leaves are not told from other things."""
+    classes = scan.truth_class[there].copy()
+    classes[classes == HIGH_VEGETATION] = UNCLASSIFIED
+    return classes
+
+
+def _outline(unit: Unit, near: list[Unit], spoil: str, rng: np.random.Generator) -> Polygon:
+    walls = unit.wall_outline
+    angle = float(rng.uniform(0, 2 * np.pi))
+    if spoil == "outline moved":
+        reach = float(rng.uniform(0.2, 2.5))
+        return translate(walls, reach * np.cos(angle), reach * np.sin(angle))
+    if spoil == "outline turned":
+        return rotate(walls, float(rng.uniform(2, 15)))
+    if spoil == "outline too large":
+        return scale(walls, *rng.uniform(1.05, 1.4, 2))
+    if spoil == "outline too small":
+        return scale(walls, *rng.uniform(0.6, 0.95, 2))
+    beside = [u.wall_outline for u in near if u is not unit]
+    if spoil == "two in one" and beside:
+        whole = (
+            shapely.union(walls, beside[int(rng.integers(len(beside)))])
+            .buffer(1.0, join_style="mitre")
+            .buffer(-1.0, join_style="mitre")
+        )
+        if isinstance(whole, Polygon):
+            return whole
+    if spoil == "crown only":
+        return translate(walls, *rng.uniform(-1, 1, 2))
+    return walls
+
+
+def _spoilt(cloud: PointCloud, outline: Polygon, unit: Unit, spoil: str, rng: np.random.Generator) -> PointCloud:
+    """The cloud, its points disturbed."""
+    xyz = cloud.xyz.copy()
+    middle, angle = np.array(outline.centroid.coords[0]), float(rng.uniform(0, 2 * np.pi))
+    along = (xyz[:, :2] - middle) @ np.array([np.cos(angle), np.sin(angle)])
+    inside = shapely.contains_xy(outline, xyz[:, 0], xyz[:, 1])
+    if spoil == "shadow":
+        share = float(rng.uniform(0.1, 0.6))
+        limit = np.quantile(along[inside], share) if inside.any() else 0.0
+        return cloud.take(~(inside & (along < limit)))
+    if spoil == "rough":
+        xyz[:, 2] += rng.normal(0, float(rng.uniform(0.05, 0.15)), len(xyz))
+    if spoil == "waves":
+        xyz[:, 2] += _waves(xyz[:, :2], float(rng.uniform(0.05, 0.25)), float(rng.uniform(1.0, 4.0)), rng)
+    if spoil == "crown over it":
+        return _crown(replace(cloud, xyz=xyz), middle, float(np.sqrt(outline.area) * rng.uniform(0.2, 0.6)), unit, rng)
+    if spoil == "crown only":
+        bare = cloud.take(~(np.isin(cloud.classification, (BUILDING,)) & (cloud.xyz[:, 2] > unit.floor_m + HIGH_M)))
+        return _crown(bare, middle, float(np.sqrt(outline.area) * rng.uniform(0.5, 0.9)), unit, rng)
+    if spoil == "ground for roof":
+        return cloud.take(cloud.classification == GROUND) if (cloud.classification == GROUND).sum() > 20 else cloud
+    return replace(cloud, xyz=xyz)
+
+
+def _waves(xy: FloatArray, height: float, length: float, rng: np.random.Generator) -> FloatArray:
+    """Errors that neighbours share, as those of matched images."""
+    found = np.zeros(len(xy))
+    for _ in range(12):
+        a, k, phase = rng.uniform(0, 2 * np.pi), 2 * np.pi / (length * rng.uniform(0.7, 2.0)), rng.uniform(0, 2 * np.pi)
+        found += np.cos(k * (xy @ np.array([np.cos(a), np.sin(a)])) + phase)
+    return np.asarray(height * found / np.sqrt(6.0))
+
+
+def _crown(cloud: PointCloud, middle: FloatArray, radius: float, unit: Unit, rng: np.random.Generator) -> PointCloud:
+    """Leaves over a part of the outline, which most pulses do not pass."""
+    at = middle + rng.uniform(-0.5, 0.5, 2) * radius
+    covered = np.hypot(*(cloud.xyz[:, :2] - at).T) < radius
+    leaves = np.flatnonzero(covered & (rng.random(len(cloud)) < 0.9))
+    top = max(unit.ridge_m, unit.floor_m + 4.0) + rng.uniform(0.0, 5.0)
+    xyz = cloud.xyz.copy()
+    dome = np.sqrt(np.maximum(radius**2 - ((xyz[leaves, :2] - at) ** 2).sum(axis=1), 0.0))
+    xyz[leaves, 2] = top - radius + dome - rng.exponential(0.5, len(leaves))
+    classes, of = cloud.classification.copy(), cloud.number_of_returns.copy()
+    classes[leaves] = BUILDING if rng.random() < 0.3 else UNCLASSIFIED
+    of[leaves] = np.maximum(of[leaves], 1 + (rng.random(len(leaves)) < 0.5))
+    return PointCloud(xyz, classes, cloud.return_number, of)
+
+
+def _roof_points(cloud: PointCloud, ground: FloatArray, classified: bool, spoil: str) -> PointCloud:
+    """As the stage takes them: of the class, or high; where a survey's classes give nothing, high points."""
+    high = cloud.xyz[:, 2] - ground > HIGH_M
+    building = cloud.classification == BUILDING
+    return cloud.take(
+        high & (building if classified and spoil != "crown only" else cloud.classification != HIGH_VEGETATION)
+    )
+
+
+def _ordered(cloud: PointCloud) -> PointCloud:
+    return cloud.take(np.lexsort(cloud.xyz.T[::-1]))
+
+
+def _party(outline: Polygon, others: list[Unit]) -> tuple[shapely.LineString, ...]:
+    lines = [shapely.intersection(outline.boundary, u.wall_outline.buffer(0.05)) for u in others]
+    return tuple(p for g in lines for p in shapely.get_parts(g) if isinstance(p, shapely.LineString) and p.length > 0.5)
+
+
+def _parameters(spoil: str, rng: np.random.Generator) -> ModelParameters:
+    usual = ModelParameters(with_overhangs=False)
+    if spoil == "flattened":
+        return usual.model_copy(update={"methods": ("extruded",)})
+    if spoil == "few planes":
+        plain = ReconstructParameters().orientation_histogram.model_copy(update={"max_planes": int(rng.integers(1, 4))})
+        return usual.model_copy(update={"orientation_histogram": plain})
+    return usual
+
+
+def _true_places(unit: Unit | None, outline: Polygon, near: list[Unit]) -> FloatArray:
+    """(P, 3) places over walls and outline with the true height there; NaN where the outline holds no building."""
+    walls = unit.wall_outline if unit is not None else Polygon()
+    whole = shapely.union(walls, outline)
+    step = float(np.clip(np.sqrt(whole.area / PLACES), *STEP_M))
+    x_0, y_0, x_1, y_1 = whole.bounds
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(x_0 + step / 2, x_1, step), np.arange(y_0 + step / 2, y_1, step)))
+    inside = shapely.contains_xy(whole, x, y)
+    x, y = x[inside], y[inside]
+    if unit is None:
+        return np.column_stack([x, y, np.full(len(x), np.nan)])
+    z = np.fmax.reduce([_height(u, x, y) for u in (unit, *near)])
+    all_walls = shapely.union_all([u.wall_outline for u in (unit, *near)])
+    built = shapely.contains_xy(all_walls, x, y)
+    judged = built | ~shapely.contains_xy(all_walls.buffer(EAVES_M), x, y)
+    chimney = np.any(
+        [shapely.contains_xy(f.polygon.buffer(0.1), x, y) for f in unit.prisms if f.kind == CHIMNEY]
+        or [np.zeros(len(x), bool)],
+        axis=0,
+    )
+    judged &= ~chimney
+    return np.asarray(np.column_stack([x, y, np.where(built, z, np.nan)])[judged])
+
+
+def _height(unit: Unit, x: FloatArray, y: FloatArray) -> FloatArray:
+    z = np.full(len(x), np.nan)
+    for face in unit.prisms:
+        if face.kind != CHIMNEY:
+            inside = shapely.intersects_xy(face.polygon, x, y)
+            z[inside] = np.fmax(z[inside], face.plane.z(x[inside], y[inside]))
+    return z
+
+
+def true_share(solid: Polyhedron, places: FloatArray) -> float:
+    """Share of the places where the model stands within 20 cm of the truth."""
+    distance = distances_to_roof(solid, places)
+    return float(np.mean(np.abs(distance) <= WITHIN_M)) if len(places) else 0.0

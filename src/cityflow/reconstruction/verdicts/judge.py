@@ -1,0 +1,76 @@
+"""A unit's model with the evidence that it did not see, and the verdict from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cityflow.core.building import Scalar, Status
+from cityflow.core.reconstruction import Evidence
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
+from cityflow.geometry.roof_distances import distances_to_roof
+from cityflow.reconstruction.choose import Choice, choose
+from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, RoofFit, figures_of, fit_of
+from cityflow.reconstruction.verdicts.held_back import groups_of, without_group
+from cityflow.reconstruction.verdicts.verdict import judgement_of
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A choice with its points judged: `fit` and `figures` are None where there is no solid."""
+
+    choice: Choice
+    fit: RoofFit | None = None
+    figures: Figures | None = None
+    held: HeldBack | None = None
+
+
+def judged_model(evidence: Evidence, parameters: ModelParameters, classified: bool = False) -> Judged:
+    """The model of a unit, and what points that it was not made from say of it.
+
+    Where a unit has points enough, a part of them is held back and the model made from the others. Where points are scarce each of them matters: the
+    model is made from all, and every point is held against a model that was made without it.
+    """
+    how = parameters.held_back
+    mine = groups_of(evidence.points.xyz, how.groups) == 0
+    enough = int(mine.sum()) >= how.least
+    choice = model(without_group(evidence, 0, how.groups) if enough else evidence, parameters)
+    solid = choice.candidate.solid
+    if solid is None or choice.status is Status.FAILED:
+        return Judged(choice)
+    fit = fit_of(solid, evidence)
+    held = HeldBack(mine, fit.distance) if enough else _crossed(evidence, parameters, how.folds)
+    claim = choice.candidate.notes.get("claimed_rmse_m")
+    known = float(claim) if isinstance(claim, int | float) else None
+    return Judged(choice, fit, figures_of(solid, evidence, fit, held, known, classified), held)
+
+
+def attributes_of(judged: Judged) -> dict[str, Scalar]:
+    """Verdict, its probability and reason, and the figures that it comes from, as attributes of the unit."""
+    judgement = judgement_of(judged.figures, judged.choice.reason)
+    said: dict[str, Scalar] = {
+        VERDICT_KEY: judgement.verdict.value,
+        PROBABILITY_KEY: round(judgement.probability, 3),
+        REASON_KEY: judgement.reason,
+    }
+    f = judged.figures
+    if f is None:
+        return said
+    shares = {"held_back_off_share": f.loose, "roof_off_share": f.off, "roof_unseen_share": f.unseen}
+    return {**said, "held_back_points": f.held, **{name: round(share, 4) for name, share in shares.items()}}
+
+
+def _crossed(evidence: Evidence, parameters: ModelParameters, folds: int) -> HeldBack:
+    """Each point's distance from a model that was made without it."""
+    group = groups_of(evidence.points.xyz, folds)
+    distance, others = np.full(len(group), np.nan), []
+    for fold in range(folds):
+        candidate = choose(without_group(evidence, fold, folds), parameters).candidate
+        if candidate.solid is None:
+            continue
+        others.append(candidate.solid)
+        mine = group == fold
+        distance[mine] = distances_to_roof(candidate.solid, evidence.points.xyz[mine])
+    return HeldBack(np.ones(len(group), bool), distance, tuple(others))

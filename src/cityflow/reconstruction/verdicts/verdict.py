@@ -1,0 +1,92 @@
+"""From figures to a probability that a model is right, and from it to a verdict with its reasons in words.
+
+A model is good where at least 95 % of its roof are within 20 cm of the truth, and poor where not even 80 % are. Both probabilities are those of logistic
+models, in which every figure can only lower them; their weights are fitted on made towns whose truth is known, sound units and spoilt ones:
+``benchmarks/verdicts.py`` makes the cases, fits and judges.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from cityflow.core.verdicts import Verdict
+from cityflow.reconstruction.verdicts.calibration import FAIR, GOOD, GOOD_FROM, POOR_BELOW, Logistic
+from cityflow.reconstruction.verdicts.figures import Figures
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What is said of a unit.
+
+    Attributes
+    ----------
+    probability : that at least 95 % of the roof are within 20 cm of the truth; 0 without a model
+    reason : what speaks against it, the weightiest first; empty for good ones
+    """
+
+    verdict: Verdict
+    probability: float
+    reason: str = ""
+
+
+NO_MODEL = "no method gave a model"
+MOST_REASONS, LEAST_COST = 3, 0.7
+"""So many reasons are told, of those that lower the logit by this much."""
+
+
+def judgement_of(figures: Figures | None, reason: str = "") -> Judgement:
+    """The verdict on a unit; without figures there is no model that points could speak of, `reason` says why."""
+    if figures is None:
+        return Judgement(Verdict.POOR, 0.0, reason or NO_MODEL)
+    probability = probability_of(figures, GOOD)
+    if probability >= GOOD_FROM:
+        return Judgement(Verdict.GOOD, probability)
+    is_poor = probability_of(figures, FAIR) < POOR_BELOW
+    return Judgement(Verdict.POOR if is_poor else Verdict.LOOK, probability, reasons_of(figures))
+
+
+def probability_of(figures: Figures, model: Logistic) -> float:
+    """Estimated probability that as much of the roof is right as the model asks for."""
+    logit = model.base - sum(costs_of(figures, model).values())
+    return 1.0 / (1.0 + math.exp(-min(max(logit, -50.0), 50.0)))
+
+
+def costs_of(figures: Figures, model: Logistic) -> dict[str, float]:
+    """By how much each figure lowers the logit."""
+    costs: dict[str, float] = {}
+    for figure, scale, weight in model.terms:
+        costs[figure] = costs.get(figure, 0.0) + weight * math.log1p(getattr(figures, figure) / scale)
+    return costs
+
+
+def reasons_of(figures: Figures) -> str:
+    """What speaks against a model, in words, the weightiest first."""
+    costs = costs_of(figures, GOOD)
+    ranked = sorted(WORDS, key=lambda name: (-costs.get(name, 0.0), name))
+    told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS] or ranked[:1]
+    return "; ".join(WORDS[name](figures) for name in told)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.01 else f"{100 * share:.1f} %"
+
+
+WORDS: Mapping[str, Callable[[Figures], str]] = {
+    "off": lambda f: (
+        f"the points around {_percent(f.off)} of the roof are more than 20 cm off it: a part is missing or at a wrong height"
+    ),
+    "unseen": lambda f: f"no point is near {_percent(f.unseen)} of the roof",
+    "loose": lambda f: f"{_percent(f.loose)} of the points held back are more than 20 cm off the roof",
+    "strange": lambda f: f"{_percent(f.strange)} of the points held back are further off than three times their noise",
+    "unsure": lambda f: f"{_percent(f.unsure)} of the roof come out elsewhere when a quarter of the points is left out",
+    "no_roof": lambda f: f"{_percent(f.no_roof)} of the points are no roof",
+    "foreign": lambda f: (
+        f"{_percent(f.foreign)} of the points on the roof are not classified as building, or let the pulse through"
+    ),
+    "rim": lambda f: f"the points end before {_percent(f.rim)} of the outline: it may be too large or out of place",
+    "beside": lambda f: f"the roof goes on beyond the outline (points there, by those on it: {_percent(f.beside)})",
+    "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
+    "few": lambda f: f"there are only {round(1 / f.few**2)} roof points",
+}

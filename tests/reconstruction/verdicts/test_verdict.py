@@ -1,0 +1,104 @@
+"""Verdicts of roofs whose truth is known: sound, missed, seen in part, scarce, none."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from shapely.affinity import scale, translate
+
+from cityflow.core.points import UNCLASSIFIED, PointCloud
+from cityflow.core.reconstruction import Evidence
+from cityflow.core.verdicts import Verdict, verdict_counts
+from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.verdicts.calibration import FAIR, GOOD
+from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
+from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
+from roof_scenes import OUTLINE, SCENES, scan
+
+PARAMETERS = ModelParameters(with_overhangs=False)
+BLOCK = PARAMETERS.model_copy(update={"methods": ("extruded",)})
+
+
+def verdict_of(evidence: Evidence, parameters: ModelParameters = PARAMETERS, classified: bool = True) -> Verdict:
+    return Verdict(str(attributes_of(judged_model(evidence, parameters, classified))["verdict"]))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_model_of_a_plain_roof_is_good(name: str) -> None:
+    assert verdict_of(scan(SCENES[name][0], OUTLINE, 12.0, 0.02, 1)) is Verdict.GOOD
+
+
+def test_a_block_in_the_place_of_a_gable_is_poor() -> None:
+    judged = judged_model(scan(SCENES["gable"][0], OUTLINE, 8.0, 0.02, 1), BLOCK, True)
+    told = attributes_of(judged)
+    assert told["verdict"] == Verdict.POOR
+    assert "more than 20 cm off it" in str(told["verdict_reason"])
+
+
+def test_an_upper_storey_that_is_missed_is_not_good() -> None:
+    evidence = scan(SCENES["two levels"][0], OUTLINE, 8.0, 0.02, 1)
+    assert verdict_of(evidence, BLOCK) is not Verdict.GOOD
+
+
+def test_an_outline_out_of_place_is_not_good() -> None:
+    evidence = scan(SCENES["hip"][0], OUTLINE, 8.0, 0.02, 1)
+    moved = translate(evidence.outline, 2.5, 0.0)
+    inside = evidence.points.take(evidence.points.xyz[:, 0] > moved.bounds[0])
+    assert verdict_of(replace(evidence, outline=moved, points=inside, around=evidence.points)) is not Verdict.GOOD
+    small = scale(evidence.outline, 0.6, 0.6)
+    x, y = evidence.points.xyz[:, :2].T
+    b = small.bounds
+    inside = evidence.points.take((x > b[0]) & (x < b[2]) & (y > b[1]) & (y < b[3]))
+    near = evidence.points.take((x > b[0] - 2) & (x < b[2] + 2) & (y > b[1] - 2) & (y < b[3] + 2))
+    assert verdict_of(replace(evidence, outline=small, points=inside, around=near)) is not Verdict.GOOD
+
+
+def test_a_crown_in_the_place_of_a_building_is_not_good() -> None:
+    rng = np.random.default_rng(7)
+    evidence = scan(lambda x, y: 7 + rng.uniform(0, 2, len(x)), OUTLINE, 8.0, 0.02, 1)
+    crown = replace(evidence, points=PointCloud.of(evidence.points.xyz, UNCLASSIFIED))
+    assert verdict_of(crown) is not Verdict.GOOD
+
+
+def test_without_points_there_is_nothing_good() -> None:
+    evidence = scan(SCENES["gable"][0], OUTLINE, 8.0, 0.02, 1)
+    none = replace(evidence, points=evidence.points.take(np.arange(0)))
+    told = attributes_of(judged_model(none, PARAMETERS, True))
+    assert (told["verdict"], told["good_probability"]) == (Verdict.POOR, 0.0)
+    assert "0 roof points" in str(told["verdict_reason"])
+
+
+def test_where_points_are_scarce_all_make_the_model_and_all_test_it() -> None:
+    scarce = scan(SCENES["gable"][0], OUTLINE, 1.5, 0.02, 2)
+    judged = judged_model(scarce, PARAMETERS, True)
+    assert judged.figures is not None
+    assert judged.figures.held == len(scarce.points)
+    dense = scan(SCENES["gable"][0], OUTLINE, 8.0, 0.02, 2)
+    judged = judged_model(dense, PARAMETERS, True)
+    assert judged.figures is not None
+    assert 0.05 < judged.figures.held / len(dense.points) < 0.15
+
+
+def test_the_order_of_points_changes_nothing() -> None:
+    evidence = scan(SCENES["hip"][0], OUTLINE, 8.0, 0.03, 3)
+    order = np.random.default_rng(0).permutation(len(evidence.points))
+    turned = replace(evidence, points=evidence.points.take(order))
+    assert attributes_of(judged_model(evidence, PARAMETERS)) == attributes_of(judged_model(turned, PARAMETERS))
+
+
+BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 40)
+
+
+@pytest.mark.parametrize("name", [f.name for f in fields(Figures) if f.name != "held"])
+def test_no_figure_that_is_worse_makes_a_unit_better(name: str) -> None:
+    worse = replace(BEST, **{name: getattr(BEST, name) + 0.2})
+    for model in (GOOD, FAIR):
+        assert probability_of(worse, model) <= probability_of(BEST, model)
+    assert judgement_of(BEST).verdict is Verdict.GOOD
+
+
+def test_verdicts_are_counted() -> None:
+    assert verdict_counts(["good", "look", "good", "poor", None, ""]) == {"good": 2, "look": 1, "poor": 3}
