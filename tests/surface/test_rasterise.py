@@ -8,10 +8,8 @@ from cityflow.surface.noise import NoiseParameters, clean
 from cityflow.surface.rasterise import (
     count_points,
     fill_holes,
-    first_last_difference,
     highest,
     lowest,
-    several_return_share,
 )
 
 GRID = Grid(0.0, 2.0, 1.0, 2, 2)
@@ -28,8 +26,6 @@ def test_top_bottom_and_counts_by_hand() -> None:
     np.testing.assert_array_equal(highest(cloud(), GRID), [[9, nan], [nan, 2]])
     np.testing.assert_array_equal(lowest(cloud(), GRID), [[4, nan], [nan, 2]])
     np.testing.assert_array_equal(count_points(cloud(), GRID), [[3, 0], [0, 1]])
-    np.testing.assert_array_equal(first_last_difference(cloud(), GRID), [[5, nan], [nan, 0]])
-    np.testing.assert_allclose(several_return_share(cloud(), GRID), np.array([[1 / 3, 0.0], [0.0, 0.0]]))
 
 
 def test_holes_take_the_lower_median_and_stay_open_far_from_points() -> None:

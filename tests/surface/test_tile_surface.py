@@ -75,6 +75,26 @@ def test_a_shed_whose_pulses_split_at_its_edges_is_no_tree() -> None:
     assert (surface.klass[np.hypot(x - 28, y - 20) < 3] == cover.VEGETATION).mean() > 0.95
 
 
+def test_a_crown_that_stops_most_pulses_is_no_roof() -> None:
+    rng = np.random.default_rng(8)
+    xy = rng.uniform(0, 40, (40_000, 2))
+    r = np.hypot(xy[:, 0] - 28, xy[:, 1] - 20)
+    crown, house = r < 6, (np.abs(xy[:, 0] - 10) < 4) & (np.abs(xy[:, 1] - 20) < 6)
+    z = np.where(
+        crown, 5 + np.sqrt(np.maximum(36 - r**2, 0)) - rng.exponential(0.25, len(xy)), rng.normal(0, 0.02, len(xy))
+    )
+    z += np.where(house, 9 - 0.8 * np.abs(xy[:, 0] - 10), 0)
+    several = np.where(crown & (rng.random(len(xy)) < 0.2), 2, 1).astype(np.uint8)
+    cloud = PointCloud.of(np.column_stack([xy, z]))
+    surface = surface_of_tile(
+        PointCloud(cloud.xyz, cloud.classification, cloud.return_number, several), (0.0, 0.0, 40.0, 40.0), 0.0
+    )
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    on_house = (np.abs(x - 10) < 3.7) & (np.abs(y - 20) < 5.7)
+    assert (surface.klass[np.hypot(x - 28, y - 20) < 5.5] == cover.VEGETATION).mean() > 0.95
+    assert (surface.klass[on_house] == cover.BUILDING).mean() > 0.98
+
+
 def test_outside_the_survey_there_are_no_heights() -> None:
     rng = np.random.default_rng(1)
     xyz = np.column_stack([rng.uniform(0, (50, 80), (40000, 2)), rng.normal(2, 0.01, 40000)])

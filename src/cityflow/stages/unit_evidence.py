@@ -34,9 +34,11 @@ from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers, window_of
 from cityflow.stages.pieces import read_points
 from cityflow.stages.rasters import given_colours
-from cityflow.stages.survey import IMAGES, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
 from cityflow.stages.walls import read_walls
+from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
+from cityflow.surface.vegetation import is_foliage
 
 GROUND_SAMPLING_M = 0.5
 LOWEST_ROOF_M = 1.5
@@ -63,6 +65,7 @@ def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     return {
         **{f"surface {t}": survey.digest_of_result("surface", t) for t in under}, **survey.pieces(around), **_walls(survey, unit),
         **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.has_building_class),
+        **({"uneven": str(_uneven(survey))} if _uneven(survey) else {}),
     }  # fmt: skip
 
 
@@ -75,9 +78,15 @@ def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
         "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
         "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
         "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
-        "classified": survey.has_building_class,
+        "classified": survey.has_building_class, "uneven": _uneven(survey),
         "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
     }  # fmt: skip
+
+
+def _uneven(survey: Survey) -> float:
+    """What of a scanner's points is foliage; 0 where classes tell, or where points are cells of a surface."""
+    scanned = survey.door == LIDAR and not survey.has_building_class
+    return survey.parameters.surface.vegetation.uneven if scanned else 0.0
 
 
 def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
@@ -108,7 +117,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
         _complain(task, len(inside))
     close = points.take(shapely.dwithin(shapely.points(points.xyz[:, :2]), outline.polygon, AROUND_M))
     return Evidence(
-        outline.id, outline.polygon, _roof_points(inside, grid, layers, a["classified"]), _floor(ground),
+        outline.id, outline.polygon, _roof_points(inside, grid, layers, a), _floor(ground),
         outline.aspects, outline.slopes,
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
@@ -200,16 +209,24 @@ def _floor(ground: FloatArray) -> float:
     return float(np.floor(np.nanmin(ground) * 100)) / 100
 
 
-def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], classified: bool) -> PointCloud:
-    """Points of the building class; where the survey has no such class, high points that are not vegetation."""
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], a: Mapping[str, Any]) -> PointCloud:
+    """Points of the building class; where the survey has no such class, high points that are not vegetation.
+
+    Among scanned points an even patch is a roof, whatever its cells were taken for: those of a shed in a garden are few, and
+    half of them have leaves in them. Where nothing is even, or too few points are there to say, those count that stopped their pulse.
+    """
     usable = points.take(np.isfinite(points.xyz[:, 2]))
-    if classified:
+    if a["classified"]:
         return usable.of_class(BUILDING)
     x, y, z = usable.xyz.T
-    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(x, y), grid.shape, strict=True))
-    high = z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M
     noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
-    return usable.take(high & (layers["class"][row, col] != HIGH_VEGETATION) & ~noise)
+    high = usable.take((z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M) & ~noise)
+    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(*high.xyz[:, :2].T), grid.shape, strict=True))
+    kept = layers["class"][row, col] != HIGH_VEGETATION
+    if not a["uneven"]:
+        return high.take(kept)
+    kept |= ~is_foliage(high, a["uneven"])
+    return high.take(kept if kept.sum() >= NEIGHBOURS else high.return_number >= high.number_of_returns)
 
 
 def _part_of_houses(points: PointCloud, grid: Grid, dtm: np.ndarray) -> PointCloud:

@@ -1,4 +1,4 @@
-"""Points to rasters: top and bottom height per cell, counts, first-to-last differences, filled holes.
+"""Points to rasters: top and bottom height per cell, counts, filled holes.
 
 Expects a cleaned cloud (`noise.clean`): the highest first return of a cell is then its top.
 """
@@ -55,23 +55,6 @@ def _scatter_extreme(flat: FloatArray, cell: IntArray, z: FloatArray, upper: boo
         old = flat[cell[i]]
         if np.isnan(old) or (upper and z[i] > old) or (not upper and z[i] < old):
             flat[cell[i]] = z[i]
-
-
-def several_return_share(points: PointCloud, grid: Grid) -> FloatArray:
-    """(rows, cols) share of returns that another one of the same pulse follows below; 0 without points (§2.2)."""
-    cell, inside = cell_of(points, grid)
-    passed = (points.return_number < points.number_of_returns)[inside]
-    size = grid.rows * grid.cols
-    total = np.bincount(cell, minlength=size)
-    share = np.bincount(cell, weights=passed, minlength=size) / np.maximum(total, 1)
-    return np.asarray(share.reshape(grid.shape))
-
-
-def first_last_difference(points: PointCloud, grid: Grid) -> FloatArray:
-    """(rows, cols) highest first minus lowest last return of a cell, metres; NaN without points (Gross 2005 §2.2)."""
-    last = points.return_number >= points.number_of_returns
-    bottom = _extreme(points, grid, last, upper=False)
-    return np.asarray(highest(points, grid) - bottom)
 
 
 def fill_holes(values: FloatArray, reach_cells: int) -> FloatArray:

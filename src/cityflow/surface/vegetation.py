@@ -1,8 +1,7 @@
 """Vegetation: high, and penetrable or rough, in compact regions (Gross 2005 §2.2).
 
 Pulses split in foliage and at walls alike; regions of foliage are compact, those along walls elongated. Small roofs
-are all edge, but even, which crowns are not. Where the
-cloud says nothing of several returns the residuals of local planes stand for them. Where it has classes they decide.
+are all edge, and dense crowns stop most pulses at their tops; but roofs are even, and crowns are not. Where it has classes they decide.
 """
 
 from __future__ import annotations
@@ -16,7 +15,8 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION, PointCloud
-from cityflow.surface.rasterise import cell_of, count_points, several_return_share
+from cityflow.surface.evenness import unevenness
+from cityflow.surface.rasterise import cell_of, count_points
 
 
 class VegetationParameters(Parameters):
@@ -24,11 +24,15 @@ class VegetationParameters(Parameters):
 
     least_height_m: float = Field(1.5, ge=0, le=20, description="vegetation is at least this high, metres")
     window_m: float = Field(1.5, ge=0.2, le=20, description="window of shares and residuals, metres")
-    returns_share: float = Field(0.3, ge=0, le=1, description="share of returns with another one below them")
-    residual_m: float = Field(0.35, gt=0, le=5, description="RMS of heights off the local plane, metres")
+    uneven: float = Field(
+        0.2,
+        gt=0,
+        le=1,
+        description="a patch is foliage from this thickness on, as a share of its reach; half where pulses go on",
+    )
+    foliage_share: float = Field(0.5, ge=0, le=1, description="share of foliage among the points of a window")
     compact_m: float = Field(0.9, ge=0, le=20, description="inner radius above which a region is no wall, metres")
     reach_m: float = Field(1.0, ge=0, le=10, description="foliage goes on this far into doubtful cells, metres")
-    even_m: float = Field(0.15, gt=0, le=1, description="RMS off the local plane up to which a roof is even, metres")
     even_area_m2: float = Field(3.0, ge=0, le=1000, description="even patches from this area on are roofs, m²")
 
     @property
@@ -53,17 +57,11 @@ def vegetation_mask(
     said = class_votes(points, grid)
     if said is not None:
         return np.asarray(high & (said < 0))
+    count, leaves = _high_points(points, dtm, grid, p)
     size = 2 * round(p.window_m / grid.cell / 2) + 1
-    top = np.where(np.isnan(dsm), dtm, dsm)
-    rough = local_residual(top, size) > p.residual_m
-    if not points.has_returns():
-        # A window that straddles a step is rough on both sides of it: walls are wider by half a window each way.
-        wider = p.model_copy(update={"compact_m": p.compact_m + p.window_m / 2})
-        return high & _compact(high & rough, high & rough, grid, wider)
-    share = _penetrated_share(points, dtm, grid, size, p)
-    seeds, doubtful = share > p.returns_share, rough & (share > p.returns_share / 2)
-    green = high & _compact(high & seeds, high & doubtful, grid, p)
-    return without_rims(green & ~even_patches(high, top, count_points(points, grid) > 0, grid, p))
+    share = uniform_filter(leaves, size) / np.maximum(uniform_filter(count, size), 1e-6)
+    green = high & _compact(high & (share > p.foliage_share), high & (share > p.foliage_share / 2), grid, p)
+    return without_rims(green & ~even_patches(high, (count, leaves), grid, p))
 
 
 def without_rims(mask: BoolArray) -> BoolArray:
@@ -73,20 +71,18 @@ def without_rims(mask: BoolArray) -> BoolArray:
 
 
 def even_patches(
-    high: BoolArray, top: FloatArray, counted: BoolArray, grid: Grid, p: VegetationParameters
+    high: BoolArray, counted: tuple[FloatArray, FloatArray], grid: Grid, p: VegetationParameters
 ) -> BoolArray:
-    """(rows, cols) high patches that are plane: sheds and narrow extensions, where every pulse is near an edge.
-
-    Windows of 3 x 3 cells, most of them with points, for filled holes are even by themselves; crowns have few windows
-    that are even and no wide patches of them.
-    """
-    square = np.ones((3, 3), bool)
-    with_points = uniform_filter(counted.astype(float), 3, mode="constant") > 0.6
-    even = high & with_points & (local_residual(top, 3) < p.even_m)
-    labels, count = label(even)
-    wide = np.bincount(labels.ravel(), minlength=count + 1) * grid.cell**2 >= p.even_area_m2
+    """(rows, cols) high patches of cells without foliage: sheds and narrow extensions among trees."""
+    count, leaves = counted
+    even = high & (leaves < p.foliage_share * count)
+    opened = binary_opening(np.pad(even, 2, mode="edge"), np.ones((2, 2), bool))[2:-2, 2:-2]
+    labels, regions = label(opened)
+    wide = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2 >= p.even_area_m2
     wide[0] = False
-    return np.asarray(binary_dilation(wide[labels], square, mask=high))
+    return np.asarray(
+        binary_dilation(wide[labels], np.ones((3, 3), bool), mask=high & (leaves <= p.foliage_share * count))
+    )
 
 
 def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
@@ -110,14 +106,19 @@ def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
     return np.asarray(votes[tuple(nearest)])
 
 
-def _penetrated_share(
-    points: PointCloud, dtm: FloatArray, grid: Grid, size: int, p: VegetationParameters
-) -> FloatArray:
-    """(rows, cols) share of the high returns in the window that another one of the same pulse follows."""
+def _high_points(
+    points: PointCloud, dtm: FloatArray, grid: Grid, p: VegetationParameters
+) -> tuple[FloatArray, FloatArray]:
+    """(rows, cols) high points of each cell, and those of them that are foliage."""
     above = points.take(_height_above(points, dtm, grid) > p.least_height_m)
-    weight = count_points(above, grid).astype(float)
-    passed = uniform_filter(several_return_share(above, grid) * weight, size)
-    return np.asarray(passed / np.maximum(uniform_filter(weight, size), 1e-6))
+    count, leaves = (count_points(c, grid).astype(float) for c in (above, above.take(is_foliage(above, p.uneven))))
+    return count, leaves
+
+
+def is_foliage(points: PointCloud, uneven: float) -> BoolArray:
+    """(N,) True for points that lie on nothing even; `uneven` as of `VegetationParameters`."""
+    goes_on = points.return_number < points.number_of_returns
+    return np.asarray(unevenness(points.xyz) > uneven * np.where(goes_on, 0.5, 1.0))
 
 
 def _height_above(points: PointCloud, dtm: FloatArray, grid: Grid) -> FloatArray:
