@@ -34,7 +34,7 @@ def test_distances_heights_and_areas_are_those_of_the_model(page: Chromium) -> N
     text = tool(page, "distance", np.array([lawn, roof]))
     assert figure(text, "Height") == pytest.approx(9.0, abs=0.25)
     assert figure(text, "In plan") == pytest.approx(12.0, abs=0.4)
-    assert figure(text, "Second above ground") == pytest.approx(9.0, abs=0.25)
+    assert figure(text, "Second above the ground") == pytest.approx(9.0, abs=0.25)
     corners = [[x, y, top] for x, y in ((x0 + 1, y0 + 1), (x1 - 1, y0 + 1), (x1 - 1, y1 - 1), (x0 + 1, y1 - 1))]
     area = tool(page, "area", np.array(corners))
     page.key("Enter", shift=True)

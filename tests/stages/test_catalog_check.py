@@ -53,7 +53,7 @@ def test_delft_is_without_fault() -> None:
         "NAP height",
         "160, 160 in the survey, 0 outside",
         "6 building 33.0%",
-        "Nothing to complain",
+        "No problems found",
     ):
         assert said in text
 

@@ -14,7 +14,7 @@ const GROUPS = [
     ['roof_height_p05_m', '5 % is below', metres],
     ['footprint_area_m2', 'Footprint', squares], ['roof_area_m2', 'Roof', squares], ['wall_area_m2', 'Walls', squares], ['outer_wall_area_m2', 'Walls to the open', squares],
     ['shared_wall_area_m2', 'Walls shared with neighbours', squares], ['volume_m3', 'Volume', cubes],
-    ['overhang_mean_m', 'Eaves stand out by', metres], ['overhang_max_m', 'at most by', metres],
+    ['overhang_mean_m', 'Eaves reach beyond the walls by', metres], ['overhang_max_m', 'at most by', metres],
   ]],
   ['Shape', [
     ['roof_type', 'Roof', words], ['roof_faces', 'Roof faces', count], ['planes', 'Roof planes', count], ['lod', 'Level of detail', String],

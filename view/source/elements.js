@@ -24,10 +24,16 @@ export async function copy(text) {
   }
 }
 
-/** A line at the foot of the page, which screen readers read. */
+/** A line at the foot of the page, which screen readers read; what does not fit in it can be read by pointing at it. Where there is nothing to say it tells how to move. */
 export function say(text) {
-  byId('status').textContent = text;
+  const line = byId('status');
+  line.textContent = text || hint();
+  line.title = line.textContent;
 }
+
+export const hint = () => (window.matchMedia?.('(pointer: coarse)').matches
+  ? 'Drag to move, two fingers turn and zoom. Tap a building to learn about it.'
+  : 'Drag to move, right button to turn, wheel to come closer. Click a building to learn about it.');
 
 export const metres = (value, digits = 2) => `${value.toFixed(digits)} m`;
 

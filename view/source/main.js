@@ -1,6 +1,7 @@
 // The page comes together: what was written for it is read, and its controls are wired.
 import { Vector3 } from 'three';
 import { markMiddle } from './aim.js';
+import { showBearings } from './bearings.js';
 import { City } from './city.js';
 import { wireControls } from './controls.js';
 import { evidenceOf, pickCut } from './cuts.js';
@@ -65,6 +66,7 @@ async function start() {
   wireLayers(page);
   wireCanvas(page);
   markMiddle(stage, tools);
+  showBearings(stage);
   wireControls(page, { choose: (id) => choose(page, id) });
   fillSearch(index.units, (unit) => {
     choose(page, unit.id);
@@ -74,7 +76,7 @@ async function start() {
   await restore(page);
   new ResizeObserver(() => city.resize()).observe(byId('canvas').parentElement);
   notes(about);
-  if (!byId('status').textContent) say(hint());
+  if (!byId('status').textContent) say('');
   window.cityflowView.isReady = true;
   stage.changed();
   return undefined;
@@ -109,10 +111,6 @@ function head(about, { cities }) {
   byId('cities').hidden = !cities;
   if (cities) byId('cities').href = cities;
 }
-
-const hint = () => (window.matchMedia?.('(pointer: coarse)').matches
-  ? 'Drag to move, two fingers turn and zoom. Tap a building to learn about it.'
-  : 'Drag to move, right button to turn, wheel to come closer. Click a building to learn about it.');
 
 function wireLayers(page) {
   const { about, city, link } = page;
@@ -211,6 +209,7 @@ function choose(page, id, surface = null) {
   page.city.select(id);
   page.link.set('unit', id);
   const opened = id === null ? page.panel.close() : page.panel.open(id, surface);
+  if (id === null && window.cityflowView.isReady) say('');
   page.clear(!window.cityflowView.isReady);
   const place = page.index.byId.get(id)?.place;
   if (place && window.cityflowView.isReady) page.stage.uncover(new Vector3(...place));

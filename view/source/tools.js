@@ -2,7 +2,7 @@
 import {
   BufferAttribute, BufferGeometry, Group, Line, LineBasicMaterial, Points, PointsMaterial, Vector3,
 } from 'three';
-import { diverging, DIVERGING_GRADIENT } from './colours.js';
+import { diverging, DIVERGING_GRADIENT, POINT_CLASSES, UNKNOWN } from './colours.js';
 import { toWorld } from './data.js';
 import { byId, element, metres, percent, say } from './elements.js';
 import { tilePoints, toLinear } from './layers.js';
@@ -106,7 +106,7 @@ export class Tools {
   }
 
   #figures(rows, ...before) {
-    this.#result(...before, element('dl', {}, rows.flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, value)])));
+    this.#result(...before, element('dl', { class: 'figures' }, rows.flatMap(([key, value]) => [element('dt', {}, key), element('dd', {}, value)])));
     say(rows.map(([key, value]) => `${key} ${value}`).join(', '));
   }
 
@@ -134,7 +134,7 @@ export class Tools {
     const world = this.places.map((p) => toWorld(this.about, p.toArray()).map((v) => v.toFixed(2)).join(', '));
     this.#figures([
       ['Distance', metres(way.length())], ['In plan', metres(Math.hypot(way.x, way.y))], ['Height', metres(Math.abs(way.z))],
-      ...(ground ? [['Second above ground', metres(b.z - (this.city.below(b.x, b.y, 'terrain')?.place.z ?? ground.place.z))]] : []),
+      ...(ground ? [['Second above the ground', metres(b.z - (this.city.below(b.x, b.y, 'terrain')?.place.z ?? ground.place.z))]] : []),
       ['From', world[0]], ['To', world[1]],
     ]);
   }
@@ -164,7 +164,7 @@ export class Tools {
       ['Length', metres(this.profile.length)], ['Points', `${profile.count.toLocaleString('en')} within ${metres(this.width / 2, 2)} of the line`],
       ['Heights', drawn.exaggeration > 0.99 ? 'to the same scale' : `drawn at ${percent(drawn.exaggeration)} of the lengths' scale`],
     ]);
-    byId('tool-result').append(key(LINES.buildings[0], 'model'), key(LINES.terrain[0], 'terrain'));
+    byId('tool-result').append(key(LINES.buildings[0], 'model'), key(LINES.terrain[0], 'terrain'), ...pointKeys(profile.points));
     if (!this.about.tiles.some((t) => t.points)) say('The run has no points for this page: the section shows the model only.');
   }
 
@@ -229,6 +229,13 @@ export class Tools {
       this.group.remove(child);
     }
   }
+}
+
+/** What the colours of a section's points mean. */
+function pointKeys(points) {
+  const kinds = new Map(points.filter(([, , , rgb]) => !rgb).map(([, , kind]) => POINT_CLASSES[kind] ?? ['Other points', UNKNOWN]));
+  const keys = [...kinds].map(([title, colour]) => key(colour, `points: ${title.toLowerCase()}`));
+  return points.some(([, , , rgb]) => rgb) ? [...keys, element('p', { class: 'muted' }, 'Points in the colours of the photographs.')] : keys;
 }
 
 function residualCloud({ places, values }) {

@@ -48,4 +48,4 @@ class CheckReport:
         lines = [self.title, *(f"  {key:<{width}}  {value}" for key, value in self.summary.items())]
         lines += ["", *(str(f) for f in self.findings)] if self.findings else []
         counts = [f"{len(self.of(level))} {level}{'s' if len(self.of(level)) != 1 else ''}" for level in Level]
-        return "\n".join([*lines, "", "Nothing to complain about." if not self.findings else ", ".join(counts)])
+        return "\n".join([*lines, "", "No problems found." if not self.findings else ", ".join(counts)])

@@ -35,7 +35,7 @@ class Relief:
 
 
 def thinned(count: int, most: int) -> IntArray:
-    """Positions of `most` of `count` points, drawn by lot: their distances from a model are distributed as those of all are.
+    """Positions of `most` of `count` points, chosen at random (a fixed seed): their distances from a model are distributed as those of all are.
 
     >>> len(thinned(1000, 10)), thinned(3, 10).tolist()
     (10, [0, 1, 2])

@@ -25,7 +25,7 @@ from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth
 
 TIE_STEP_M = 8.0
-TITLE = "Made town {}"
+TITLE = "Synthetic town {}"
 LICENCE = "CC0-1.0"
 MADE_BY = "made by cityflow synth"
 DAY = "2026-06-21"

@@ -227,7 +227,7 @@ MISSING = {
 def _said(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[str, str]:
     """What stands at the foot of the page when a layer is switched on."""
     shown, whole = (sum(p[key] for p in points) for key in ("count", "of"))
-    thin = f"{shown:,} of {whole:,} points, drawn by lot" if shown < whole else f"All {whole:,} points"
+    thin = f"{shown:,} of {whole:,} points, chosen at random" if shown < whole else f"All {whole:,} points"
     return {
         "points": f"{thin}.", "dsm": "The surface as it was measured, small gaps filled, lit from the north-west.",
         "cuts": f"{cuts:,} cut lines and candidates: blue were taken, orange not. Click one to see its evidence.",
