@@ -23,6 +23,7 @@ from cityflow.viewer.unit_map import draw_map
 __all__ = ["listed_units", "verdict", "write_report"]
 
 USUAL = ReportParameters()
+LEAST_LISTED = 3
 BUILDINGS = "buildings"
 
 
@@ -75,9 +76,10 @@ def _off_map(units: Sequence[UnitRow], drawn: set[int]) -> list[UnitRow]:
 
 
 def _highest(units: Sequence[UnitRow], name: str, listed: int) -> list[tuple[int, UnitRow]]:
-    """Positions and units with the highest values, the highest first."""
+    """Positions and units with the highest values, the highest first: of few units a third, so that not all of them are among the worst."""
     known = [(i, u) for i, u in enumerate(units) if measured([u], name)]
-    return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:listed]
+    most = min(listed, max(LEAST_LISTED, len(known) // 3))
+    return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:most]
 
 
 def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
