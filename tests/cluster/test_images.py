@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -125,6 +126,29 @@ def test_the_report_names_every_stage(flight_run: Path) -> None:
     stages = {s["stage"]: s["units"] for s in report(flight_run)["stages"]}
     assert stages["ingest"] == 16
     assert {"match", "fuse", "surface", "ortho", "frame", "outline", "reconstruct", "export"} <= stages.keys()
+
+
+def test_totals_are_known_before_anything_ran(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    """What depends on the outlines is said to be unknown, the rest is as the run did it; afterwards nothing is left."""
+    where = ("--catalog", small_flight.catalog)
+    before = json.loads(cityflow("plan", small_flight.workflow, *where, "--out", tmp_path / "new", "--json").out)
+    after = json.loads(cityflow("plan", small_flight.workflow, *where, "--out", flight_run, "--json").out)
+    done = {s["stage"]: s["total"] for s in after["stages"]}
+    told = {s["stage"]: s["total"] for s in before["stages"]}
+    assert {s for s, n in told.items() if n is None} == {
+        "split",
+        "reconstruct",
+        "texture",
+        "windows",
+        "atlas",
+    } & done.keys()
+    assert {s: n for s, n in told.items() if n is not None} == {s: done[s] for s, n in told.items() if n is not None}
+    status = json.loads(cityflow("status", flight_run, "--json").out)
+    assert status["is_complete"]
+    assert {s["stage"]: s["tasks"] for s in status["stages"]} == done
+    assert [s["stage"] for s in status["stages"]] == [s["stage"] for s in after["stages"]]
 
 
 def test_a_second_run_does_nothing(cityflow: Commands, small_flight: SmallFlight, flight_run: Path) -> None:

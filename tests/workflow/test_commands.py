@@ -108,6 +108,30 @@ def test_commands_on_no_run_say_so(refused: Callable[..., str], tmp_path: Path, 
     assert "no run here" in refused(first, tmp_path / "none", *others, *options)
 
 
+def test_a_plan_knows_every_task_that_the_outlines_tell(cityflow: Run, tmp_path: Path) -> None:
+    done = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run", "--json")
+    tree = json.loads(done.stdout)
+    totals = {s["stage"]: s["total"] for s in tree["stages"]}
+    assert totals == {"ingest": 3, "surface": 4, "outline": 4, "reconstruct": 160, "export": 5}
+    assert list(totals) == ["ingest", "surface", "outline", "reconstruct", "export"]
+
+
+def test_the_right_workflow_is_named_for_a_catalog(refused: Callable[..., str], tmp_path: Path) -> None:
+    text = refused("plan", ROOT / "workflows" / "oblique_city.yaml", "--catalog", CATALOG)
+    assert "makes its surface of oriented images, and the catalog has LiDAR files" in text
+    assert "use workflows/lidar_city.yaml" in text
+    text = refused("run", ROOT / "workflows" / "ortho_city.yaml", "--catalog", CATALOG, "--out", tmp_path / "run")
+    assert "a DSM" in text
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_unfitting_value_of_a_setting_does_not_blame_the_file(refused: Callable[..., str]) -> None:
+    for setting in ("surface.cell_m=0.3", "reconstruct.methods=extruded,guessing"):
+        text = refused("plan", WORKFLOW, "--set", setting)
+        assert text.startswith("cityflow: --set: ")
+        assert "lidar_city.yaml" not in text
+
+
 def test_a_plan_writes_nothing(cityflow: Run, tmp_path: Path) -> None:
     run = tmp_path / "run"
     done = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "2")

@@ -37,7 +37,7 @@ const LAYERS = {
   },
   dsm: ({ heights: [low, high] }) => [
     element('div', { class: 'scale', style: `background:${RELIEF_GRADIENT}` }),
-    element('p', { class: 'ends' }, element('span', {}, `${low.toFixed(0)} m`), element('span', {}, `${high.toFixed(0)} m`)),
+    element('p', { class: 'ends' }, ...[low, high].map((v) => element('span', {}, `${Math.round(v) || 0} m`))),
   ],
   cuts: () => Object.values(CUTS).map(([title, colour]) => key(colour, title)),
   failures: ({ counts }) => ['failed', 'refused'].filter((name) => counts[name]).map((name) => key(STATUS[name][1], `${STATUS[name][0]}: ${counts[name].toLocaleString('en')}`)),

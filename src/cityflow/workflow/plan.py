@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter, defaultdict, deque
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -131,17 +131,12 @@ def print_plan(
 
 def _tree(plan: Plan) -> dict[str, object]:
     stages = [
-        {"stage": s, **asdict(p), "total": p.total if p.is_known else None, "to_run": p.to_run, "seconds_a_task": plan.costs[s].seconds}
-        for s, p in plan.stages.items()
+        {"stage": stage, "total": p.total if p.is_known else None, "done": p.done, "to_run": p.to_run if p.is_known else None,
+         "reasons": dict(p.reasons), "seconds_a_task": plan.costs[stage].seconds}
+        for stage, p in plan.stages.items()
     ]  # fmt: skip
-    return {
-        "run": plan.run,
-        "workers": plan.workers,
-        "stages": stages,
-        "seconds": plan.seconds,
-        "memory_mb": plan.memory_mb,
-        "disk_mb": plan.disk_mb,
-    }
+    figures = {"seconds": plan.seconds, "memory_mb": plan.memory_mb, "disk_mb": plan.disk_mb}
+    return {"run": plan.run, "workers": plan.workers, "stages": stages, **figures}
 
 
 def _table(plan: Plan) -> Table:
