@@ -154,6 +154,7 @@ class CitySource:
         """The tasks under the outlines: they follow from the catalog alone."""
         ring = list(dict.fromkeys(t for name in tiles for t in self.survey.ring(name)))
         nodes = [*(("surface", t) for t in ring), *self._pictures(tiles), *((outline.STAGE, t) for t in ring)]
+        nodes += [(walls.STAGE, t) for t in tiles] if self.survey.door == IMAGES else []
         found = set(nodes)
         while nodes:
             below = [n for n in self._needs(nodes.pop()) if n not in found]
