@@ -26,7 +26,7 @@ def verdict_of(evidence: Evidence, parameters: ModelParameters = PARAMETERS, cla
     return Verdict(str(attributes_of(judged_model(evidence, parameters, classified))["verdict"]))
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["gable", "hip", "two levels", "parallel slopes"])
 def test_a_model_of_a_plain_roof_is_good(name: str) -> None:
     assert verdict_of(scan(SCENES[name][0], OUTLINE, 12.0, 0.02, 1)) is Verdict.GOOD
 

@@ -22,36 +22,33 @@ class Logistic(NamedTuple):
 
 
 GOOD = Logistic(
-    0.95, 5.169, (
-        Term("off", 0.01, 1.250),
-        Term("off", 0.1, 0.055),
-        Term("strange", 0.01, 0.608),
-        Term("foreign", 0.1, 0.033),
-        Term("beside", 0.05, 2.749),
-        Term("rim", 0.02, 0.507),
-        Term("rim", 0.2, 0.761),
-        Term("error_m", 0.05, 0.841),
-        Term("error_m", 0.3, 0.293),
-        Term("few", 0.05, 1.141),
+    0.95, 4.925, (
+        Term("off", 0.01, 1.479),
+        Term("strange", 0.01, 0.530),
+        Term("beside", 0.05, 2.795),
+        Term("rim", 0.02, 0.295),
+        Term("rim", 0.2, 1.142),
+        Term("error_m", 0.05, 0.878),
+        Term("error_m", 0.3, 0.258),
+        Term("few", 0.05, 0.766),
     ),
 )  # fmt: skip
 FAIR = Logistic(
-    0.8, 6.406, (
-        Term("off", 0.01, 0.259),
-        Term("off", 0.1, 2.202),
-        Term("unseen", 0.01, 0.065),
-        Term("unseen", 0.1, 1.127),
-        Term("loose", 0.1, 0.625),
-        Term("strange", 0.1, 0.173),
-        Term("unsure", 0.01, 0.116),
-        Term("unsure", 0.1, 0.318),
-        Term("foreign", 0.1, 0.160),
-        Term("beside", 0.05, 2.968),
+    0.8, 6.891, (
+        Term("off", 0.01, 0.253),
+        Term("off", 0.1, 2.052),
+        Term("unseen", 0.1, 0.642),
+        Term("loose", 0.1, 0.669),
+        Term("strange", 0.1, 0.343),
+        Term("unsure", 0.1, 0.429),
+        Term("foreign", 0.1, 0.191),
+        Term("beside", 0.05, 3.204),
         Term("rim", 0.02, 0.394),
-        Term("rim", 0.2, 0.771),
-        Term("error_m", 0.3, 0.442),
-        Term("few", 0.05, 0.640),
+        Term("rim", 0.2, 0.999),
+        Term("error_m", 0.05, 0.203),
+        Term("error_m", 0.3, 0.532),
+        Term("few", 0.05, 0.781),
     ),
 )  # fmt: skip
-GOOD_FROM, POOR_BELOW = 0.7, 0.5
+GOOD_FROM, POOR_BELOW = 0.79, 0.5
 """A unit is good from this probability of `GOOD`, and poor below this one of `FAIR`."""

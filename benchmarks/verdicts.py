@@ -1,0 +1,155 @@
+"""Verdicts against the truth of made towns: makes cases, fits the calibration on some towns, judges it on others.
+
+    python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
+    python benchmarks/verdicts.py --cache FOLDER --fit              # fit it anew, and print it as `reconstruction/verdicts/calibration.py` has it
+
+A town has some 110 units (`verdict_cases.py`): half of them sound, the others spoilt in one of fourteen ways, at 0.7 to 16 points per m². The threshold
+of `good` is set on the towns of the fit, each judged by a fit to the others: the least with the purity asked for. A town takes about a minute on a core.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pickle
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.verdicts import Verdict
+from cityflow.reconstruction.verdicts.calibration import Logistic, Term
+from cityflow.reconstruction.verdicts.figures import Figures
+from cityflow.reconstruction.verdicts.judge import judged_model
+from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
+from verdict_cases import cases_of, true_share
+
+FITTED, JUDGED = (201, 202, 203, 204, 205, 206, 301, 302, 303, 304), (401, 402, 403)
+SCALES: dict[str, tuple[float, ...]] = {
+    "off": (0.01, 0.1), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1), "no_roof": (0.1,),
+    "foreign": (0.1,), "beside": (0.05,), "rim": (0.02, 0.2), "error_m": (0.05, 0.3), "few": (0.05,),
+}  # fmt: skip
+"""At which values a figure may begin to matter; the fit chooses the weights, none negative."""
+TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
+RIDGE, LEAST_WEIGHT = 0.02, 0.005
+GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.965
+
+
+@dataclass(frozen=True)
+class Row:
+    """One unit: how it was spoilt, the true share of its roof within 20 cm, and its figures (None: no model)."""
+
+    seed: int
+    unit: str
+    spoil: str
+    density: float
+    true: float
+    figures: Figures | None
+
+
+def rows_of(seed: int, cache: Path) -> list[Row]:
+    """The units of a town, judged; kept in `cache`, which is to be emptied when the code has changed."""
+    path = cache / f"verdicts_{seed}.pkl"
+    if not path.exists():
+        rows = []
+        for case in cases_of(seed):
+            judged = judged_model(case.evidence, case.parameters, case.classified)
+            solid = judged.choice.candidate.solid
+            true = true_share(solid, case.places) if solid is not None else 0.0
+            rows.append(Row(seed, case.name, case.spoil, case.density, true, judged.figures))
+        cache.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(pickle.dumps(rows))
+    found: list[Row] = pickle.loads(path.read_bytes())
+    return found
+
+
+def fitted(rows: Sequence[Row], share: float) -> Logistic:
+    """The weights that make the true outcome likeliest, a small ridge added."""
+    known = [r for r in rows if r.figures is not None]
+    x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in TERMS] for r in known])
+    y = np.array([r.true >= share for r in known], float)
+
+    def cost(w: FloatArray) -> tuple[float, FloatArray]:
+        z = w[0] - x @ w[1:]
+        p = 1 / (1 + np.exp(-z))
+        loss = np.mean(np.logaddexp(0, -z) * y + np.logaddexp(0, z) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(TERMS)
+        return float(loss), np.r_[np.mean(p - y), -(x.T @ (p - y)) / len(y) + 2 * RIDGE * w[1:] / len(TERMS)]
+
+    bounds = [(None, None)] + [(0, None)] * len(TERMS)
+    w = minimize(cost, np.r_[3.0, np.full(len(TERMS), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B").x
+    terms = tuple(Term(f, s, round(float(v), 3)) for (f, s), v in zip(TERMS, w[1:], strict=True) if v > LEAST_WEIGHT)
+    return Logistic(share, round(float(w[0]), 3), terms)
+
+
+def threshold(rows: Sequence[Row]) -> float:
+    """The least probability with the purity asked for, every town judged by a fit to the others."""
+    probability, good = [], []
+    for seed in sorted({r.seed for r in rows}):
+        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE)
+        own = [r for r in rows if r.seed == seed and r.figures is not None]
+        probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
+        good += [r.true >= GOOD_SHARE for r in own]
+    p, y = np.array(probability), np.array(good)
+    for least in np.arange(0.5, 0.99, 0.01):
+        called = p >= least
+        print(f"  {least:.2f}: {_shares(called, y)}")
+        if np.mean(y[called]) >= PURITY:
+            return round(float(least), 2)
+    return 0.99
+
+
+def _shares(called: BoolArray, good: BoolArray) -> str:
+    return (
+        f"of {called.sum()} called good {100 * np.mean(good[called]):.1f} % are; of {(~good).sum()} others "
+        f"{100 * np.mean(called[~good]):.1f} % are called good; of {good.sum()} good ones {100 * np.mean(called[good]):.1f} % are"
+    )
+
+
+def report(rows: Sequence[Row]) -> None:
+    """Shares over all units, by kind and by density; and what was called good and is not."""
+    verdict = np.array([judgement_of(r.figures).verdict for r in rows])
+    true = np.array([r.true for r in rows])
+    called, good = verdict == Verdict.GOOD, true >= GOOD_SHARE
+    print(f"{len(rows)} units: {_shares(called, good)}")
+    for share in (0.9, FAIR_SHARE):
+        print(f"below {share:.0%}: {100 * np.mean(called[true < share]):.1f} % of {np.sum(true < share)} called good")
+    poor = verdict == Verdict.POOR
+    print(f"poor: {poor.sum()}, of which {100 * np.mean(true[poor] < FAIR_SHARE):.0f} % are below 80 %")
+    print(f"of those below 80 % {100 * np.mean(poor[true < FAIR_SHARE]):.0f} % are called poor")
+    seen = np.array([r.spoil != "shadow" for r in rows])
+    print(f"without units that lie in shadow: {_shares(called[seen], good[seen])}")
+    keys: Iterable[Callable[[Row], object]] = (lambda r: r.spoil, lambda r: r.density)
+    for key in keys:
+        for name in sorted({key(r) for r in rows}, key=str):
+            mine = np.array([key(r) == name for r in rows])
+            print(
+                f"| {name} | {mine.sum()} | {100 * np.mean(good[mine]):.0f} % | {(called & mine).sum()} | {(called & mine & ~good).sum()} |"
+            )
+    for r in [r for r, c in zip(rows, called, strict=True) if c and r.true < GOOD_SHARE]:
+        print(
+            f"called good: {r.seed} {r.unit} {r.spoil}, {r.density:g} per m², {100 * r.true:.1f} % within 20 cm, {r.figures}"
+        )
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--cache", type=Path, required=True)
+    options.add_argument("--fit", action="store_true")
+    options.add_argument("--fitted", type=int, nargs="+", default=FITTED)
+    options.add_argument("--judged", type=int, nargs="+", default=JUDGED)
+    asked = options.parse_args()
+    if asked.fit:
+        rows = [r for seed in asked.fitted for r in rows_of(seed, asked.cache)]
+        for name, share in (("GOOD", GOOD_SHARE), ("FAIR", FAIR_SHARE)):
+            model = fitted(rows, share)
+            lines = "\n".join(f'        Term("{t.figure}", {t.scale}, {t.weight:.3f}),' for t in model.terms)
+            print(f"{name} = Logistic(\n    {model.share}, {model.base:.3f}, (\n{lines}\n    ),\n)  # fmt: skip")
+        print(f"GOOD_FROM = {threshold(rows)}")
+        return
+    report([r for seed in asked.judged for r in rows_of(seed, asked.cache)])
+
+
+if __name__ == "__main__":
+    main()
