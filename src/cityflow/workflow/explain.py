@@ -12,6 +12,7 @@ from rich.console import Console
 
 from cityflow.core.building import Lod
 from cityflow.core.parameters import Parameters
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY
 from cityflow.errors import RunError
 from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
@@ -130,10 +131,9 @@ def _walls(store: Store, record: Record) -> Iterator[str]:
 
 def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterator[str]:
     """What a task found, and how it ended."""
-    verdict = verdict_of(record)
-    ended = f"{record.status}{f', {verdict}' if verdict else ''}{f': {record.reason}' if record.reason else ''}"
-    yield f"{record.stage}-{record.unit}: {ended}"
+    yield f"{record.stage}-{record.unit}: {record.status}{f': {record.reason}' if record.reason else ''}"
     if record.stage == reconstruct.STAGE:
+        yield from (f"  {line}" for line in _verdict(record))
         yield from (f"  {line}" for line in said_of_building({**record.result, **exported}))
         yield from (f"  {line}" for line in _scores(record))
         notes = record.result.get("notes")
@@ -142,6 +142,15 @@ def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterato
     else:
         yield from (f"  {line}" for line in said_of_task(record.result))
     yield from (f"  {line}" for line in _walls(store, record))
+
+
+def _verdict(record: Record) -> Iterator[str]:
+    """What is to be expected of the model, and why."""
+    verdict, found = verdict_of(record), record.result
+    if verdict:
+        reason, probability = found.get(REASON_KEY), found.get(PROBABILITY_KEY)
+        likely = "" if probability is None else f" (good with a probability of {100 * probability:.0f} %)"
+        yield f"Verdict: {verdict}{likely}{f': {reason}' if reason else ''}"
 
 
 def _made(attempts: list[Record], overrides: Mapping[str, object], root: str, every_parameter: bool) -> Iterator[str]:

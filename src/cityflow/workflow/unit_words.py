@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
+
 Form = Callable[[Any], str]
 
 
@@ -52,7 +54,6 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Form], ...]], ...] = (
         ("share_explained", "Within 20 cm of the model", _share), ("share_covered", "Above or below a roof of it", _share),
         ("bias", "Mean above the model", _cents), ("nmad", "NMAD (scatter without outliers)", _cents), ("rmse", "RMSE (missed parts count)", _cents),
         ("le95", "95 % are within", _cents), ("claimed_rmse_m", "Model claims to be right within", _cents),
-        ("good_probability", "Probability of being good", _share), ("verdict_reason", "Against it", str),
         ("held_back_points", "Held back from the fit", _count), ("held_back_off_share", "of them more than 20 cm off", _share),
         ("roof_off_share", "Roof that points say is off", _share), ("roof_unseen_share", "Roof with no point near", _share),
         ("points_facade", "No roof: of façades", _count), ("points_above_roof", "No roof: above it", _count),
@@ -77,7 +78,9 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Form], ...]], ...] = (
     ("Survey", (("source", "Survey", str), ("source_date", "Flown", str))),
 )  # fmt: skip
 UNITS = {"m": "m", "m2": "m²", "m3": "m³", "px": "px", "deg": "degrees", "mb": "MB", "s": "s"}
-TOLD_ELSEWHERE = frozenset({"kept", "scores", "notes", "units", "verdict", "id", "status", "reason"})
+TOLD_ELSEWHERE = frozenset(
+    {VERDICT_KEY, REASON_KEY, PROBABILITY_KEY, "kept", "scores", "notes", "units", "id", "status", "reason"}
+)
 
 
 def said_of_building(attributes: Mapping[str, Any]) -> Iterator[str]:
