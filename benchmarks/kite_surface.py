@@ -1,0 +1,105 @@
+"""The DSM of a kite survey at labelled places: how far it stands above the terrain on lawn and street, or off the plane on roofs.
+
+    python benchmarks/kite_surface.py RUN                                  # squares of benchmarks/data/boruszyn_places.geojson
+    python benchmarks/kite_surface.py RUN --places FILE --against OTHER    # another run beside it
+
+No truth is known here. The terrain is the run's own; a roof's plane is the one that its cells lie nearest to in the median.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import shapely
+import zarr
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.grid import Grid
+from cityflow.io.surface_zarr import read_layers
+
+OFF_M = 1.0
+PLACES = Path(__file__).with_name("data") / "boruszyn_places.geojson"
+TRIES = 400
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("run", type=Path)
+    options.add_argument("--places", type=Path, default=PLACES)
+    options.add_argument("--against", type=Path, default=None)
+    o = options.parse_args()
+    places = [
+        (f["properties"]["label"], int(f["properties"]["place"]), shapely.from_geojson(json.dumps(f["geometry"])))
+        for f in json.loads(o.places.read_text())["features"]
+    ]
+    for run in [o.run, *([o.against] if o.against else [])]:
+        print(run.name)
+        _report(run, places)
+
+
+def _report(run: Path, places: list[tuple[str, int, shapely.Polygon]]) -> None:
+    off, holes, labels = [], [], []
+    for label, number, polygon in places:
+        difference = _difference(run, label, polygon)
+        off.append(np.abs(difference) if label == "roof" else difference)
+        holes.append(np.isnan(difference).mean())
+        labels.append(label)
+        wrong = float((off[-1] > OFF_M).mean())
+        if wrong or holes[-1]:
+            print(f"  place {number:>2} {label:<7} {wrong:7.2%} off by more than {OFF_M:g} m, {holes[-1]:7.2%} holes")
+    for label in (*sorted(set(labels)), "all"):
+        chosen = np.concatenate([v for v, n in zip(off, labels, strict=True) if label in ("all", n)])
+        known = chosen[np.isfinite(chosen)]
+        print(
+            f"  {label:<7} {len(chosen):>6} cells: {np.mean(chosen > OFF_M):8.3%} off by more than {OFF_M:g} m, "
+            f"{np.isfinite(chosen).mean():8.3%} measured, 95 % within {np.percentile(np.abs(known), 95):.2f} m"
+        )
+    print(f"  the whole run: {_measured(run):.3%} of the cells of its terrain are measured")
+
+
+def _difference(run: Path, label: str, polygon: shapely.Polygon) -> FloatArray:
+    """(N,) height of the cells in a square over the terrain, or over the roof's plane; NaN in holes."""
+    grid, layers = _layers(run, polygon.bounds)
+    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    inside = shapely.contains_xy(polygon, x, y)
+    dsm = layers["dsm"].astype(np.float64)[inside]
+    if label != "roof":
+        return dsm - layers["dtm"][inside]
+    at = np.column_stack([x[inside] - polygon.centroid.x, y[inside] - polygon.centroid.y, np.ones(inside.sum())])
+    return dsm - at @ _plane(at[np.isfinite(dsm)], dsm[np.isfinite(dsm)])
+
+
+def _plane(at: FloatArray, z: FloatArray) -> FloatArray:
+    """The plane through three of the cells with the least median distance of all."""
+    rng, best, found = np.random.default_rng(0), np.inf, np.zeros(3)
+    for _ in range(TRIES if len(z) >= 3 else 0):
+        three = rng.choice(len(z), 3, replace=False)
+        if abs(np.linalg.det(at[three])) < 0.1:
+            continue
+        plane = np.linalg.solve(at[three], z[three])
+        off = float(np.median(np.abs(z - at @ plane)))
+        if off < best:
+            best, found = off, plane
+    return found
+
+
+def _layers(run: Path, bounds: tuple[float, float, float, float]) -> tuple[Grid, dict[str, FloatArray]]:
+    return read_layers(str(run / "surface.zarr"), _whole(run), bounds, ("dsm", "dtm"))  # type: ignore[return-value]
+
+
+def _whole(run: Path) -> Grid:
+    a = dict(zarr.open_group(run / "surface.zarr", mode="r", use_consolidated=False).attrs)
+    x_min, y_max, cell = (float(str(a[k])) for k in ("x_min", "y_max", "cell"))
+    return Grid(x_min, y_max, cell, int(str(a["rows"])), int(str(a["cols"])))
+
+
+def _measured(run: Path) -> float:
+    _, layers = _layers(run, _whole(run).bounds)
+    return float(np.isfinite(layers["dsm"])[np.isfinite(layers["dtm"])].mean())
+
+
+if __name__ == "__main__":
+    main()
