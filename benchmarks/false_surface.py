@@ -3,7 +3,7 @@
     python benchmarks/false_surface.py --survey RUNS/flight_survey --run RUNS/flight
 
 Judged are cells of ground and roof more than two cells from a height step. Holes count as misses. Points are held against the truth at their own
-place: a point on a façade or in a crown is right wherever it lies between the ground and what stands within a cell or two of it.
+place: a point on a façade or in a crown is right wherever it lies between the ground and what stands within a metre of it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from town_figures import GROUND, Judge, read_points, read_surface
 from town_images import parameters_cell, parameters_of
 
 HIGH_M, TOWER_M, PIT_M = 1.0, 10.0, 3.0
-BESIDE_CELLS = 2
+BESIDE_M = 1.0
 ASKED = {"ground_high": "≤ 0.0005", "complete": "≥ 0.999", "points_high": "≤ 0.0005"}
 
 
 @dataclass(frozen=True, slots=True)
 class PointShares:
-    """Shares of points above or below everything true within `BESIDE_CELLS` of their place."""
+    """Shares of points above or below everything true within `BESIDE_M` of their place."""
 
     high: float
     tower: float
@@ -56,7 +56,7 @@ def surface_shares(dsm: Float32Array | FloatArray, truth: TruthRasters) -> dict[
 
 def point_shares(xyz: FloatArray, truth: TruthRasters) -> PointShares:
     """Points outside the grid are not judged."""
-    grid, edge = truth.grid, 2 * BESIDE_CELLS + 1
+    grid, edge = truth.grid, 2 * round(BESIDE_M / truth.grid.cell) + 1
     row, col = grid.indices(xyz[:, 0], xyz[:, 1])
     inside = (row >= 0) & (row < grid.rows) & (col >= 0) & (col < grid.cols)
     row, col, z = row[inside], col[inside], xyz[inside, 2]

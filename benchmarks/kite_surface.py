@@ -67,19 +67,20 @@ def _difference(run: Path, label: str, polygon: shapely.Polygon) -> FloatArray:
     inside = shapely.contains_xy(polygon, x, y)
     dsm = layers["dsm"].astype(np.float64)[inside]
     if label != "roof":
-        return dsm - layers["dtm"][inside]
+        return np.asarray(dsm - layers["dtm"][inside])
     at = np.column_stack([x[inside] - polygon.centroid.x, y[inside] - polygon.centroid.y, np.ones(inside.sum())])
-    return dsm - at @ _plane(at[np.isfinite(dsm)], dsm[np.isfinite(dsm)])
+    return np.asarray(dsm - at @ _plane(at[np.isfinite(dsm)], dsm[np.isfinite(dsm)]))
 
 
 def _plane(at: FloatArray, z: FloatArray) -> FloatArray:
     """The plane through three of the cells with the least median distance of all."""
-    rng, best, found = np.random.default_rng(0), np.inf, np.zeros(3)
+    rng, best = np.random.default_rng(0), np.inf
+    found: FloatArray = np.zeros(3)
     for _ in range(TRIES if len(z) >= 3 else 0):
         three = rng.choice(len(z), 3, replace=False)
         if abs(np.linalg.det(at[three])) < 0.1:
             continue
-        plane = np.linalg.solve(at[three], z[three])
+        plane: FloatArray = np.asarray(np.linalg.solve(at[three], z[three]), np.float64)
         off = float(np.median(np.abs(z - at @ plane)))
         if off < best:
             best, found = off, plane
@@ -87,7 +88,7 @@ def _plane(at: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def _layers(run: Path, bounds: tuple[float, float, float, float]) -> tuple[Grid, dict[str, FloatArray]]:
-    return read_layers(str(run / "surface.zarr"), _whole(run), bounds, ("dsm", "dtm"))  # type: ignore[return-value]
+    return read_layers(str(run / "surface.zarr"), _whole(run), bounds, ("dsm", "dtm"))
 
 
 def _whole(run: Path) -> Grid:

@@ -194,11 +194,13 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
     chosen = [a.name for a in CATALOG.images if a.name.endswith("_right")][10:13]
     images = tuple(turned(a) if a.name in chosen else a for a in CATALOG.images)
     source = CitySource(replace(CATALOG, images=images), parameters())
-    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["maps"]]
+    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["wanted"]]
     survey = source.survey.images
     assert any(len(f.images) < 5 for f in survey.frames)
     joined = {n for f in survey.frames if len(f.images) < 5 for n in f.images}
-    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["maps"]}
+    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["wanted"]}
     assert joined & bases
     for task in frames:
-        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["maps"]} <= set(task.arguments["images"])
+        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["wanted"]} <= set(
+            task.arguments["images"]
+        )

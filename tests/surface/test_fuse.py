@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -151,3 +152,17 @@ def test_points_without_place_or_precision_do_no_harm() -> None:
     assert np.nanmax(np.abs(found.dsm - 10)) < 0.1
     assert np.isfinite(found.dsm).mean() > 0.99
     assert np.isfinite(found.sigma[np.isfinite(found.dsm)]).all()
+
+
+def test_how_exact_a_lone_point_would_be_makes_no_surface() -> None:
+    """Over every point that many partners agree on, though not exactly, hangs one of a wide base that one partner alone has seen."""
+    ground = level(0.05)
+    n = len(ground)
+    ground = replace(ground, views=np.full(n, 6, np.uint8), sigma=np.full(n, 0.5, np.float32))
+    above = replace(
+        ground, xyz=ground.xyz + np.array([0.0, 0.0, 19.0]), views=np.ones(n, np.uint8), sigma=np.full(n, 0.05, np.float32), names=("b",)
+    )  # fmt: skip
+    found = fuse(joined([ground, above]), Grid.covering((0, 0, 40 * CELL, 40 * CELL), CELL))
+    inner = found.dsm[5:-5, 5:-5]
+    assert np.nanmax(inner) < 12
+    assert np.isfinite(inner).mean() > 0.99

@@ -37,6 +37,7 @@ from cityflow.stages import (
     windows,
 )  # fmt: skip
 from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.depth_reader import reach_of
 from cityflow.stages.flow_order import in_flow_order
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey, UnitEntry
@@ -318,7 +319,9 @@ class CitySource:
         if stage == surface.STAGE:
             return [(fuse.STAGE, t) for t in survey.near(name, wanted.context_m)]
         reach = {fuse.STAGE: wanted.fuse.halo_m, walls.STAGE: survey.wall_parameters.halo_m}
-        around = survey.near(name, reach[stage]) if stage in reach else images.frame_tile(name).ground_tiles
+        around = (
+            survey.near(name, reach_of(survey, reach[stage])) if stage in reach else frame.ground_around(survey, name)
+        )
         return [(match.STAGE, f.name) for t in around for f in images.flight_tiles(survey.tiles[t])]
 
     def _free(self, node: Node) -> Iterator[Task]:

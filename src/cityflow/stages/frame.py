@@ -13,8 +13,7 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
-from cityflow.stages.fuse import DepthReader
-from cityflow.stages.oriented import to_json
+from cityflow.stages.depth_reader import DepthReader, depths_over, reach_of
 from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
 from cityflow.stages.rasters import store_layers
 from cityflow.stages.survey import FRAMES, Survey
@@ -22,7 +21,7 @@ from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 
 STAGE = "frame"
-VERSION = 2
+VERSION = 3
 EMPTY = "no view of this direction has a depth here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 
@@ -30,15 +29,14 @@ EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 def task(survey: Survey, unit: str) -> Task:
     """One tile of one frame, from the depth maps of its direction over the ground tiles that it looks at."""
     place = survey.images.frame_tile(unit)
-    maps = {
+    own = {
         u: m
         for u, m in survey.depth_maps(place.ground_tiles).items()
         if survey.images.flight_tile(u).direction == place.frame.name
     }
-    bases = sorted({survey.images.flight_tile(u).base for u in maps})
-    seen = sorted(
-        {n for u in maps for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)}
-    )
+    inputs, arguments = depths_over(survey, ground_around(survey, unit), own.__contains__)
+    bases = sorted({survey.images.flight_tile(u).base for u in own})
+    seen = sorted({n for u in own for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)})
     # a small cluster's images may be masters for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
     images = [n for n in seen if n in shown_here and survey.tiled_image(n) is not None]
@@ -55,19 +53,25 @@ def task(survey: Survey, unit: str) -> Task:
             "ortho": survey.parameters_for(STAGE, unit, survey.parameters.ortho),
         },
         inputs={
-            **dict(maps.values()),
+            **inputs, "wanted": digest_of(sorted(own)),
             **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of(shown),
             "frame": digest_of([frame, list(survey.images.frame_grid(place.frame).bounds)]),
         },
         arguments={
-            "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
-            "frame_grid": list(survey.images.frame_grid(place.frame).bounds), "maps": [path for path, _ in maps.values()],
-            "bases": [to_json(survey.images.flown[n].image) for n in bases], "images": shown,
-            "pixels": {n: survey.tiled_image(n) for n in images}, "bands": survey.images.bands,
+            **arguments, "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
+            "frame_grid": list(survey.images.frame_grid(place.frame).bounds),
+            "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
         },
         limits=survey.limits(STAGE),
         in_place=True,
     )  # fmt: skip
+
+
+def ground_around(survey: Survey, unit: str) -> list[str]:
+    """Ground tiles whose depth maps a frame's tile needs: those that it looks at, and what looks past their points."""
+    reach = reach_of(survey, 0.0)
+    found = {n for t in survey.images.frame_tile(unit).ground_tiles for n in survey.near(t, reach)}
+    return [n for n in survey.tiles if n in found]
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -108,7 +112,7 @@ def _frame(task: Task) -> LocalFrame:
 def _in_frame(workspace: Workspace, task: Task, frame: LocalFrame, bounds: Bounds) -> ImagePoints:
     """The points of the depth maps that stand over `bounds` of the frame, in the frame."""
     a = task.arguments
-    world = DepthReader(workspace.store, a["maps"], a["bases"], a["bands"], EVERYWHERE)(EVERYWHERE)
+    world = DepthReader(workspace.store, a, EVERYWHERE)(EVERYWHERE)
     points = world.rotated(frame.frame_from_world, frame.origin)
     x, y = points.xyz[:, 0], points.xyz[:, 1]
     return points.take((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))

@@ -19,6 +19,7 @@ from cityflow.io.las_write import write_points
 from cityflow.io.reference import crs_of, resolve
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.stages import fuse
+from cityflow.stages.depth_reader import DepthReader, depths_over, reach_of
 from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.stages.survey import OVERVIEW, ZARR, Survey
@@ -27,7 +28,7 @@ from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters,
 from cityflow.surface.point_classes import classify_points
 
 STAGE = "surface"
-VERSION = 4
+VERSION = 5
 PIECE_SCALE_M = 0.001
 
 
@@ -35,8 +36,7 @@ def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
     ring = survey.near(name, survey.parameters.image_surface.context_m)
     fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
-    maps = survey.depth_maps([name])
-    images = [to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, 0.0)))
     sights = sights_of(survey, ring)
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
@@ -46,15 +46,15 @@ def task(survey: Survey, name: str) -> Task:
         STAGE, name, "cityflow.stages.surface_images:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={
-            **fused, **dict(maps.values()), **{f"missing {t}": why for t, why in missing.items()}, "poses": digest_of(images), "sights": digest_of(sights),
+            **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(sights),
             "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
-            "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
-            "maps": [path for path, _ in maps.values()], "images": images, "sights": sights, "degraded": survey.reason_of(fuse.STAGE, name),
+            **arguments, "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
+            "sights": sights, "degraded": survey.reason_of(fuse.STAGE, name),
             "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
             "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
-            "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code, "bands": survey.images.bands,
+            "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(STAGE),
         in_place=True,
@@ -89,9 +89,9 @@ def matched_of(sights: Mapping[str, Any]) -> list[MatchedGround]:
 
 
 def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
-    """Those of the stage; how points are fused has been another's matter."""
+    """Those of the stage; how points are fused and refuted has been another's matter."""
     tree = survey.parameters_for(STAGE, name, survey.parameters.image_surface)
-    return {k: v for k, v in tree.items() if k != "fuse"}
+    return {k: v for k, v in tree.items() if k not in ("fuse", "witnesses")}
 
 
 def is_made_alike(survey: Survey, record: Record) -> bool:
@@ -138,7 +138,7 @@ def _seen_enough(sights: Mapping[str, Any]) -> SeenEnough:
 def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bounds: Bounds) -> int:
     """The tile's own points with their classes, where there is a terrain; how many."""
     a = task.arguments
-    core = fuse.DepthReader(workspace.store, a["maps"], a["images"], a["bands"], bounds)(bounds)
+    core = DepthReader(workspace.store, a, bounds)(bounds)
     row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
     core = core.take(np.isfinite(surface.fine.dtm[row, col]))
     data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(a["crs"])))

@@ -10,32 +10,27 @@ from numpy.typing import NDArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.array_file import decode_arrays, encode_arrays
 from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
-from cityflow.stages.fuse import DepthReader
-from cityflow.stages.oriented import to_json
+from cityflow.stages.depth_reader import DepthReader, depths_over, reach_of
 from cityflow.stages.survey import Survey
 
 STAGE = "walls"
-VERSION = 1
+VERSION = 2
 WALLS = "walls.cfa"
 
 
 def task(survey: Survey, name: str) -> Task:
-    """The wall points of one tile, from the depth maps of the tile and of its rim."""
+    """The wall points of one tile, from the depth maps of the tile, its rim, and what else looks there."""
     wanted = survey.wall_parameters
-    maps = survey.depth_maps(survey.near(name, wanted.halo_m))
-    images = [to_json(survey.images.flown[i].image) for i in sorted({survey.images.flight_tile(u).base for u in maps})]
+    inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, wanted.halo_m)))
     return Task(
         STAGE, name, "cityflow.stages.walls:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, wanted),
-        inputs={**dict(maps.values()), "poses": digest_of(images)},
-        arguments={
-            "bounds": list(survey.tiles[name].bounds), "maps": [path for path, _ in maps.values()], "images": images,
-            "bands": survey.images.bands,
-        },
+        inputs=inputs,
+        arguments={**arguments, "bounds": list(survey.tiles[name].bounds)},
         limits=survey.limits(STAGE),
     )  # fmt: skip
 
@@ -46,7 +41,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     parameters = WallPointParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
     around = grown(bounds, parameters.halo_m)
-    points = DepthReader(workspace.store, a["maps"], a["images"], a["bands"], around)(around)
+    points = DepthReader(workspace.store, a, around)(around)
     found = find_wall_points(points, parameters).within(bounds)
     arrays: dict[str, NDArray[Any]] = {
         "xyz": found.xyz,

@@ -169,8 +169,7 @@ def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters
 
 
 def _surface(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
-    quality, sigma = expected_precision(points, (grid.cell, p.half_views, p.upright))
-    placed = cell_points(points, grid, quality, sigma)
+    placed = cell_points(points, grid, expected_precision(points, (grid.cell, p.half_views, p.upright)))
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())

@@ -12,6 +12,9 @@ from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
 
+Expected = tuple[Float32Array, Float32Array, Float32Array]
+"""(N,) quality, trust and sigma of points, as in `CellPoints`."""
+
 
 @dataclass(frozen=True, slots=True)
 class CellPoints:
@@ -22,7 +25,7 @@ class CellPoints:
     start : (rows · cols + 1,) points of cell i are start[i] to start[i + 1]
     u, v : (N,) float32, offset from the centre of the cell eastwards and southwards, cells
     z : (N,) float64, height, metres
-    quality : (N,) float32, weight before nearness to a centre counts
+    quality : (N,) float32, weight before nearness to a centre counts;  trust : (N,) float32, the same where precision does not count
     sigma : (N,) float32, expected standard deviation of the height, metres
     image : (N,) int64, number of the base image;  origin : (N,) int64, row of the point in the cloud given
     """
@@ -32,19 +35,23 @@ class CellPoints:
     v: Float32Array
     z: FloatArray
     quality: Float32Array
+    trust: Float32Array
     sigma: Float32Array
     image: IntArray
     origin: IntArray
 
 
-def cell_points(points: ImagePoints, grid: Grid, quality: Float32Array, sigma: Float32Array) -> CellPoints:
-    """The points inside the grid by cell; `quality` and `sigma` (N,) as in `CellPoints`."""
+def cell_points(points: ImagePoints, grid: Grid, expected: Expected) -> CellPoints:
+    """The points inside the grid by cell."""
     x_0, y_0 = _lattice(grid.x_min, grid.cell), _lattice(grid.y_max, grid.cell)
     cell, u, v = _places(points.xyz, (x_0[1], y_0[1]), (x_0[0], y_0[0]), grid.cell, grid.shape)
     start, order = _by_cell(cell, grid.rows * grid.cols)
     z = points.xyz[:, 2]
+    quality, trust, sigma = expected
     _sort_cells(start, order, z, u, v, quality, points.image)
-    return CellPoints(start, u[order], v[order], z[order], quality[order], sigma[order], points.image[order], order)
+    return CellPoints(
+        start, u[order], v[order], z[order], quality[order], trust[order], sigma[order], points.image[order], order
+    )
 
 
 def _lattice(edge: float, cell: float) -> tuple[int, float]:
@@ -126,8 +133,8 @@ def _before(a: int, b: int, z: FloatArray, u: Float32Array, v: Float32Array, q: 
     return bool(image[a] < image[b])
 
 
-def expected_precision(points: ImagePoints, weighing: tuple[float, float, float]) -> tuple[Float32Array, Float32Array]:
-    """(N,) weight and (N,) σ of the height in metres of each point.
+def expected_precision(points: ImagePoints, weighing: tuple[float, float, float]) -> Expected:
+    """(N,) weight of each point, the same without its precision, and σ of its height in metres.
 
     `weighing` is the scale of σ (metres), the number of agreeing partners that counts half, and the exponent of the cosine between the ray
     and the vertical of the frame.
@@ -149,10 +156,10 @@ def _precision(
     views: ByteArray,
     sigma: Float32Array,
     weighing: tuple[float, float, float],
-) -> tuple[Float32Array, Float32Array]:
+) -> Expected:
     scale, half_views, exponent = weighing
     n = len(xyz)
-    quality, height_sigma = np.empty(n, np.float32), np.empty(n, np.float32)
+    quality, trust, height_sigma = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
     for i in range(n):
         c = centres[image[i]]
         x, y, z = c[0] - xyz[i, 0], c[1] - xyz[i, 1], c[2] - xyz[i, 2]
@@ -160,5 +167,6 @@ def _precision(
         along = sigma[i] if np.isfinite(sigma[i]) and sigma[i] > 0 else scale
         height_sigma[i] = along * upright
         share = views[i] / (views[i] + half_views)
-        quality[i] = upright**exponent * max(share, 0.05) / (1 + (along / scale) ** 2)
-    return quality, height_sigma
+        trust[i] = upright**exponent * max(share, 0.05)
+        quality[i] = trust[i] / (1 + (along / scale) ** 2)
+    return quality, trust, height_sigma

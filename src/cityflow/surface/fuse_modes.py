@@ -16,9 +16,9 @@ from cityflow.surface.fuse_cells import CellPoints
 MOST_POINTS = 4096
 """Points that one cell looks at; a high wall seen by many views may offer more, and more would tell nothing new."""
 
-Columns = tuple[IntArray, Float32Array, Float32Array, FloatArray, Float32Array, Float32Array, IntArray]
-Buffer = tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]
-"""Row of the point, height, weight, and place from the centre in cells."""
+Columns = tuple[IntArray, Float32Array, Float32Array, FloatArray, Float32Array, Float32Array, IntArray, Float32Array]
+Buffer = tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""Row of the point, height, weight, place from the centre in cells, and weight in the choice of a surface."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def modes(
     From the points within the first of `radii` (cells) of its centre; where their support is below `least_support`, within the second. `band` is
     a surface's thickness in metres, and in expected standard deviations of its points; the greater counts.
     """
-    columns = (points.start, points.u, points.v, points.z, points.quality, points.sigma, points.image)
+    columns = (points.start, points.u, points.v, points.z, points.quality, points.sigma, points.image, points.trust)
     z = np.full(shape, np.nan)
     floats = np.zeros((5, *shape), np.float32)
     images = np.zeros(shape, np.uint8)
@@ -70,7 +70,9 @@ def _all_modes(
     lower: tuple[float, float],    z: FloatArray, floats: Float32Array, images: ByteArray,
 ) -> None:  # fmt: skip
     most = MOST_POINTS
-    buffer = (np.empty(most, np.int64), np.empty(most), np.empty(most), np.empty(most), np.empty(most))
+    buffer = (
+        np.empty(most, np.int64), np.empty(most), np.empty(most), np.empty(most), np.empty(most), np.empty(most),
+    )  # fmt: skip
     for r in range(shape[0]):
         for c in range(shape[1]):
             for radius in radii:
@@ -122,8 +124,8 @@ def _mean_sigma(sigma: Float32Array, buffer: Buffer, n: int) -> float:
 @njit(cache=True, nogil=True)
 def gather(r: int, c: int, shape: tuple[int, int], columns: Columns, radius: float, buffer: Buffer) -> int:
     """Points within `radius` of a centre into `buffer` (row, height, weight); their number."""
-    start, u, v, z, quality, _, _ = columns
-    at, height, weight, east, south = buffer
+    start, u, v, z, quality, _, _, trust = columns
+    at, height, weight, east, south, say = buffer
     n, reach, most = 0, int(np.ceil(radius - 0.5)), len(at)
     inverse = 1.0 / (radius * radius)
     for i in range(max(r - reach, 0), min(r + reach + 1, shape[0])):
@@ -134,6 +136,7 @@ def gather(r: int, c: int, shape: tuple[int, int], columns: Columns, radius: flo
                 d = (x * x + y * y) * inverse
                 if d < 1 and n < most:
                     at[n], height[n], weight[n] = p, z[p], (1 - d) * (1 - d) * quality[p]
+                    say[n] = (1 - d) * (1 - d) * trust[p]
                     east[n], south[n] = x, y
                     n += 1
     return n
@@ -142,25 +145,29 @@ def gather(r: int, c: int, shape: tuple[int, int], columns: Columns, radius: flo
 @njit(cache=True, nogil=True)
 def sort_by_height(buffer: Buffer, n: int) -> None:
     """Shell sort of the first `n` entries."""
-    at, height, weight, east, south = buffer
+    at, height, weight, east, south, say = buffer
     gap = 1
     while gap < n // 3:
         gap = 3 * gap + 1
     while gap > 0:
         for i in range(gap, n):
-            a, h, w, x, y, j = at[i], height[i], weight[i], east[i], south[i], i
+            a, h, w, x, y, s, j = at[i], height[i], weight[i], east[i], south[i], say[i], i
             while j >= gap and height[j - gap] > h:
                 k = j - gap
                 at[j], height[j], weight[j], east[j], south[j] = at[k], height[k], weight[k], east[k], south[k]
+                say[j] = say[k]
                 j -= gap
-            at[j], height[j], weight[j], east[j], south[j] = a, h, w, x, y
+            at[j], height[j], weight[j], east[j], south[j], say[j] = a, h, w, x, y, s
         gap //= 3
 
 
 @njit(cache=True, nogil=True)
 def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int, float]:
-    """First and one past last entry of the window of `band` metres with most weight, and this weight; of equals the highest."""
-    height, weight = buffer[1], buffer[2]
+    """First and one past last entry of the window of `band` metres that most speaks for, and how much; of equals the highest.
+
+    How exact a point would be, were it right, tells nothing of whether it is right.
+    """
+    height, weight = buffer[1], buffer[5]
     best, first, last = -1.0, 0, 0
     total, low = 0.0, 0
     for high in range(n):
@@ -220,7 +227,7 @@ def _describe(
 ) -> None:  # fmt: skip
     """Means of the points of a surface (its middle height, and its thickness), and their precision."""
     centre, band = surface
-    at, height, weight, east, south = buffer
+    at, height, weight, east, south, _ = buffer
     sigma, image = columns[5], columns[6]
     total, inner, s_z, s_zz, s_u, s_v, s_s = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     seen = np.uint64(0)

@@ -30,6 +30,7 @@ from cityflow.surface.overview import (
 from cityflow.surface.pits import PitParameters, pits
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.surveyed import SurveyedParameters, surveyed
+from cityflow.surface.witnesses import WitnessParameters
 
 LEAST_SHARE = 0.25
 """A coarse cell is known where this share of its fine cells is."""
@@ -45,6 +46,7 @@ class SeenEnough(Protocol):
 class ImageSurfaceParameters(Parameters):
     """Parameters of the stage `surface` where it is made from images."""
 
+    witnesses: WitnessParameters = WitnessParameters()
     fuse: FuseParameters = FuseParameters()
     noise: NoiseParameters = NoiseParameters()
     dtm: DtmParameters = DtmParameters(method="windows", windows=WindowsParameters(rise_m=2.2))

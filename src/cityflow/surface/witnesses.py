@@ -1,0 +1,235 @@
+"""What other depth maps say of a depth: those that see it alike speak for it, those that look through it against it.
+
+A point that matching has put into the air costs nothing in its own pair: one partner alone may take one piece of grass for another. Images from
+other sides see the ground behind it. So each depth is held against the depth maps of all other images that look at its place. Each of their words
+weighs as many partners as agree on it, and a depth that has not more words for it than against it is refuted. What stands in front of a point only
+hides it and says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from pydantic import Field
+
+from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.camera import OrientedImage
+from cityflow.core.depth_map import DepthMap
+from cityflow.core.grid import Bounds
+from cityflow.core.parameters import Parameters
+
+MOST_WORDS = 255
+BORDER_STEPS = 33
+
+
+class WitnessParameters(Parameters):
+    """When two depth maps see the same, and how far a witness may look past a point."""
+
+    reach_m: float = Field(
+        40.0,
+        ge=0,
+        le=500,
+        description="how far behind or before a point, in plan, a witness's own point may lie, metres",
+    )
+    agreement_sigmas: float = Field(
+        3.0, gt=0, le=10, description="depths agree within so many of their common standard deviations"
+    )
+    agreement_gsd: float = Field(
+        3.0, ge=0, le=50, description="and so many ground pixels, since a slope falls within a pixel"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Witness:
+    """All depths of one base image that are at hand.
+
+    Attributes
+    ----------
+    image : its orientation
+    row, col : level-0 pixel of the rasters' upper left corner
+    depth, sigma : (h, w) float32, as in `DepthMap`, metres;  views : (h, w) uint8
+    """
+
+    image: OrientedImage
+    row: int
+    col: int
+    depth: Float32Array
+    sigma: Float32Array
+    views: ByteArray
+
+    @classmethod
+    def of(cls, image: OrientedImage, parts: Sequence[DepthMap]) -> Witness:
+        """From the depth maps of one image over several tiles, which have no pixel in common."""
+        top, left = min(m.row for m in parts), min(m.col for m in parts)
+        shape = (
+            max(m.row + m.depth.shape[0] for m in parts) - top,
+            max(m.col + m.depth.shape[1] for m in parts) - left,
+        )
+        depth, sigma = np.full(shape, np.nan, np.float32), np.full(shape, np.nan, np.float32)
+        views = np.zeros(shape, np.uint8)
+        for m in parts:
+            known = np.isfinite(m.depth)
+            at = np.s_[m.row - top : m.row - top + known.shape[0], m.col - left : m.col - left + known.shape[1]]
+            for whole, part in ((depth, m.depth), (sigma, m.sigma), (views, m.views)):
+                whole[at][known] = part[known]
+        return cls(image, top, left, depth, sigma, views)
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What speaks for the depths of one image.
+
+    Attributes
+    ----------
+    row, col : as in `Witness`
+    count : (h, w) uint8, partners that agree, of its own depth map and of all that see the place alike, less those that look through it;
+        0 where the depth is refuted, unknown, or was not asked about
+    """
+
+    row: int
+    col: int
+    count: ByteArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """Points of one depth map: (N,) flat pixel, (N, 3) world metres, (N,) sigma."""
+
+    pixel: IntArray
+    xyz: FloatArray
+    sigma: Float32Array
+
+
+def words_for(
+    witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters, names: Collection[str] | None = None
+) -> dict[str, Words]:
+    """How many words speak for each depth.
+
+    Parameters
+    ----------
+    witnesses : one for each image, in any order, with all depths within `reach_m` of `around`
+    around : only depths whose points stand here are asked about
+    names : of the images that are asked about; without them all
+    """
+    limits = {w.image.name: _limits(w) for w in witnesses}
+    asked = [w for w in witnesses if names is None or w.image.name in names]
+    return {w.image.name: Words(w.row, w.col, _words(w, witnesses, limits, around, parameters)) for w in asked}
+
+
+def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap:
+    """The depth map with the words for each depth as `views`, and no depth where there are none."""
+    said = words[depth_map.image]
+    row, col = depth_map.row - said.row, depth_map.col - said.col
+    height, width = depth_map.depth.shape
+    found = said.count[row : row + height, col : col + width]
+    kept = np.isfinite(depth_map.depth) & (found > 0)
+    depth, sigma = (np.where(kept, v, np.float32(np.nan)) for v in (depth_map.depth, depth_map.sigma))
+    return replace(depth_map, depth=depth, sigma=sigma, views=np.where(kept, found, np.uint8(0)))
+
+
+def _words(
+    own: Witness,
+    witnesses: Sequence[Witness],
+    limits: Mapping[str, FloatArray],
+    around: Bounds,
+    p: WitnessParameters,
+) -> ByteArray:
+    asked = _points(own, around)
+    speaking = own.views.ravel()[asked.pixel].astype(np.int64)
+    for other in witnesses:
+        if other.image.name != own.image.name:
+            _hear(asked, other, limits[other.image.name], p, speaking)
+    words = np.zeros(own.depth.size, np.uint8)
+    words[asked.pixel] = np.clip(speaking, 0, MOST_WORDS)
+    return words.reshape(own.depth.shape)
+
+
+def _points(own: Witness, around: Bounds) -> _Asked:
+    rows, cols = np.nonzero(np.isfinite(own.depth))
+    depth = own.depth[rows, cols].astype(np.float64)
+    rays = own.image.rays(np.column_stack([cols + own.col + 0.5, rows + own.row + 0.5]))
+    xyz = own.image.centre + depth[:, None] * rays
+    x_min, y_min, x_max, y_max = around
+    inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
+    pixel = rows[inside] * own.depth.shape[1] + cols[inside]
+    return _Asked(pixel, xyz[inside], own.sigma[rows[inside], cols[inside]])
+
+
+def _limits(witness: Witness) -> FloatArray:
+    """Least and greatest x/z and y/z of the rays of the rasters, a little widened."""
+    height, width = witness.depth.shape
+    along = np.linspace(0.0, 1.0, BORDER_STEPS)
+    u, v = witness.col + along * width, witness.row + along * height
+    border = np.concatenate([
+        np.column_stack([u, np.full(BORDER_STEPS, v[0])]), np.column_stack([u, np.full(BORDER_STEPS, v[-1])]),
+        np.column_stack([np.full(BORDER_STEPS, u[0]), v]), np.column_stack([np.full(BORDER_STEPS, u[-1]), v]),
+    ])  # fmt: skip
+    normal = witness.image.camera.undistort(border)
+    more = 4.0 / witness.image.camera.fx
+    return np.concatenate([normal.min(axis=0) - more, normal.max(axis=0) + more])
+
+
+def _hear(asked: _Asked, other: Witness, limits: FloatArray, p: WitnessParameters, speaking: IntArray) -> None:
+    """Add to `speaking` (N,) the words of another image for the points, and take those against them away."""
+    image = other.image
+    at, normal, depth, aside = _in_view(asked.xyz, image.rotation, image.centre, limits)
+    if not len(at):
+        return
+    uv = image.camera.distort(normal) - (other.col, other.row)
+    gsd = p.agreement_gsd / image.camera.fx
+    _weigh(uv, depth, aside, asked.sigma[at], (other.depth, other.sigma, other.views),
+           (p.agreement_sigmas, gsd, p.reach_m), at, speaking)  # fmt: skip
+
+
+@njit(cache=True, nogil=True)
+def _in_view(xyz, rotation, centre, limits):  # type: ignore[no-untyped-def]
+    """Row of each point in view; x/z and y/z; depth; and how far the camera is away in plan, metres."""
+    n = len(xyz)
+    at, normal = np.empty(n, np.int64), np.empty((n, 2))
+    depth, aside = np.empty(n), np.empty(n)
+    found = 0
+    for i in range(n):
+        x, y, z = xyz[i, 0] - centre[0], xyz[i, 1] - centre[1], xyz[i, 2] - centre[2]
+        far = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z
+        if far <= 0:
+            continue
+        u = (rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z) / far
+        v = (rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z) / far
+        if u < limits[0] or v < limits[1] or u > limits[2] or v > limits[3]:
+            continue
+        at[found], normal[found, 0], normal[found, 1] = i, u, v
+        depth[found], aside[found] = far, np.sqrt(x * x + y * y)
+        found += 1
+    return at[:found], normal[:found], depth[:found], aside[:found]
+
+
+@njit(cache=True, nogil=True)
+def _weigh(uv, depth, aside, sigma, rasters, limits, at, speaking):  # type: ignore[no-untyped-def]
+    """A witness looks through a point where it is seen further off in the point's pixel and all around it that are known."""
+    their_depth, their_sigma, their_views = rasters
+    sigmas, gsd, reach = limits
+    rows, cols = their_depth.shape
+    for i in range(len(at)):
+        r, c = int(np.floor(uv[i, 1])), int(np.floor(uv[i, 0]))
+        if r < 0 or c < 0 or r >= rows or c >= cols or np.isnan(their_depth[r, c]):
+            continue
+        alike, before, known = 0, False, False
+        for k in range(max(r - 1, 0), min(r + 2, rows)):
+            for m in range(max(c - 1, 0), min(c + 2, cols)):
+                z = their_depth[k, m]
+                # further off than the reach another tile would not know of it
+                if np.isnan(z) or abs(z / depth[i] - 1.0) * aside[i] > reach:
+                    continue
+                known = known or (k == r and m == c)
+                near = sigmas * np.sqrt(their_sigma[k, m] ** 2 + sigma[i] ** 2) + gsd * depth[i]
+                if abs(z - depth[i]) <= near:
+                    alike = max(alike, int(their_views[k, m]))
+                elif z < depth[i]:
+                    before = True
+        if alike > 0:
+            speaking[at[i]] += alike
+        elif known and not before:
+            speaking[at[i]] -= int(their_views[r, c])
