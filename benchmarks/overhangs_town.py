@@ -45,6 +45,8 @@ from town_models import of_run
 
 GSDS_M = (0.05, 0.08, 0.12, 0.2)
 SHIFTS_M = (0.1, 0.2, 0.3)
+OUTLINES_OFF_M = (0.05, 0.1, 0.2)
+SURVEYED_M = 0.03
 SHORTEST_M, NONE_M, MARGIN_M = 1.0, 0.02, 4.0
 DENSITY_M2, NOISE_M = 20.0, 0.03
 APART_M = 0.05
@@ -151,8 +153,13 @@ def evidence_of(place: Place, grid: Grid, dsm: np.ndarray, ortho: np.ndarray | N
     pictures = () if ortho is None else (Picture(part, ortho[:, cut[0], cut[1]]),)
     return Evidence(
         place.unit.id, place.outline, place.points, place.unit.floor_m, heights=heights, pictures=pictures,
-        party=place.party,
+        party=place.party, edges=surveyed(place),
     )  # fmt: skip
+
+
+def surveyed(place: Place, sigma_m: float = SURVEYED_M) -> tuple[OutlineEdge, ...]:
+    """What is said of an outline that is true."""
+    return tuple(OutlineEdge(e.line, "given", sigma_m) for e in wall_edges(place.outline, place.party))
 
 
 def true_edges(place: Place) -> list[tuple[WallEdge, float]]:
@@ -221,7 +228,7 @@ def with_drawn(seeds: Sequence[int], size: int, parameters: OverhangParameters) 
     """All cases of towns whose surfaces are drawn."""
     tallies = {f"{100 * g:g} cm": Tally() for g in GSDS_M}
     tallies |= {f"8 cm, walls off by {s:g} m{how}": Tally() for s in SHIFTS_M for how in ("", ", façades seen")}
-    points = Tally()
+    points = {s: Tally() for s in (0.0, *OUTLINES_OFF_M)}
     solids: list[list[str]] = []
     for seed in seeds:
         town = make_town(seed, TownParameters(width_m=size, height_m=size))
@@ -235,9 +242,17 @@ def with_drawn(seeds: Sequence[int], size: int, parameters: OverhangParameters) 
             if gsd == 0.08:
                 solids.append(solid_row(f"seed {seed}", places, found, parameters))
                 _shifted(town, (truth.grid, dsm), tallies, seed, parameters)
-                _by_points(points, places, lidar(truth, 10.0, seed), parameters)
+                for shift, tally in points.items():
+                    _by_points(tally, places_of(town, shift, seed), lidar(truth, 10.0, seed), parameters)
     rows = [t.row(name, 0.08 if "off" in name else float(name.split()[0]) / 100) for name, t in tallies.items()]
-    table("Overhangs per edge", HEAD, [*rows, points.row("LiDAR, 10 points per m² (1 GSD: 8 cm)", 0.08)])
+    rows += [
+        t.row(
+            "LiDAR, 10 points per m² (1 GSD: 8 cm)" + (f", outlines off by {s:g} m, nothing said of them" if s else ""),
+            0.08,
+        )
+        for s, t in points.items()
+    ]
+    table("Overhangs per edge", HEAD, rows)
     table("Solids", SOLID_HEAD, solids)
 
 
@@ -248,9 +263,7 @@ def _shifted(
         rng = np.random.default_rng([seed, 5])
         for place in places_of(town, shift, seed):
             plain = evidence_of(place, *surface)
-            known = tuple(
-                OutlineEdge(e.line, "given", shift / np.sqrt(2)) for e in wall_edges(place.outline, place.party)
-            )
+            known = surveyed(place, shift / np.sqrt(2))
             fields = {name: getattr(plain, name) for name in Evidence.__slots__}
             judge(tallies[f"8 cm, walls off by {shift:g} m"], place, Evidence(**{**fields, "edges": known}), parameters)
             seen = Evidence(**{**fields, "edges": known, "walls": facade_points(place, rng)})
@@ -263,7 +276,10 @@ def _by_points(tally: Tally, places: Sequence[Place], cloud: PointCloud, paramet
         close = close.take(shapely.dwithin(shapely.points(close.xyz[:, :2]), place.outline, 2.0))
         judge(
             tally, place,
-            Evidence(place.unit.id, place.outline, place.points, place.unit.floor_m, around=close, party=place.party),
+            Evidence(
+                place.unit.id, place.outline, place.points, place.unit.floor_m, around=close, party=place.party,
+                edges=() if place.shift.any() else surveyed(place),
+            ),
             parameters,
         )  # fmt: skip
 

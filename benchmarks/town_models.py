@@ -20,7 +20,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Building, Lod
+from cityflow.core.building import Building, Lod, OutlineEdge
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
@@ -30,6 +30,7 @@ from cityflow.evaluation.models import Model, TrueModel
 from cityflow.geometry.roof_type import roof_type
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.surface.sample import sample
 from cityflow.synthetic.drawn_evidence import split_evidence
@@ -41,6 +42,8 @@ from drawn_town import SEEDS, DrawnTown, drawn_town
 
 CACHE = Path(tempfile.gettempdir()) / "cityflow_units"
 KINDS = ("exact", "drawn")
+SURVEYED_M = 0.03
+"""Standard deviation that is said of the true outlines."""
 AROUND_M, MARGIN_M, NEAR_WALL_M = 2.0, 1.5, 2.0
 LOWEST_ROOF_M, LOWEST_M = 1.5, 0.3
 EXACT_PER_M2, EXACT_SIGMA_M, WALL_PER_M2 = 60.0, 0.03, 25.0
@@ -148,7 +151,7 @@ class Neighbourhood:
         return Evidence(
             unit.id, unit.wall_outline, points, float(np.floor(unit.floor_m * 100)) / 100, (), (), around, walls,
             HeightRaster(grid, dsm.reshape(grid.shape), dtm.reshape(grid.shape)), (Picture(grid, nadir.ortho, True, "nadir"),),
-            self._party(unit),
+            self._party(unit), edges=tuple(OutlineEdge(e.line, "given", SURVEYED_M) for e in wall_edges(unit.wall_outline, ())),
         )  # fmt: skip
 
     def _party(self, unit: Unit) -> tuple[LineString, ...]:

@@ -13,7 +13,7 @@ from shapely.geometry.polygon import orient
 
 from cityflow.core.building import OutlineEdge, Polyhedron
 from cityflow.core.grid import Grid
-from cityflow.core.points import PointCloud
+from cityflow.core.points import PointCloud, concatenate
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints
 from cityflow.reconstruction.extruded import extrude
@@ -56,7 +56,30 @@ def model(outline: Polygon = HOUSE) -> Candidate:
 
 
 def evidence(heights: HeightRaster | None, **more: object) -> Evidence:
-    return Evidence("u", HOUSE, PointCloud.empty(), FLOOR, heights=heights, **more)  # type: ignore[arg-type]
+    """Of an outline that was surveyed, unless `more` says otherwise."""
+    known = {"edges": said_of(HOUSE, 0.03), **more}
+    return Evidence("u", HOUSE, PointCloud.empty(), FLOOR, heights=heights, **known)  # type: ignore[arg-type]
+
+
+def said_of(outline: Polygon, sigma_m: float) -> tuple[OutlineEdge, ...]:
+    xy = shapely.get_coordinates(outline.exterior)
+    return tuple(OutlineEdge(LineString(p), "given", sigma_m) for p in itertools.pairwise(xy))
+
+
+def scanned(roof: Polygon, seed: int = 5) -> PointCloud:
+    """Ten echoes a square metre of a flat roof."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(FRAME[0], FRAME[2], 4000), rng.uniform(FRAME[1], FRAME[3], 4000)
+    on = shapely.contains_xy(roof, x, y)
+    return PointCloud.of(np.column_stack([x[on], y[on], TOP + rng.normal(0, 0.02, np.count_nonzero(on))]), 6)
+
+
+def echoes(house: Polygon) -> PointCloud:
+    """A dozen echoes on each wall, all over its height."""
+    xy = shapely.get_coordinates(house.exterior)
+    share, height = np.linspace(0.05, 0.95, 12)[:, None], FLOOR + 0.8 + 0.5 * (np.arange(12) % 4)
+    walls = [np.column_stack([a + share * (b - a), height]) for a, b in itertools.pairwise(xy)]
+    return PointCloud.of(np.concatenate(walls), 1)
 
 
 def reaches(found: tuple[object, ...]) -> list[float]:
@@ -133,8 +156,7 @@ def test_holes_below_a_rim_are_low() -> None:
 
 def test_a_wall_that_is_badly_known_needs_a_wider_overhang() -> None:
     heights = surface(moved_out(HOUSE, [0.3] * 4), 0.08)
-    xy = shapely.get_coordinates(HOUSE.exterior)
-    badly = tuple(OutlineEdge(LineString(p), "given", 0.3) for p in itertools.pairwise(xy))
+    badly = said_of(HOUSE, 0.3)
     assert min(reaches(find_overhangs(evidence(heights), model()))) > 0.2
     assert reaches(find_overhangs(evidence(heights, edges=badly), model())) == [0.0] * 4
 
@@ -145,7 +167,7 @@ def test_facades_tell_an_outline_that_is_too_small_from_an_overhang() -> None:
     walls = facades(house)
     heights = surface(house, 0.08)
     assert min(reaches(find_overhangs(evidence(heights), model()))) > 0.15
-    assert reaches(find_overhangs(evidence(heights, walls=walls), model())) == [0.0] * 4
+    assert reaches(find_overhangs(evidence(heights, walls=walls, edges=()), model())) == [0.0] * 4
 
 
 def test_colours_sharpen_a_rim_that_matching_has_widened() -> None:
@@ -163,15 +185,38 @@ def test_colours_sharpen_a_rim_that_matching_has_widened() -> None:
 
 @pytest.mark.parametrize("reach", [0.0, 0.5])
 def test_points_tell_where_cells_are_coarse(reach: float) -> None:
-    rng = np.random.default_rng(5)
     roof = moved_out(HOUSE, [max(reach, 1e-6)] * 4)
-    x, y = rng.uniform(FRAME[0], FRAME[2], 4000), rng.uniform(FRAME[1], FRAME[3], 4000)
-    on = shapely.contains_xy(roof, x, y)
-    cloud = PointCloud.of(np.column_stack([x[on], y[on], TOP + rng.normal(0, 0.02, np.count_nonzero(on))]), 6)
+    cloud = scanned(roof)
     found = find_overhangs(evidence(surface(roof, 0.5), around=cloud), model())
     assert np.abs(np.array(reaches(found)) - reach).max() < 0.12
     fine = find_overhangs(evidence(surface(roof, 0.05)), model())
     assert min(o.sigma_m for o in found) > max(o.sigma_m for o in fine)
+
+
+@pytest.mark.parametrize("shift", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_outline_that_is_off_makes_no_overhang(shift: float, seed: int) -> None:
+    """Nothing is said of it; the roof ends with the true walls, on one side beyond the outline and on the other short of it."""
+    angle = np.random.default_rng(seed).uniform(0, 2 * np.pi)
+    house = shapely.affinity.translate(HOUSE, shift * np.cos(angle), shift * np.sin(angle))
+    found = find_overhangs(evidence(None, around=scanned(house, seed), edges=()), model())
+    assert reaches(found) == [0.0] * 4
+    assert max(o.sigma_m for o in found) > 0.6 * shift
+
+
+def test_an_outline_of_which_nothing_is_said_needs_a_wide_overhang() -> None:
+    for reach, stated in ((0.2, False), (0.5, True)):
+        cloud = scanned(moved_out(HOUSE, [reach] * 4))
+        found = find_overhangs(evidence(None, around=cloud, edges=()), model())
+        assert [r > 0 for r in reaches(found)] == [stated] * 4
+
+
+def test_echoes_on_the_walls_tell_an_overhang_from_an_outline_that_is_off() -> None:
+    roof = moved_out(HOUSE, [0.3] * 4)
+    at_outline = concatenate([scanned(roof), echoes(HOUSE)])
+    under_rim = concatenate([scanned(roof), echoes(orient(roof))])
+    assert min(reaches(find_overhangs(evidence(None, around=at_outline, edges=()), model()))) > 0.2
+    assert reaches(find_overhangs(evidence(None, around=under_rim, edges=()), model())) == [0.0] * 4
 
 
 def test_without_surface_or_points_nothing_is_claimed() -> None:

@@ -59,7 +59,16 @@ class OverhangParameters(Parameters):
     )
     patch_cells: float = Field(12.0, gt=0, le=100, description="along an edge so many cells have one error in common")
     wall_sigma_m: float = Field(
-        0.03, ge=0, le=2, description="standard deviation of the outline where nothing says how it is known (m)"
+        0.03, ge=0, le=2, description="a façade's line is known no better than this (standard deviation, m)"
+    )
+    outline_sigma_m: float = Field(
+        0.09,
+        ge=0,
+        le=2,
+        description="an outline of which nothing is said stands so far from its walls (standard deviation, m), before its own edges tell",
+    )
+    outline_weight: float = Field(
+        2.0, gt=0, le=100, description="what is known of outlines in general counts as so many edges of the unit"
     )
     roof_edge_off_m: float = Field(
         0.08, ge=0, le=2, description="an outline along the roof's edge is not the wall where façades are farther (m)"

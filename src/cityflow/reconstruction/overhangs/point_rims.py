@@ -20,14 +20,25 @@ INSIDE_M = 1.0
 LEAST_GAP_M = 0.25
 GAP_SPACINGS = 6.0
 """Roof points end at a gap of so many mean spacings along the way out."""
+LEAST_FILLED = 0.5
+"""Up to its rim a roof has at least this share of the points that it has inside; what is thinner stands there by chance: crowns, cables, a neighbour's eave."""
 LEAST_POINTS, LEAST_BEYOND = 6, 3
+BIN_M, BIN_POINTS = 0.5, 4
+"""Shares are counted by pieces of the wall so long, or longer where there are too few points for that."""
 LEAST_SHARE = 0.6
 """Roof points stand beyond the wall along so much of it; those of a neighbour's eave stand at one end."""
 
 
 @dataclass(frozen=True, slots=True)
 class PointRim:
-    """Metres beyond the wall, NaN where nothing tells; its standard deviation; share of the edge with roof points beside it."""
+    """The rim of an edge.
+
+    Attributes
+    ----------
+    reach_m : metres beyond the edge, negative where the roof ends short of it, NaN where nothing tells
+    sigma_m : its standard deviation
+    seen : share of the edge with roof points beside it
+    """
 
     reach_m: float
     sigma_m: float
@@ -37,9 +48,13 @@ class PointRim:
 NOT_SEEN = PointRim(float("nan"), float("nan"), 0.0)
 
 
-def cloud_around(evidence: Evidence) -> PointCloud:
-    """Roof points inside and whatever stands around, each once as far as that matters: densities are compared within the same cloud."""
-    return evidence.around if len(evidence.around) else concatenate([evidence.points])
+def roofs_around(evidence: Evidence) -> PointCloud:
+    """What stands in and around the outline and is of the classes that its roof is of: densities are compared within the same cloud."""
+    if not len(evidence.around):
+        return concatenate([evidence.points])
+    if not len(evidence.points):
+        return evidence.around
+    return evidence.around.take(np.isin(evidence.around.classification, np.unique(evidence.points.classification)))
 
 
 def point_rim(edge: WallEdge, heights: FloatArray, xyz: FloatArray, limits: tuple[float, float, float]) -> PointRim:
@@ -65,19 +80,27 @@ def point_rim(edge: WallEdge, heights: FloatArray, xyz: FloatArray, limits: tupl
     outside = outside[np.argsort(t[outside], kind="stable")]
     wide = np.flatnonzero(np.diff(t[outside], prepend=0.0) > max(LEAST_GAP_M, GAP_SPACINGS / per_metre))
     outside = outside[: wide[0]] if len(wide) else outside
+    filled = np.flatnonzero(np.arange(1, len(outside) + 1) >= LEAST_FILLED * per_metre * t[outside])
+    outside = outside[: filled[-1] + 1] if len(filled) else outside[:0]
     beyond = t[outside]
     if len(beyond) and beyond[-1] > most:
         return NOT_SEEN
     spacing = 1.0 / per_metre
     sigma = float(np.hypot(2.0 * spacing, sigma_m))
     if len(beyond) < LEAST_BEYOND or _share_of_length(s[outside], edge.length) < LEAST_SHARE:
-        return PointRim(0.0, sigma, seen)
+        return PointRim(_ends_inside(t[inside], spacing), sigma, seen)
     # the last but one: a single stray point moves nothing
     n = len(beyond)
     return PointRim(float(beyond[-2] * (n + 1) / (n - 1)), sigma, seen)
 
 
+def _ends_inside(t: FloatArray, spacing: float) -> float:
+    """Where roof points end short of the edge, metres, negative; 0 where they reach it."""
+    last = float(np.sort(t)[-2]) + spacing
+    return last if last < -max(LEAST_GAP_M / 5, 2 * spacing) else 0.0
+
+
 def _share_of_length(s: FloatArray, length: float) -> float:
-    bins = max(3, int(length))
+    bins = max(3, min(int(length / BIN_M), len(s) // BIN_POINTS))
     hit = np.unique(np.clip((s / length * bins).astype(np.int64), 0, bins - 1))
     return len(hit) / bins

@@ -11,9 +11,10 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import EdgeOverhang
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.reconstruction.overhangs.outline_uncertainty import outline_sigma
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
-from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, cloud_around, point_rim
+from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, point_rim, roofs_around
 from cityflow.reconstruction.overhangs.rim_decision import RimOfEdge, decided, unseen
 from cityflow.reconstruction.overhangs.standing_wall import standing_wall
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
@@ -47,7 +48,8 @@ def find_overhangs(
     else:
         rims = _rims_of_points(evidence, candidate, edges, p)
     lowest = [_roof_along(edge, candidate) for edge in edges]
-    walls = [standing_wall(edge, evidence, z, p) for edge, z in zip(edges, lowest, strict=True)]
+    unsaid = outline_sigma(rims, p)
+    walls = [standing_wall(edge, evidence, z, p, unsaid) for edge, z in zip(edges, lowest, strict=True)]
     return decided(rims, walls, p)
 
 
@@ -74,7 +76,7 @@ def _rims_of_points(
     evidence: Evidence, candidate: Candidate, edges: Sequence[WallEdge], p: OverhangParameters
 ) -> list[RimOfEdge]:
     """Rims by roof points beyond the walls."""
-    xyz = cloud_around(evidence).xyz
+    xyz = roofs_around(evidence).xyz
     limits = p.most_reach_m, p.point_on_roof_m, p.point_sigma_m
     rims = []
     for edge in edges:
@@ -86,7 +88,9 @@ def _rims_of_points(
             beyond = (xyz[:, :2] - foot) @ edge.outward
             found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
             eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
-        rims.append(RimOfEdge(edge, found.reach_m, found.sigma_m, found.sigma_m, found.seen, eave, found.reach_m, True))
+        rims.append(
+            RimOfEdge(edge, found.reach_m, found.sigma_m, found.sigma_m, found.seen, eave, found.reach_m, False)
+        )
     return rims
 
 

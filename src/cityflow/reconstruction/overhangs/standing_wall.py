@@ -31,6 +31,7 @@ STEP_M, HALF_M, TRIM_M = 0.05, 0.12, 0.15
 CELL_M = 0.5
 """Points are counted by cells of the façade: a window frame of a thousand points is no better than the wall around it."""
 LEAST_POINTS, LEAST_SHARE, LEAST_RISE_M = 30, 0.4, 1.0
+LEAST_ECHOES = 8
 APART_M, MOST_RIVAL = 0.3, 0.75
 """Two places so far apart, the weaker with more than this share of the other's cells: the points do not tell which is the wall."""
 ALIKE_POINTS = 10.0
@@ -66,17 +67,21 @@ class StandingWall:
 UNKNOWN = StandingWall(0.0, float("nan"))
 
 
-def standing_wall(edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters) -> StandingWall:
+def standing_wall(
+    edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters, unsaid_sigma_m: float | None = None
+) -> StandingWall:
     """The wall of one edge, by what is known of the outline there and by the points on its façade.
 
     Parameters
     ----------
     roof_m : world height of the roof where it is lowest along the edge
+    unsaid_sigma_m : standard deviation of the outline where nothing says how it is known
     """
     said = _part_of_outline(edge, evidence.edges)
     of_roof = said is not None and said.source == ROOF
-    outline_sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else p.wall_sigma_m
-    facade = None if edge.party else facade_place(edge, evidence.walls, roof_m, p.wall_sigma_m)
+    unsaid = p.outline_sigma_m if unsaid_sigma_m is None else unsaid_sigma_m
+    outline_sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else unsaid
+    facade = None if edge.party else _facade(edge, evidence, roof_m, p)
     if facade is None:
         return UNKNOWN if of_roof else StandingWall(0.0, outline_sigma)
     place, sigma = facade
@@ -90,6 +95,13 @@ def standing_wall(edge: WallEdge, evidence: Evidence, roof_m: float, p: Overhang
     if abs(place) > max(limit, p.significance * float(np.hypot(sigma, outline_sigma))):
         return StandingWall(place, sigma, True)
     return _joined(place, sigma, outline_sigma)
+
+
+def _facade(edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters) -> tuple[float, float] | None:
+    """By image points where there are any, else by those of a laser."""
+    if len(evidence.walls):
+        return facade_place(edge, evidence.walls, roof_m, p.wall_sigma_m)
+    return laser_place(edge, evidence.around.xyz, roof_m, p.wall_sigma_m)
 
 
 def _joined(place: float, sigma: float, outline_sigma: float) -> StandingWall:
@@ -123,12 +135,24 @@ def facade_place(edge: WallEdge, walls: WallPoints, roof_m: float, least_sigma_m
         own &= z < roof_m - BELOW_ROOF_M
     if np.count_nonzero(own) < LEAST_POINTS:
         return None
-    return _line_of(s[own], t[own], z[own], edge.length, least_sigma_m)
+    return _line_of(np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, (LEAST_POINTS, ALIKE_POINTS))
+
+
+def laser_place(edge: WallEdge, xyz: FloatArray, roof_m: float, least_sigma_m: float) -> tuple[float, float] | None:
+    """The same by echoes, (N, 3) world, that no image has given a direction: those well below the roof, along one upright line; each errs by itself."""
+    offset = xyz[:, :2] - edge.start
+    s, t, z = offset @ edge.along, offset @ edge.outward, xyz[:, 2]
+    own = (s > 0) & (s < edge.length) & (t > -INSIDE_M) & (t < OUTSIDE_M) & (z < roof_m - BELOW_ROOF_M)
+    if np.count_nonzero(own) < LEAST_ECHOES:
+        return None
+    return _line_of(np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, (LEAST_ECHOES, 1.0))
 
 
 def _line_of(
-    s: FloatArray, t: FloatArray, z: FloatArray, length: float, least_sigma_m: float
+    stz: FloatArray, length: float, least_sigma_m: float, weight: tuple[int, float]
 ) -> tuple[float, float] | None:
+    """Along, across and height of points (3, n); how many there have to be, and how many err together."""
+    (s, t, z), (least, alike) = stz, weight
     column, row = np.floor(s / CELL_M).astype(np.int64), np.floor((z - z.min()) / CELL_M).astype(np.int64)
     cell = column * (int(row.max()) + 1) + row
     places = np.arange(-INSIDE_M, OUTSIDE_M + STEP_M / 2, STEP_M)
@@ -141,11 +165,11 @@ def _line_of(
     seen = len(np.unique(np.minimum(column[on], columns - 1))) / columns
     rival = int(support[np.abs(places - place) > APART_M].max(initial=0))
     count = int(np.count_nonzero(on))
-    if count < LEAST_POINTS or seen < LEAST_SHARE or rise < LEAST_RISE_M or rival > MOST_RIVAL * support[best]:
+    if count < least or seen < LEAST_SHARE or rise < LEAST_RISE_M or rival > MOST_RIVAL * support[best]:
         return None
     place = float(np.median(t[on]))
     spread = 1.4826 * float(np.median(np.abs(t[on] - place)))
-    return place, float(np.hypot(1.25 * spread / np.sqrt(count / ALIKE_POINTS), least_sigma_m))
+    return place, float(np.hypot(1.25 * spread / np.sqrt(count / alike), least_sigma_m))
 
 
 def line_of_wall(edge: WallEdge, wall: StandingWall) -> LineString:
