@@ -33,6 +33,8 @@ SCALES: dict[str, tuple[float, ...]] = {
 }  # fmt: skip
 """At which values a figure may begin to matter; the fit chooses the weights, none negative."""
 TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
+OUTLINE_ALONE = frozenset({"beside"})
+"""A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
 RIDGE, LEAST_WEIGHT = 0.02, 0.005
 GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.965
 
@@ -65,22 +67,23 @@ def rows_of(seed: int, cache: Path) -> list[Row]:
     return found
 
 
-def fitted(rows: Sequence[Row], share: float) -> Logistic:
-    """The weights that make the true outcome likeliest, a small ridge added."""
+def fitted(rows: Sequence[Row], share: float, without: frozenset[str] = frozenset()) -> Logistic:
+    """The weights that make the true outcome likeliest, a small ridge added; `without`: figures that shall not count."""
+    terms = [(f, s) for f, s in TERMS if f not in without]
     known = [r for r in rows if r.figures is not None]
-    x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in TERMS] for r in known])
+    x = np.array([[np.log1p(getattr(r.figures, f) / s) for f, s in terms] for r in known])
     y = np.array([r.true >= share for r in known], float)
 
     def cost(w: FloatArray) -> tuple[float, FloatArray]:
         z = w[0] - x @ w[1:]
         p = 1 / (1 + np.exp(-z))
-        loss = np.mean(np.logaddexp(0, -z) * y + np.logaddexp(0, z) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(TERMS)
-        return float(loss), np.r_[np.mean(p - y), -(x.T @ (p - y)) / len(y) + 2 * RIDGE * w[1:] / len(TERMS)]
+        loss = np.mean(np.logaddexp(0, -z) * y + np.logaddexp(0, z) * (1 - y)) + RIDGE * np.sum(w[1:] ** 2) / len(terms)
+        return float(loss), np.r_[np.mean(p - y), -(x.T @ (p - y)) / len(y) + 2 * RIDGE * w[1:] / len(terms)]
 
-    bounds = [(None, None)] + [(0, None)] * len(TERMS)
-    w = minimize(cost, np.r_[3.0, np.full(len(TERMS), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B").x
-    terms = tuple(Term(f, s, round(float(v), 3)) for (f, s), v in zip(TERMS, w[1:], strict=True) if v > LEAST_WEIGHT)
-    return Logistic(share, round(float(w[0]), 3), terms)
+    bounds = [(None, None)] + [(0, None)] * len(terms)
+    w = minimize(cost, np.r_[3.0, np.full(len(terms), 0.1)], jac=True, bounds=bounds, method="L-BFGS-B").x
+    kept = tuple(Term(f, s, round(float(v), 3)) for (f, s), v in zip(terms, w[1:], strict=True) if v > LEAST_WEIGHT)
+    return Logistic(share, round(float(w[0]), 3), kept)
 
 
 def threshold(rows: Sequence[Row]) -> float:
@@ -142,8 +145,8 @@ def main() -> None:
     asked = options.parse_args()
     if asked.fit:
         rows = [r for seed in asked.fitted for r in rows_of(seed, asked.cache)]
-        for name, share in (("GOOD", GOOD_SHARE), ("FAIR", FAIR_SHARE)):
-            model = fitted(rows, share)
+        for name, share, without in (("GOOD", GOOD_SHARE, frozenset()), ("FAIR", FAIR_SHARE, OUTLINE_ALONE)):
+            model = fitted(rows, share, without)
             lines = "\n".join(f'        Term("{t.figure}", {t.scale}, {t.weight:.3f}),' for t in model.terms)
             print(f"{name} = Logistic(\n    {model.share}, {model.base:.3f}, (\n{lines}\n    ),\n)  # fmt: skip")
         print(f"GOOD_FROM = {threshold(rows)}")

@@ -34,20 +34,16 @@ GOOD = Logistic(
     ),
 )  # fmt: skip
 FAIR = Logistic(
-    0.8, 6.891, (
-        Term("off", 0.01, 0.253),
-        Term("off", 0.1, 2.052),
-        Term("unseen", 0.1, 0.642),
-        Term("loose", 0.1, 0.669),
-        Term("strange", 0.1, 0.343),
-        Term("unsure", 0.1, 0.429),
-        Term("foreign", 0.1, 0.191),
-        Term("beside", 0.05, 3.204),
-        Term("rim", 0.02, 0.394),
-        Term("rim", 0.2, 0.999),
-        Term("error_m", 0.05, 0.203),
-        Term("error_m", 0.3, 0.532),
-        Term("few", 0.05, 0.781),
+    0.8, 4.550, (
+        Term("off", 0.1, 2.049),
+        Term("unseen", 0.1, 0.299),
+        Term("loose", 0.1, 0.286),
+        Term("strange", 0.1, 0.044),
+        Term("unsure", 0.1, 0.161),
+        Term("rim", 0.02, 0.399),
+        Term("rim", 0.2, 0.590),
+        Term("error_m", 0.3, 0.446),
+        Term("few", 0.05, 1.145),
     ),
 )  # fmt: skip
 GOOD_FROM, POOR_BELOW = 0.79, 0.5
