@@ -27,7 +27,8 @@ from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Pict
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.evaluation.models import compare_model
 from cityflow.evaluation.models_overhangs import shares_within, true_overhang
-from cityflow.geometry.validity import is_valid
+from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.validity import check_polygons, is_valid
 from cityflow.reconstruction import orientation_histogram as histogram
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
@@ -290,6 +291,7 @@ SOLID_HEAD = (
     "with overhang",
     "all edges kept",
     "valid",
+    "surfaces beyond valid",
     "party walls that differ",
     "ms median / most",
 )
@@ -298,7 +300,7 @@ SOLID_HEAD = (
 def solid_row(
     name: str, places: Sequence[Place], found: Sequence[tuple[EdgeOverhang, ...]], parameters: OverhangParameters
 ) -> list[str]:
-    solids, seconds, whole, wanted, valid = {}, [], 0, 0, 0
+    solids, seconds, whole, wanted, valid, beyond = {}, [], 0, 0, 0, 0
     for place, overhangs in zip(places, found, strict=True):
         plain = Evidence(place.unit.id, place.outline, place.points, place.unit.floor_m, party=place.party)
         start = time.perf_counter()
@@ -308,11 +310,12 @@ def solid_row(
             continue
         solids[place.unit.id] = done.solid
         valid += is_valid(done.solid)
+        beyond += done.beyond is not None and not check_polygons(rings_of(done.beyond))
         wanted += any(o.reach_m > 0 for o in overhangs)
         whole += any(o.reach_m > 0 for o in overhangs) and done.notes["overhangs_left"] == 0
     differ = len(differing_walls(cut_party_walls(solids)))
     return [
-        name, f"{len(solids)}", f"{wanted}", f"{whole}", f"{valid}", f"{differ}",
+        name, f"{len(solids)}", f"{wanted}", f"{whole}", f"{valid}", f"{beyond}", f"{differ}",
         f"{1e3 * np.median(seconds):.0f} / {1e3 * np.max(seconds):.0f}",
     ]  # fmt: skip
 

@@ -13,7 +13,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import EdgeOverhang, Polyhedron, Semantic
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.geometry.validity import check_polyhedron
+from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.validity import check_polygons, check_polyhedron
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.reconstruction.partition.partition_values import RoofCell, RoofPartition
@@ -78,6 +79,7 @@ def roofs_beyond(
     assert check_polyhedron(done.solid) == []
     beyond: Polyhedron | None = done.beyond
     assert beyond is not None
+    assert check_polygons(rings_of(beyond)) == []
     return [beyond.ring(f.rings[0]) - (*outline.exterior.coords[0], 0.0) for f in beyond.of_semantic(Semantic.ROOF)]
 
 
