@@ -101,6 +101,8 @@ def test_a_thin_spire_stays(images: list[OrientedImage], monkeypatch: pytest.Mon
     maps[images[3].name] = [bare]
     words = judged(images, maps)
     assert all((words[n][roof[n]] > 0).all() for n in ("nadir0", "nadir1", "nadir2"))
+    words = judged([images[0], images[3]], maps)
+    assert (words["nadir0"][roof["nadir0"]] > 0).all(), "as many for as against, and two partners have agreed on it"
 
 
 def test_neither_tiles_nor_order_matter(images: list[OrientedImage]) -> None:

@@ -19,7 +19,7 @@ from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.survey import Survey
 from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
 
-VERSION = 1
+VERSION = 2
 """Of what is refuted."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""

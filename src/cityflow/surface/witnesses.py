@@ -2,8 +2,8 @@
 
 A point that matching has put into the air costs nothing in its own pair: one partner alone may take one piece of grass for another. Images from
 other sides see the ground behind it. So each depth is held against the depth maps of all other images that look at its place. Each of their words
-weighs as many partners as agree on it, and a depth that has not more words for it than against it is refuted. What stands in front of a point only
-hides it and says nothing.
+weighs as many partners as agree on it. A depth with more words against it than for it is refuted; with as many, if one partner alone has seen it. What
+stands in front of a point only hides it and says nothing.
 """
 
 from __future__ import annotations
@@ -142,8 +142,10 @@ def _words(
     for other in witnesses:
         if other.image.name != own.image.name:
             _hear(asked, other, limits[other.image.name], p, speaking)
+    # as many for as against: what several partners have agreed on stays, what one alone has said goes
+    undecided = (speaking == 0) & (own.views.ravel()[asked.pixel] > 1)
     words = np.zeros(own.depth.size, np.uint8)
-    words[asked.pixel] = np.clip(speaking, 0, MOST_WORDS)
+    words[asked.pixel] = np.clip(np.where(undecided, 1, speaking), 0, MOST_WORDS)
     return words.reshape(own.depth.shape)
 
 
