@@ -19,7 +19,7 @@ from cityflow.outlines.combine_gaps import parts_between_gaps
 from cityflow.outlines.combine_lines import Roofs
 from cityflow.outlines.combine_places import Places
 from cityflow.outlines.footprint_parameters import FindParameters
-from cityflow.outlines.footprint_roofs import roof_outlines
+from cityflow.outlines.footprint_roofs import orientations_of, roof_outlines
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.outlines.noding import node_outlines
 from cityflow.outlines.regions import (
@@ -29,6 +29,7 @@ from cityflow.outlines.regions import (
     building_regions,
     crack_midpoints,
 )
+from cityflow.outlines.seams import parts_of
 from cityflow.outlines.wall_line import Heights
 from cityflow.outlines.wall_lines import find_wall_lines
 
@@ -56,7 +57,10 @@ def find_outlines(surface: RegionSurface, parameters: FindParameters | None = No
 
 def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outline]:
     """Outlines where nobody looked for façades."""
-    regions = building_regions(surface, parameters.regions)
+    whole = building_regions(surface, parameters.regions)
+    regions = [
+        part for r in whole for part in parts_of(r, surface, orientations_of(r), parameters.regions.minimum_area_m2)
+    ]
     found = [Footprint(p, None, how) for r in regions for p, how in _outlines_of(r, surface, parameters)]
     known = KnownLines([], _boundary_points(regions, surface), surface.grid.cell)
     return [replace(o, edges=known.edges_of(o.polygon)) for o in _named(found)]

@@ -60,6 +60,13 @@ def edge_bias_m(region: Region, parameters: FindParameters) -> float:
     return region.grid.cell * max(0.0, 0.5 - 1 / (n + 1)) + parameters.spot_m + parameters.eaves_m
 
 
+def orientations_of(region: Region) -> list[float]:
+    """Principal orientations of a region's edges, radians from east, each for itself and its perpendicular."""
+    cells = region.polygon()
+    rings = [crack_midpoints(shapely.get_coordinates(r), region.grid.cell) for r in (cells.exterior, *cells.interiors)]
+    return _orientations(rings, region.grid.cell, _CHORDS_M[1])
+
+
 def _orientations(rings: Sequence[FloatArray], cell: float, chord_m: float) -> list[float]:
     """Principal orientations of all rings of a region, by the directions of chords of twice this length."""
     votes = [chord_directions(ring, max(2, min(round(chord_m / cell), len(ring) // 16))) for ring in rings]

@@ -18,7 +18,7 @@ from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 3
+VERSION = 4
 
 
 def task(survey: Survey, name: str) -> Task:
