@@ -55,7 +55,7 @@ def test_the_most_of_several_bases_counts_and_not_their_sum() -> None:
 
 def test_a_base_answers_for_its_cells_alone_and_tiles_together_for_all() -> None:
     halves = [(0.0, 0.0, 90.0, 100.0), (90.0, 0.0, 200.0, 100.0)]
-    parts = [MatchedGround(image(60.0), (image(90.0),), cells(half)) for half in halves]  # type: ignore[arg-type]
+    parts = [MatchedGround(image(60.0), (image(90.0),), cells(half)) for half in halves]
     whole = MatchedGround(image(60.0), (image(90.0),), cells())
     ground = np.zeros(GRID.shape)
     assert np.array_equal(images_of_ground(parts, GRID, ground), images_of_ground([whole], GRID, ground))

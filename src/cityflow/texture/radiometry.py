@@ -23,8 +23,8 @@ from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
 __all__ = ["FaceSamples", "RadiometryParameters", "balance", "face_samples"]
 
-MID_GREY = 110.0
-"""A usual value, at which images are said to be brighter or darker than others."""
+DARK, BRIGHT = 55.0, 200.0
+"""Values at which images are said to be darker or brighter than others: of shadows, and of sunlit walls that are not cut off yet."""
 CELLS_OF_FACE = 800
 """Cells of one face that are compared at most."""
 CELLS_OF_SWEEP = 6_000
@@ -67,7 +67,7 @@ def balance(
     """The model of every image of a unit that can be compared with another one.
 
     Each set of images that comparisons join has a root, the image with most pixels on the unit; models are handed on from it along the minimum spanning tree.
-    All of them are then as bright as the middle one of the set was, so that a root of odd exposure changes nothing.
+    All of them are then as bright as the middle one of the set was, and of its contrast, so that a root of odd exposure changes nothing.
 
     Parameters
     ----------
@@ -104,8 +104,7 @@ def _following(models: Models, compared: Sequence[Comparison]) -> dict[int, Line
 
 
 def _cell_colours(source: Source, uv: FloatArray, pixels_per_cell: float) -> Float32Array:
-    level = int(np.clip(np.rint(np.log2(max(pixels_per_cell, 1e-3))), 0, source.most_level))
-    return source.unsaturated(uv, level)
+    return source.unsaturated(uv, source.level_of(pixels_per_cell))
 
 
 def _handed_on(root: int, tree: Tree) -> dict[int, LinearModel]:
@@ -162,18 +161,25 @@ def _refitted(
 def _like_the_middle(
     models: Models, leading: Mapping[int, float], parameters: RadiometryParameters
 ) -> dict[int, LinearModel]:
-    """The models, brighter or darker so that the middle one of the leading images (image → pixels), band by band, stays as bright as it is.
+    """The models, brighter or darker and with more or less contrast, so that the middle one of the leading images (image → pixels) stays as it is.
 
-    A unit then looks as the survey's balance has most of its images, and like its neighbours, which have other roots; and an odd root gives way.
+    A unit then looks as the survey's balance has most of its images, and like its neighbours, which have other roots; and an odd root gives way. Brightness
+    alone is not enough: where the root has more contrast than the others, all of them were stretched beyond white.
     """
-    bright = np.array([np.maximum(models[i].gain * MID_GREY + models[i].offset, 1.0) / MID_GREY for i in leading])
     weight = np.array(list(leading.values()))
-    order = np.argsort(bright, axis=0, kind="stable")
+    gain, offset = (np.array([getattr(models[i], name) for i in leading]) for name in ("gain", "offset"))
+    dark, bright = (_weighted_median(gain * value + offset, weight) for value in (DARK, BRIGHT))
+    steeper = (BRIGHT - DARK) / np.maximum(bright - dark, 1.0)
+    level = LinearModel(steeper, DARK - steeper * dark)
+    return {image: _bounded(level.after(model), parameters) for image, model in models.items()}
+
+
+def _weighted_median(values: FloatArray, weight: FloatArray) -> FloatArray:
+    """(bands,) of (n, bands) values, each with the weight of its row."""
+    order = np.argsort(values, axis=0, kind="stable")
     summed = np.cumsum(weight[order], axis=0)
     at = np.argmax(summed >= 0.5 * summed[-1], axis=0)
-    middle = np.take_along_axis(bright, np.take_along_axis(order, at[None], axis=0), axis=0)[0]
-    level = LinearModel(1.0 / middle, np.zeros(3))
-    return {image: _bounded(level.after(model), parameters) for image, model in models.items()}
+    return np.asarray(np.take_along_axis(np.take_along_axis(values, order, axis=0), at[None], axis=0)[0])
 
 
 def _bounded(model: LinearModel, parameters: RadiometryParameters) -> LinearModel:

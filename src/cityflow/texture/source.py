@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import ColourImage, balanced, sampled
 from cityflow.core.pixels import PixelArray, Pixels, level_shape
@@ -81,6 +81,14 @@ class Source:
         """The highest pyramid level of at least some pixels."""
         pixels = self.colour.pixels
         return max(0, min(pixels.height, pixels.width).bit_length() - 3)
+
+    def level_of(self, pixels_per_cell: float) -> int:
+        """The pyramid level whose pixels are as large as cells of so many pixels."""
+        return int(np.clip(np.rint(np.log2(max(pixels_per_cell, 1e-3))), 0, self.most_level))
+
+    def is_burnt(self, uv: FloatArray, level: int) -> BoolArray:
+        """(N,) where the sensor or the file may have cut a value off."""
+        return np.asarray(self._colours(uv, level)[1] >= SATURATED * self.white)
 
     def colours(self, uv: FloatArray, level: int = 0) -> Float32Array:
         """(N, 3) red, green, blue, 0 to 255, at (N, 2) image coordinates; at centres of pixels and level 0, the pixels themselves.

@@ -17,11 +17,13 @@ from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
 from cityflow.errors import CityflowError
+from cityflow.texture.burnt_out import burnt_cells, without_burnt
 from cityflow.texture.ortho_image import is_ortho
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.placement.place import PlacementParameters
+from cityflow.texture.plain_colours import WallColours
 from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance, face_samples
 from cityflow.texture.ranking.choose import METHODS
 from cityflow.texture.ranking.frame import in_frame
@@ -30,7 +32,7 @@ from cityflow.texture.ranking.usable import grazing
 from cityflow.texture.ranking.views import views_of
 from cityflow.texture.readable import watched
 from cityflow.texture.redundancy import RedundancyParameters, kept
-from cityflow.texture.source import Source, UnitSources, sources_of
+from cityflow.texture.source import LinearModel, Source, UnitSources, sources_of
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
@@ -109,6 +111,12 @@ class _Face:
     seen: tuple[SeenFace, ...]
     kept: tuple[int, ...]
 
+    @property
+    def seen_share(self) -> float:
+        """Of its area, 0 to 1."""
+        cells = np.any([s.mask.mask() for s in self.seen], axis=0).sum() if self.seen else 0
+        return float(min(cells * self.grid.cell**2 / self.plane.polygon.area, 1.0))
+
 
 def texture_unit(
     faces: Sequence[FacePlane], images: Sequence[ColourImage], around: Surroundings, parameters: TextureParameters
@@ -139,13 +147,12 @@ def _attempted(
     looked = [_looked_at(f, sources, scene, parameters) for f in faces]
     used = {f.seen[k].view.image for f in looked for k in f.kept}
     orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
-    models = balance(
-        [_samples(f, used, sources, parameters.rank) for f in looked if f.kept], parameters.radiometry, orthos
-    )
-    unit = UnitSources(sources, models)
-    made = {f.plane.key: _patches(f, unit, scene, parameters) for f in looked}
+    samples = {f.plane.key: _samples(f, used, sources, parameters.rank) for f in looked if f.kept}
+    models = balance(list(samples.values()), parameters.radiometry, orthos)
+    unit, walls = UnitSources(sources, models), _wall_colours(looked, samples, models)
+    made = {f.plane.key: _patches(f, unit, scene, walls, parameters) for f in looked}
     found = {key: p for key, p in made.items() if p is not None}
-    plain = dict(_plain(looked, found))
+    plain = dict(_plain(looked, found, walls))
     texture = UnitTexture(
         tuple(s.image.name for s in sources), tuple(p.raw for p in found.values()), tuple(p.rectified for p in found.values()), plain
     )  # fmt: skip
@@ -161,8 +168,16 @@ def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, paramet
     grid = coarse_grid(face, finest, parameters.visibility.coarse_cells)
     facing = [v for v in views if v.incidence_deg <= parameters.rank.steepest_deg]
     seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
+    chosen = _kept(face, seen, parameters)
+    if any(burnt_cells(face, grid, seen[k], sources[seen[k].view.image]).any() for k in chosen):
+        seen = tuple(s for s in without_burnt(face, grid, seen, sources, parameters.rank) if s.mask.count)
+        chosen = _kept(face, seen, parameters)
+    return _Face(face, grid, len(views), seen, chosen)
+
+
+def _kept(face: FacePlane, seen: Sequence[SeenFace], parameters: TextureParameters) -> tuple[int, ...]:
     order = METHODS[parameters.ranking](face, seen, parameters.rank)
-    return _Face(face, grid, len(views), seen, kept(seen, order, parameters.redundancy))
+    return kept(seen, order, parameters.redundancy)
 
 
 def _samples(face: _Face, used: set[int], sources: Sequence[Source], rank: RankingParameters) -> FaceSamples:
@@ -172,8 +187,19 @@ def _samples(face: _Face, used: set[int], sources: Sequence[Source], rank: Ranki
     return face_samples(face.plane, face.grid, told, sources)
 
 
-def _patches(face: _Face, unit: UnitSources, scene: Scene, parameters: TextureParameters) -> FacePatches | None:
-    views = FaceSources(face.grid, [face.seen[k] for k in face.kept], face.candidates)
+def _wall_colours(
+    faces: Sequence[_Face], samples: Mapping[FaceKey, FaceSamples], models: Mapping[int, LinearModel]
+) -> WallColours:
+    """Of the walls that some image sees."""
+    walls = [f for f in faces if f.plane.semantic is Semantic.WALL and f.kept]
+    return WallColours([(f.plane.key, samples[f.plane.key], f.seen_share, f.plane.polygon.area) for f in walls], models)
+
+
+def _patches(
+    face: _Face, unit: UnitSources, scene: Scene, walls: WallColours, parameters: TextureParameters
+) -> FacePatches | None:
+    plain = walls.of(face.plane.key) if face.plane.semantic is Semantic.WALL else None
+    views = FaceSources(face.grid, [face.seen[k] for k in face.kept], face.candidates, plain)
     return make_patches(face.plane, views, unit, _eye(face.plane, unit, scene), parameters.patches)
 
 
@@ -189,18 +215,21 @@ def _eye(face: FacePlane, unit: UnitSources, scene: Scene) -> Visible:
     return visible
 
 
-def _plain(faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches]) -> Iterator[tuple[FaceKey, PlainFace]]:
-    """Faces without a texture get the mean colour of their kind on this unit."""
-    means: dict[Semantic, Colour] = dict(USUAL)
+def _plain(
+    faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches], walls: WallColours
+) -> Iterator[tuple[FaceKey, PlainFace]]:
+    """Faces without a texture get the colour of their kind on this unit: walls that of its walls, others the median of what images show."""
+    usual: dict[Semantic, Colour] = dict(USUAL)
     for semantic in USUAL:
         parts = [found[f.plane.key].rectified for f in faces if f.plane.semantic is semantic and f.plane.key in found]
         if parts:
             pixels = np.concatenate([p.pixels[p.mask] for p in parts])
-            red, green, blue = (int(v) for v in np.rint(pixels.mean(axis=0)))
-            means[semantic] = (red, green, blue)
+            red, green, blue = (int(v) for v in np.rint(np.median(pixels, axis=0)))
+            usual[semantic] = (red, green, blue)
+    usual[Semantic.WALL] = walls.common or usual[Semantic.WALL]
     for face in faces:
         if face.plane.key not in found:
-            yield face.plane.key, PlainFace(means[face.plane.semantic], HIDDEN if face.candidates else NO_IMAGE)
+            yield face.plane.key, PlainFace(usual[face.plane.semantic], HIDDEN if face.candidates else NO_IMAGE)
 
 
 def _figures(faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches]) -> dict[str, float | int]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, FaceGrid, FacePlane, SeenFace
+from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, Colour, FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.patches.canvas import Canvas
 from cityflow.texture.patches.parameters import PatchParameters
@@ -37,11 +37,13 @@ class FaceSources:
     grid : that the masks of `kept` are on
     kept : images that remain, the root first, then best first
     candidates : images that have the face in their frame
+    plain : the colour of what no image sees, some pixels away from what one sees; None: it is interpolated, however far
     """
 
     grid: FaceGrid
     kept: Sequence[SeenFace]
     candidates: int
+    plain: Colour | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.colour_image import sampled
 from cityflow.core.pixels import ArrayPixels
-from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, FaceFigures, FacePlane, Patch
+from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Colour, FaceFigures, FacePlane, Patch
 from cityflow.texture.patches.canvas import Canvas, front_canvas, root_canvas
 from cityflow.texture.patches.compose import AT_ONCE, Composition, FaceSources, Visible, compose
 from cityflow.texture.patches.fill import interpolated, nearest
@@ -94,7 +94,7 @@ def _patch(
 ) -> Patch:
     index = np.zeros(canvas.shape, np.uint16)
     index[canvas.own] = painted.index
-    pixels = _coloured(canvas, painted, parameters)
+    pixels = _coloured(canvas, painted, views.plain, parameters)
     index[canvas.own & (index == OUTSIDE)] = INTERPOLATED
     view, own = views.kept[0].view, max(len(painted.index), 1)
     images = np.unique(painted.index[painted.index >= FIRST_IMAGE])
@@ -105,8 +105,10 @@ def _patch(
     return _finished(Patch(face.key, pixels, index, canvas.own, canvas.corners, figures), canvas, parameters)
 
 
-def _coloured(canvas: Canvas, painted: Composition, parameters: PatchParameters) -> NDArray[np.uint8]:
-    """(rows, cols, 3) the own pixels; those that no image sees are interpolated between those that one surely sees."""
+def _coloured(
+    canvas: Canvas, painted: Composition, plain: Colour | None, parameters: PatchParameters
+) -> NDArray[np.uint8]:
+    """(rows, cols, 3) the own pixels; those that no image sees are interpolated between those that one surely sees, and fade into the plain colour."""
     colours = painted.colours
     missing = painted.index == OUTSIDE
     if missing.any():
@@ -115,6 +117,9 @@ def _coloured(canvas: Canvas, painted: Composition, parameters: PatchParameters)
         raster[canvas.own], known[canvas.own], hole[canvas.own] = colours, sure, missing
         filled = interpolated(raster, known)[hole]
         del raster
+        if plain is not None:
+            near = np.exp(-canvas.distance(sure)[missing, None] / np.float32(parameters.fade_px))
+            filled = near * filled + (1 - near) * np.array(plain, np.float32)
         colours = colours.copy()
         colours[missing] = filled
     if 2.0 * float(canvas.depth.max()) < parameters.slim_px:

@@ -18,6 +18,12 @@ class PatchParameters(Parameters):
         description="pixels whose centre is nearer than this to the face's edge take the colour of the next",
     )
     feather_px: float = Field(3.0, ge=0, le=32, description="pixels over which one image fades into the next")
+    fade_px: float = Field(
+        6.0,
+        gt=0,
+        le=100,
+        description="what no image sees of a wall fades from the colours around into the wall's plain colour over so many pixels",
+    )
     retreat_px: float = Field(
         1.5, ge=0, le=8, description="pixels so near to what hides a face from their image are used last"
     )
