@@ -54,7 +54,7 @@ def test_a_wish_does_again_what_hangs_on_it_and_leaves_nothing_stale(
     cityflow.run(small_city, tmp_path / "fresh", *sets)
     assert contents(copied_run) == contents(tmp_path / "fresh")
     assert sorted(p.name for p in (copied_run / "products").iterdir()) == [
-        "catalog.json", "dsm", "dsm.vrt", "dtm", "dtm.vrt", "items", "obj", "outlines.gpkg"
+        "catalog.json", "collection.json", "dsm", "dsm.vrt", "dtm", "dtm.vrt", "items", "obj", "outlines.gpkg"
     ]  # fmt: skip
     assert "CityGML" not in json.dumps(report(copied_run)["products"])
 

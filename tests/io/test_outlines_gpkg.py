@@ -47,7 +47,11 @@ def test_all_layers_are_read_with_crs_and_geometry(
 ) -> None:
     path = _written(tmp_path, layers, amersfoort)
     assert pyogrio.list_layers(path).tolist() == [["outlines", "Polygon"], ["units", "Polygon"], ["status", "Unknown"]]
-    assert pyogrio.read_info(path, layer="units")["layer_metadata"] == {"VERTICAL_DATUM": "NAP height"}
+    assert pyogrio.read_info(path, layer="units")["layer_metadata"]["VERTICAL_DATUM"] == "NAP height"
+    with sqlite3.connect(path) as file:
+        said = dict(file.execute("SELECT table_name, description FROM gpkg_contents"))
+    assert said["units"].startswith("Buildings with all attributes")
+    assert all(said.values())
     units = geopandas.read_file(path, layer="units")
     assert units.crs.to_epsg() == 28992
     assert units["id"].tolist() == [b.id for b in buildings]

@@ -42,7 +42,13 @@ def _stored(folder: Path, files: Mapping[str, bytes]) -> pystac.Catalog:
 
 def test_pystac_reads_it(items: list[ProductItem], amersfoort: Reference, tmp_path: Path) -> None:
     catalog = _stored(tmp_path, products_catalog(items, SOURCE, amersfoort))
-    found = list(catalog.get_items())
+    (collection,) = catalog.get_collections()
+    assert (collection.license, collection.title) == ("CC0-1.0", "Delft")
+    assert collection.extent.spatial.bboxes[0] == pytest.approx([4.3676, 52.0114, 4.3748, 52.0137], abs=2e-4)
+    assert collection.extent.temporal.intervals[0][0] == collection.extent.temporal.intervals[0][1]
+    assert [p.name for p in collection.providers or []] == ["AHN3; BGT: Kadaster"]
+    found = list(collection.get_items())
+    assert found[0].get_collection() is collection
     assert [item.properties["title"] for item in found] == ["340_1790", "city"]
     tile = found[0]
     assert tile.properties["proj:code"] == "EPSG:7415"
@@ -62,14 +68,14 @@ def test_it_follows_the_core_schemas(items: list[ProductItem], code: str) -> Non
     for path, data in products_catalog(items, SOURCE, resolve(code)).items():
         # the extensions' own schemas are not at hand offline
         stac = {**json.loads(data), "stac_extensions": []}
-        kind = "catalog" if path == "catalog.json" else "item"
+        kind = path.removesuffix(".json") if "/" not in path else "item"
         schema = next(s for uri, s in schemas.items() if uri.endswith(f"/{kind}-spec/json-schema/{kind}.json"))
         jsonschema_rs.validator_for(schema, registry=registry).validate(stac)
 
 
 def test_assets_point_at_the_files(items: list[ProductItem], amersfoort: Reference, tmp_path: Path) -> None:
     catalog = _stored(tmp_path, products_catalog(items, SOURCE, amersfoort))
-    tile, city = catalog.get_items()
+    tile, city = catalog.get_items(recursive=True)
     assert Path(str(tile.assets["dsm"].get_absolute_href())).resolve() == (tmp_path / "dsm/340_1790.tif").resolve()
     assert Path(str(city.assets["report"].get_absolute_href())).resolve() == (tmp_path.parent / "report.html").resolve()
     assert tile.assets["dsm"].media_type == "image/tiff; application=geotiff; profile=cloud-optimized"
@@ -78,7 +84,7 @@ def test_assets_point_at_the_files(items: list[ProductItem], amersfoort: Referen
 
 
 def test_a_local_frame_has_no_place_on_the_globe(items: list[ProductItem], local: Reference, tmp_path: Path) -> None:
-    tile = next(iter(_stored(tmp_path, products_catalog(items, SOURCE, local)).get_items()))
+    tile = next(iter(_stored(tmp_path, products_catalog(items, SOURCE, local)).get_items(recursive=True)))
     assert tile.geometry is None
     assert tile.properties["proj:code"] is None
     assert tile.properties["proj:bbox"] == [85000.0, 447500.0, 85250.0, 447750.0]

@@ -189,3 +189,16 @@ def test_an_ortho_says_what_its_bands_mean(tmp_path: Path, amersfoort: Reference
         with rasterio.open(tmp_path / name) as dataset:
             assert [c.name for c in dataset.colorinterp] == ["red", "green", "blue", "alpha"]
             np.testing.assert_array_equal(dataset.read(), bands)
+            assert dataset.crs == CRS.from_epsg(28992), "colours have no heights"
+            assert dataset.units == (None,) * 4
+            assert "VERTICAL_DATUM" not in dataset.tags()
+
+
+def test_a_large_vrt_has_overviews_made_of_those_of_its_tiles(tmp_path: Path, amersfoort: Reference) -> None:
+    grids = [Grid(85000.0 + 600 * i, 447600.0, 1.0, 600, 600) for i in range(4)]
+    for i, grid in enumerate(grids):
+        (tmp_path / f"{i}.tif").write_bytes(write_cog(np.full(grid.shape, float(i), np.float32), grid, amersfoort))
+    (tmp_path / "all.vrt").write_bytes(write_vrt([(f"{i}.tif", g) for i, g in enumerate(grids)], amersfoort))
+    with rasterio.open(tmp_path / "all.vrt") as dataset:
+        assert dataset.overviews(1) == [2, 4, 8]
+        assert dataset.read(1, out_shape=(75, 300))[37, [37, 112, 187, 262]].tolist() == [0.0, 1.0, 2.0, 3.0]

@@ -87,6 +87,10 @@ def test_xarray_opens_it_lazily_with_crs_and_coordinates(store: str) -> None:
     assert np.isnan(elsewhere["dsm"].item())
     assert elsewhere["holes"].item() is True
     assert elsewhere["count"].item() == 0
+    names = {name: city[name].attrs.get("standard_name") for name in ("dsm", "dtm", "ndsm", "count")}
+    assert names == {"dsm": "altitude", "dtm": "surface_altitude", "ndsm": "height", "count": None}
+    flags = city["class"].attrs
+    assert dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))[6] == "building"
 
 
 def test_a_local_frame_has_no_crs(tmp_path: Path, local: Reference) -> None:
@@ -123,7 +127,9 @@ def test_an_ortho_has_bands_and_one_chunk_a_tile(tmp_path: Path, amersfoort: Ref
     assert all((Path(path) / p).is_file() for p in chunk_paths(CITY, tile, {"ortho": colour}))
     _, found = read_layers(path, CITY, tile.bounds, ["ortho"])
     np.testing.assert_array_equal(found["ortho"], colour)
-    assert xr.open_zarr(path)["ortho"].dims == ("band", "y", "x")
+    ortho = xr.open_zarr(path)["ortho"]
+    assert ortho.dims == ("band", "y", "x")
+    assert ortho["band"].to_numpy().tolist() == [1, 2, 3]
 
 
 def test_the_same_arrays_give_the_same_bytes(tmp_path: Path, amersfoort: Reference) -> None:

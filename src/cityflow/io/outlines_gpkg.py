@@ -22,7 +22,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Building, Outline, OutlineEdge, Scalar, Status
 from cityflow.core.reference import Reference
 from cityflow.core.splitting import CutLine, Splitting
-from cityflow.io.attributes import described, scalars
+from cityflow.io.attributes import GROUND_KEY, described, scalars
 from cityflow.io.reference import horizontal_crs, vertical_datum
 
 _Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
@@ -32,6 +32,20 @@ _LINE = "LineString"
 _RESERVED = ("fid", "geom")
 _NO_TIME = "2000-01-01T00:00:00.000Z"
 """GeoPackage wants a time of last change; the products have none."""
+
+
+METRES = ("bias", "nmad", "rmse", "le95", GROUND_KEY)
+"""Attributes of units that other formats name without their unit."""
+DESCRIPTIONS: Mapping[str, str] = {
+    "outlines": "Outlines as they were used, with what was repaired",
+    "outline_edges": "Edges of outlines and walls inside them: where each comes from, standard deviation in metres, share of it that was seen",
+    "roofs": "Outlines of roofs where they are known apart from the walls; overhang in square metres",
+    "cut_lines": "Lines that part an outline into units, used or not, with evidence and confidence; steps and gaps in metres",
+    "units": "Buildings with all attributes; names end in their unit; nmad, rmse, bias and le95 are of vertical distances of points from the roof",
+    "overhangs": "Edges beyond which a roof stands out: reach and standard deviation in metres, share seen",
+    "status": "How every unit ended: done, degraded, failed or refused, with the reason",
+}
+"""What the layers hold, as a GIS shows it beside their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +120,9 @@ def _known(value: float) -> float | None:
 
 
 def unit_layer(buildings: Iterable[Building]) -> Layer:
-    """Footprints with all attributes, source's and measured ones."""
+    """Footprints with all attributes, source's and measured ones; columns of metres end in ``_m``."""
     found = list(buildings)
-    rows = [{"id": b.id, **_without(described(b), "id")} for b in found]
+    rows = [{"id": b.id, **_with_units(_without(described(b), "id"))} for b in found]
     return Layer("units", [None if b.footprint.is_empty else b.footprint for b in found], rows)
 
 
@@ -156,7 +170,7 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
             crs=None if crs is None else crs.to_wkt(),
             append=append,
             layer_metadata={"VERTICAL_DATUM": vertical_datum(reference)},
-            layer_options={"GEOMETRY_NAME": "geom", "FID": "fid"},
+            layer_options={"GEOMETRY_NAME": "geom", "FID": "fid", "DESCRIPTION": DESCRIPTIONS.get(layer.name, "")},
         )
 
 
@@ -202,6 +216,10 @@ def _column_names(keys: Sequence[str]) -> list[str]:
         taken.add(name.lower())
         names.append(name)
     return names
+
+
+def _with_units(row: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    return {f"{key}_m" if key in METRES and f"{key}_m" not in row else key: value for key, value in row.items()}
 
 
 def _without(row: Mapping[str, Scalar], *own: str) -> dict[str, Scalar]:

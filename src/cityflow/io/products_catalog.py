@@ -18,7 +18,7 @@ from cityflow.core.reference import Reference
 from cityflow.io.attributes import ncname
 from cityflow.io.reference import crs_of, horizontal_transform, vertical_datum
 
-ROOT = "catalog.json"
+ROOT, COLLECTION = "catalog.json", "collection.json"
 ITEMS = "items"
 PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
 FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"
@@ -39,6 +39,8 @@ MEDIA_TYPES: Mapping[str, str] = {
     ".html": "text/html",
     ".zarr": "application/vnd.zarr; version=3",
 }
+COLLECTION_ID = "city"
+WORLD = [-180.0, -90.0, 180.0, 90.0]
 UNKNOWN_DATE = (datetime(1900, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
 """STAC wants some time: the range of a survey that says none."""
 
@@ -83,14 +85,38 @@ class Source:
 
 
 def products_catalog(items: Iterable[ProductItem], source: Source, reference: Reference) -> dict[str, bytes]:
-    """The files of the catalog by path: ``catalog.json`` and one ``items/….json`` for each item."""
+    """The files of the catalog by path: ``catalog.json``, its one ``collection.json`` with extent and licence, and one ``items/….json`` for each item."""
     written = {f"{ITEMS}/{ncname('p', item.id)}.json": _item(item, source, reference) for item in items}
     catalog = pystac.Catalog("products", source.description, title=source.title or None)
     catalog.catalog_type = pystac.CatalogType.SELF_CONTAINED
     root = catalog.to_dict(include_self_link=False)
-    root["links"] = [_link("root", f"./{ROOT}")]
-    root["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in written]
-    return {ROOT: _json(root), **{path: _json(item) for path, item in written.items()}}
+    root["links"] = [_link("root", f"./{ROOT}"), _link("child", f"./{COLLECTION}")]
+    return {
+        ROOT: _json(root),
+        COLLECTION: _json(_collection(written, source)),
+        **{path: _json(item) for path, item in written.items()},
+    }
+
+
+def _collection(items: Mapping[str, Mapping[str, Any]], source: Source) -> dict[str, Any]:
+    """All products: where and of when they are, on which terms. A local frame is somewhere on the globe."""
+    boxes = np.array([item["bbox"] for item in items.values() if item.get("bbox")])
+    box = [*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()] if len(boxes) else WORLD
+    moment, start, end = _dates(source.date)
+    extent = pystac.Extent(pystac.SpatialExtent([box]), pystac.TemporalExtent([[moment or start, moment or end]]))
+    provider = pystac.Provider(source.attribution, roles=[pystac.ProviderRole.PRODUCER])
+    made = pystac.Collection(
+        COLLECTION_ID,
+        source.description,
+        extent,
+        title=source.title or None,
+        license=source.licence,
+        providers=[provider] if source.attribution else None,
+    )
+    said: dict[str, Any] = made.to_dict(include_self_link=False)
+    said["links"] = [_link("root", f"./{ROOT}"), _link("parent", f"./{ROOT}")]
+    said["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in items]
+    return said
 
 
 def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, Any]:
@@ -109,7 +135,9 @@ def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, 
     for key, product in item.files.items():
         stac.add_asset(key, _asset(product))
     written: dict[str, Any] = stac.to_dict(include_self_link=False, transform_hrefs=False)
-    written["links"] = [_link("root", f"../{ROOT}"), _link("parent", f"../{ROOT}")]
+    written["collection"] = COLLECTION_ID
+    links = {"root": ROOT, "parent": COLLECTION, "collection": COLLECTION}
+    written["links"] = [_link(relation, f"../{path}") for relation, path in links.items()]
     return written
 
 

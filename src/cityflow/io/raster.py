@@ -46,13 +46,18 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
     ----------
     array : (rows, cols), or (bands, rows, cols); bool is written as 0 and 1
     nodata : the value that means no data; ignored where the dtype cannot hold it
+
+    Notes
+    -----
+    Floating values are heights and stand in the CRS with its vertical part. Whole numbers are colours, classes or counts: with that part readers would say
+    that these are metres.
     """
     bands = np.asarray(array, np.uint8 if array.dtype == bool else None).reshape(-1, *grid.shape)
     if nodata is not None and np.isnan(nodata) and not np.issubdtype(bands.dtype, np.floating):
         nodata = None
     profile = {
         "driver": "COG", "height": grid.rows, "width": grid.cols, "count": len(bands), "dtype": bands.dtype,
-        "crs": _crs_with_heights(reference), "transform": Affine(*grid.transform), "nodata": nodata,
+        "crs": _crs_for(bands.dtype, reference), "transform": Affine(*grid.transform), "nodata": nodata,
         "compress": "DEFLATE", "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
         "overview_resampling": "NEAREST" if np.issubdtype(bands.dtype, np.integer) else "AVERAGE",
     }  # fmt: skip
@@ -61,7 +66,8 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
             dataset.write(bands)
             if len(bands) in COLOURS:
                 dataset.colorinterp = [ColorInterp[name] for name in COLOURS[len(bands)]]
-            dataset.update_tags(VERTICAL_DATUM=vertical_datum(reference))
+            if np.issubdtype(bands.dtype, np.floating):
+                dataset.update_tags(VERTICAL_DATUM=vertical_datum(reference))
         return bytes(memory.getbuffer())
 
 
@@ -86,7 +92,7 @@ def write_vrt(
     """
     parts = sorted(tiles, key=lambda tile: tile[0])
     whole = _mosaic([grid for _, grid in parts])
-    crs = _crs_with_heights(reference)
+    crs = _crs_for(np.dtype(dtype), reference)
     c = whole.transform
     srs = "" if crs is None else f"  <SRS>{escape(crs.to_wkt())}</SRS>\n"
     no_data = "" if nodata is None else f"    <NoDataValue>{nodata}</NoDataValue>\n"
@@ -99,6 +105,7 @@ def write_vrt(
             + "  </VRTRasterBand>\n"
             for band in range(1, bands + 1)
         )
+        + _overviews(whole, dtype)
         + "</VRTDataset>\n"
     ).encode()
 
@@ -189,6 +196,23 @@ def _source(path: str, grid: Grid, whole: Grid, kind: tuple[str, float | None, i
         f'BlockXSize="{BLOCK_PX}" BlockYSize="{BLOCK_PX}"/>\n'
         f'      <SrcRect xOff="0" yOff="0" {size}/>\n      <DstRect xOff="{cols.start}" yOff="{rows.start}" {size}/>\n'
         f"{no_data}    </ComplexSource>\n"
+    )
+
+
+def _overviews(whole: Grid, dtype: str) -> str:
+    """Coarser copies that the reader makes from those of the rasters; without them it would read every cell to show the whole."""
+    factors = []
+    while max(whole.rows, whole.cols) >> len(factors) > BLOCK_PX:
+        factors.append(2 ** (len(factors) + 1))
+    resampling = "average" if dtype.startswith("float") else "nearest"
+    return (
+        f'  <OverviewList resampling="{resampling}">{" ".join(map(str, factors))}</OverviewList>\n' if factors else ""
+    )
+
+
+def _crs_for(dtype: np.dtype[Any], reference: Reference) -> CRS | None:
+    return (
+        _crs_with_heights(reference) if np.issubdtype(dtype, np.floating) else _rasterio_crs(horizontal_crs(reference))
     )
 
 

@@ -19,6 +19,7 @@ from zarr.codecs import BloscCodec
 from zarr.errors import ContainsArrayError, GroupNotFoundError
 
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, WATER
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
 from cityflow.io.reference import crs_of, vertical_datum
@@ -32,24 +33,31 @@ _NAN_AS_XARRAY_WRITES_IT = base64.b64encode(struct.pack("<d", float("nan"))).dec
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One raster: dtype, the value of cells never written, what it says; `bands` > 0 makes it (bands, rows, cols)."""
+    """One raster: dtype, the value of cells never written, what it says; `bands` > 0 makes it (bands, rows, cols); `standard_name` is of CF."""
 
     dtype: str
     fill: float | int | bool
     meaning: str
     units: str = ""
     bands: int = 0
+    standard_name: str = ""
 
 
 LAYERS: Mapping[str, Layer] = {
-    "dsm": Layer("float32", float("nan"), "highest surface, as measured", "m"),
-    "dsm_filled": Layer("float32", float("nan"), "highest surface, small gaps filled", "m"),
-    "dtm": Layer("float32", float("nan"), "terrain", "m"),
-    "ndsm": Layer("float32", float("nan"), "surface above terrain", "m"),
+    "dsm": Layer("float32", float("nan"), "highest surface, as measured", "m", 0, "altitude"),
+    "dsm_filled": Layer("float32", float("nan"), "highest surface, small gaps filled", "m", 0, "altitude"),
+    "dtm": Layer("float32", float("nan"), "terrain", "m", 0, "surface_altitude"),
+    "ndsm": Layer("float32", float("nan"), "surface above terrain", "m", 0, "height"),
     "class": Layer("uint8", 0, "ASPRS class of the cell"),
     "count": Layer("uint32", 0, "points in the cell"),
     "holes": Layer("bool", True, "no measurement, not even interpolated"),
 }
+
+CLASSES: Mapping[int, str] = {
+    0: "unknown", UNCLASSIFIED: "unclassified", GROUND: "ground", HIGH_VEGETATION: "high_vegetation", BUILDING: "building", WATER: "water",
+    BRIDGE: "bridge",
+}  # fmt: skip
+"""Values of the layer ``class`` and what CF's flags call them."""
 
 SEEN = Layer("bool", False, "some image sees the cell, so that the ortho has a colour")
 SIGMA = Layer("float32", float("nan"), "expected standard deviation of the dsm", "m")
@@ -91,16 +99,18 @@ def create(
         "chunk_cells": chunk_cells, "crs": reference.code, "vertical_datum": vertical_datum(reference),
     }  # fmt: skip
     found = _attributes(store)
-    if found is not None and found != described and not replace:
+    if found is not None and any(found.get(key) != value for key, value in described.items()) and not replace:
         raise RunError(
             "surface.zarr was made for another extent, cell, tile or CRS",
             where=str(store),
             remedy="use another RUN folder, or remove surface.zarr",
         )
-    fresh = found != described
+    fresh = found is None or any(found.get(key) != value for key, value in described.items())
     group = zarr.open_group(store, mode="w" if fresh else "a", zarr_format=3, use_consolidated=False)
     made = [_coordinate(group, "x", grid.x_centres()), _coordinate(group, "y", grid.y_centres())]
     made += [_crs_variable(group, grid, reference)]
+    bands = max(layer.bands for layer in layers.values())
+    made += [_bands(group, bands)] if bands else []
     made += [_layer(group, name, layer, grid, chunk_cells) for name, layer in layers.items()]
     if fresh or any(made):
         group.attrs.update(described)
@@ -202,6 +212,10 @@ def _layer(group: zarr.Group, name: str, layer: Layer, grid: Grid, chunk_cells: 
     attributes: dict[str, Any] = {"long_name": layer.meaning, "grid_mapping": CRS_VARIABLE, "coordinates": CRS_VARIABLE}
     if layer.units:
         attributes["units"] = layer.units
+    if layer.standard_name:
+        attributes["standard_name"] = layer.standard_name
+    if name == "class":
+        attributes |= {"flag_values": list(CLASSES), "flag_meanings": " ".join(CLASSES.values())}
     if layer.dtype.startswith("float"):
         attributes["_FillValue"] = _NAN_AS_XARRAY_WRITES_IT
     bands = (layer.bands,) if layer.bands else ()
@@ -221,6 +235,16 @@ def _coordinate(group: zarr.Group, name: str, values: NDArray[np.float64]) -> bo
         return False
     array: Any = group[name]
     array[:] = values
+    return True
+
+
+def _bands(group: zarr.Group, count: int) -> bool:
+    """Bands count from 1, as in GeoTIFF."""
+    attributes = {"long_name": "red, green, blue, near infrared" if count > 1 else "grey"}
+    if not _array(group, "band", (count,), (count,), "int32", 0, attributes, ("band",)):
+        return False
+    array: Any = group["band"]
+    array[:] = np.arange(1, count + 1)
     return True
 
 

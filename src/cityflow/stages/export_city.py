@@ -42,7 +42,7 @@ from cityflow.stages.refused_outlines import shapes_of
 from cityflow.stages.survey import Survey
 from cityflow.stages.units import read_splits
 
-VERSION = 6
+VERSION = 7
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",

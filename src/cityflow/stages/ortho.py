@@ -21,7 +21,7 @@ from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
 
 STAGE = "ortho"
-VERSION = 3
+VERSION = 4
 UNSEEN = "no image of the nadir views could be read over this tile"
 
 
