@@ -201,7 +201,7 @@ def _source(path: str, grid: Grid, whole: Grid, kind: tuple[str, float | None, i
 
 def _overviews(whole: Grid, dtype: str) -> str:
     """Coarser copies that the reader makes from those of the rasters; without them it would read every cell to show the whole."""
-    factors = []
+    factors: list[int] = []
     while max(whole.rows, whole.cols) >> len(factors) > BLOCK_PX:
         factors.append(2 ** (len(factors) + 1))
     resampling = "average" if dtype.startswith("float") else "nearest"
