@@ -43,13 +43,14 @@ def find_overhangs(
     edges = wall_edges(evidence.outline, evidence.party)
     if candidate.solid is None:
         return tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
-    if evidence.heights is not None and evidence.heights.grid.cell <= p.coarsest_cell_m:
-        rims = _rims_of_surface(evidence, candidate, edges, p)
-    else:
-        rims = _rims_of_points(evidence, candidate, edges, p)
+    scanned = evidence.heights is None or evidence.heights.grid.cell > p.coarsest_cell_m
+    rims = (_rims_of_points if scanned else _rims_of_surface)(evidence, candidate, edges, p)
     lowest = [_roof_along(edge, candidate) for edge in edges]
     unsaid = outline_sigma(rims, p)
-    walls = [standing_wall(edge, evidence, z, p, unsaid) for edge, z in zip(edges, lowest, strict=True)]
+    walls = [
+        standing_wall(edge, evidence, z, p, unsaid, scanned and not evidence.alike_m)
+        for edge, z in zip(edges, lowest, strict=True)
+    ]
     return decided(rims, walls, p)
 
 

@@ -68,7 +68,12 @@ UNKNOWN = StandingWall(0.0, float("nan"))
 
 
 def standing_wall(
-    edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters, unsaid_sigma_m: float | None = None
+    edge: WallEdge,
+    evidence: Evidence,
+    roof_m: float,
+    p: OverhangParameters,
+    unsaid_sigma_m: float | None = None,
+    scanned: bool = False,
 ) -> StandingWall:
     """The wall of one edge, by what is known of the outline there and by the points on its façade.
 
@@ -76,12 +81,13 @@ def standing_wall(
     ----------
     roof_m : world height of the roof where it is lowest along the edge
     unsaid_sigma_m : standard deviation of the outline where nothing says how it is known
+    scanned : points around the unit are a laser's; those that images give between roof and ground are smeared along the rim
     """
     said = _part_of_outline(edge, evidence.edges)
     of_roof = said is not None and said.source == ROOF
     unsaid = p.outline_sigma_m if unsaid_sigma_m is None else unsaid_sigma_m
     outline_sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else unsaid
-    facade = None if edge.party else _facade(edge, evidence, roof_m, p)
+    facade = None if edge.party else _facade(edge, evidence, roof_m, p, scanned)
     if facade is None:
         return UNKNOWN if of_roof else StandingWall(0.0, outline_sigma)
     place, sigma = facade
@@ -97,11 +103,13 @@ def standing_wall(
     return _joined(place, sigma, outline_sigma)
 
 
-def _facade(edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters) -> tuple[float, float] | None:
-    """By image points where there are any, else by those of a laser."""
-    if len(evidence.walls):
-        return facade_place(edge, evidence.walls, roof_m, p.wall_sigma_m)
-    return laser_place(edge, evidence.around.xyz, roof_m, p.wall_sigma_m)
+def _facade(
+    edge: WallEdge, evidence: Evidence, roof_m: float, p: OverhangParameters, scanned: bool
+) -> tuple[float, float] | None:
+    """By façade points of images where there are any, else by a laser's echoes."""
+    if scanned and not len(evidence.walls):
+        return laser_place(edge, evidence.around.xyz, roof_m, p.wall_sigma_m)
+    return facade_place(edge, evidence.walls, roof_m, p.wall_sigma_m)
 
 
 def _joined(place: float, sigma: float, outline_sigma: float) -> StandingWall:
