@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
@@ -15,10 +16,11 @@ from rich.console import Console
 from cityflow.core.building import Status
 from cityflow.core.parameters import merged
 from cityflow.errors import RunError, WorkflowError
-from cityflow.flow.cluster import connect
+from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import watcher
+from cityflow.flow.progress_counts import Expected
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from cityflow.io.reference import resolve
@@ -29,6 +31,8 @@ from cityflow.workflow.known_keys import SYNTH, known_keys
 from cityflow.workflow.settings import explain_invalid, parse_setting
 from cityflow.workflow.synth_files import PoseNoise, describe_survey
 
+SECONDS_A_PART = 2.0
+"""Of a picture or a tile, before some are made."""
 NO_FLIGHT = "none"
 DESCRIPTION = "synth.json"
 FORMAT = 2
@@ -150,6 +154,8 @@ def _say(console: Console, what: str, out: Path, source: SynthSource, next_step:
 def _run(source: SynthSource, store: Store, ledger: Ledger, scheduler: str, workers: int) -> None:
     with connect(scheduler or None, workers or os.cpu_count() or 1) as client, closing(watcher()) as progress:
         progress.message(f"Dashboard: {client.dashboard_link}")
+        counts = Counter(task.stage for task in source.initial())
+        progress.expect({stage: Expected(n, SECONDS_A_PART) for stage, n in counts.items()}, threads_of(client))
         if run_tasks(source, client, store, ledger, progress=progress, redo=_has_failed).interrupted:
             raise KeyboardInterrupt
 
