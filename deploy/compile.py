@@ -1,4 +1,4 @@
-"""Compile once what numba compiles, on a small made town: houses, and pictures matched, fused and laid over their surface.
+"""Compile once what numba compiles, on a small synthetic town: houses, and pictures matched, fused and laid over their surface.
 
 Otherwise the first tasks of the first run wait for it.
 """
@@ -41,6 +41,7 @@ from cityflow.viewer.model_view import draw_models, surfaces_of, terrain_surface
 from cityflow.viewer.side_view import draw_side, side_camera
 from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
+from cityflow.workflow.known_keys import CITY, SYNTH, known_keys
 
 HOUSES = 8
 
@@ -108,3 +109,5 @@ if __name__ == "__main__":
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         for part in [pool.submit(p) for p in (work_on_pictures, reconstruct_houses, render)]:
             part.result()
+    for of in (CITY, SYNTH):
+        known_keys(of)  # so that the first typing error is answered at once
