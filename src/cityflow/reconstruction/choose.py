@@ -27,7 +27,8 @@ from cityflow.reconstruction import extruded, monolithic, orientation_histogram,
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.monolithic import MonolithicParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
-from cityflow.reconstruction.precision import NO_PART_M, blocks
+from cityflow.reconstruction.planes.plane_labels import OUTLIER
+from cityflow.reconstruction.precision import NO_PART_M
 from cityflow.reconstruction.roof_types import RoofTypesParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters
 
@@ -46,7 +47,10 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 """Where a method finds no valid solid, because it sees itself inconsistent or knows no type, the other is tried in its place."""
 
 BY_TYPE = "roof_types"
-"""The method that is asked where a person has set a roof type."""
+"""The method that is asked where a person has set a roof type, and beside that of planes where points are sparse: whole shapes need fewer."""
+
+LEAST_SPARSE = 12
+"""So many points of a cloud tell one shape from another: a whole roof has some six numbers, and half as many again have to agree."""
 
 ABOUT_AS_GOOD = 0.2
 """A candidate is about as good as the best where it explains less by no more than this share of the points."""
@@ -68,7 +72,7 @@ class ScoreParameters(Parameters):
         0.002,
         ge=0,
         le=1,
-        description="penalty per roof face; more where few points speak for it (3 ln n / 2n for n independent points)",
+        description="penalty per roof face; more where few points speak for it (ln n / 3n for n independent points)",
     )
     degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model simpler than asked for")
 
@@ -87,6 +91,9 @@ class ReconstructParameters(Parameters):
     roof_types: RoofTypesParameters = RoofTypesParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
+    sparse_per_m2: float = Field(
+        4.0, ge=0, le=100, description="with no more roof points per m² than this, roof_types is tried, too; 0: never"
+    )
     min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")
     min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
 
@@ -166,10 +173,15 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
 
 
 def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str, ...]:
-    """Those of the workflow; where a person has set the roof's type, the method that can obey, too."""
-    if evidence.wanted_type and BY_TYPE not in parameters.methods:
-        return (BY_TYPE, *parameters.methods)
-    return parameters.methods
+    """Those of the workflow; where a person has set the roof's type, or points are sparse, the method that knows types, too."""
+    methods = parameters.methods
+    if BY_TYPE in methods:
+        return methods
+    if evidence.wanted_type:
+        return (BY_TYPE, *methods)
+    sparse = LEAST_SPARSE <= len(evidence.points) <= parameters.sparse_per_m2 * evidence.outline.area
+    made_by_planes = "orientation_histogram" in methods
+    return (*methods, BY_TYPE) if sparse and made_by_planes else methods
 
 
 def _rank(candidate: Candidate, score: Score, evidence: Evidence) -> tuple[bool, bool, float]:
@@ -245,18 +257,30 @@ def _with_faces(
 def independent_points(xyz: FloatArray, distance: FloatArray) -> float:
     """How many points with independent errors the points are worth, whose distances to a model (metres) are alike among neighbours.
 
-    Means over squares of `WAVE_M` scatter by the noise over the root of their number, where errors are independent; by as much as they scatter
-    more, and more than `UNEVEN_M`, the points are fewer than they seem.
+    Medians over squares of `WAVE_M` scatter by the noise over the root of their number, where errors are independent; by as much as they scatter
+    more, and more than `UNEVEN_M`, the points are fewer than they seem. What stands on a roof moves no median, and noise is what scatters within
+    squares: structure that the model lacks is neither noise nor wave.
     """
     known = np.isfinite(distance) & (np.abs(distance) <= NO_PART_M)
     if known.sum() < 2:
         return float(max(known.sum(), 1))
-    _, mean, count = blocks(xyz[known], distance[known], WAVE_M)
-    noise, waves = spread(distance[known]), spread(mean)
+    middle, count, off = _block_medians(xyz[known], distance[known])
     each = float(np.median(count))
+    noise, waves = 1.4826 * float(np.median(off)) * math.sqrt(each / max(each - 1, 1.0)), spread(middle)
     waves = math.sqrt(max(waves**2 - UNEVEN_M**2, 0.0))
     worth = noise**2 / max(waves**2 + noise**2 / each, 1e-12)
-    return float(len(mean) * np.clip(worth, 1.0, each))
+    return float(len(middle) * np.clip(worth, 1.0, each))
+
+
+def _block_medians(xyz: FloatArray, distance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(B,) median distance and number of points of each square of `WAVE_M`; (N,) how far points are off their square's median."""
+    square = np.floor(xyz[:, :2] / WAVE_M).astype(np.int64)
+    order = np.lexsort((distance, square[:, 0], square[:, 1]))
+    square, ordered = square[order], distance[order]
+    first = np.flatnonzero(np.r_[True, np.any(square[1:] != square[:-1], axis=1)])
+    count = np.diff(np.r_[first, len(ordered)])
+    middle = (ordered[first + (count - 1) // 2] + ordered[first + count // 2]) / 2
+    return middle, count.astype(np.float64), np.abs(ordered - np.repeat(middle, count))
 
 
 def spread(values: FloatArray) -> float:
@@ -265,13 +289,13 @@ def spread(values: FloatArray) -> float:
 
 
 def least_face_penalty(observations: float) -> float:
-    """What the three numbers of a plane cost by Schwarz's criterion, in units of one point's likelihood.
+    """What the three numbers of a plane cost by Schwarz's criterion, as a share of the points: so many on no plane would cost the same.
 
     >>> round(least_face_penalty(10_000), 4), round(least_face_penalty(80), 3)
-    (0.0014, 0.082)
+    (0.0003, 0.018)
     """
     n = max(observations, math.e)
-    return 1.5 * math.log(n) / n
+    return 1.5 * math.log(n) / (OUTLIER * n)
 
 
 def _ending(

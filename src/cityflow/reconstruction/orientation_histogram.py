@@ -16,10 +16,11 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Status
+from cityflow.core.building import Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.partition.roof_partition import PartitionParameters
+from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.level_regions import level_regions
 from cityflow.reconstruction.planes.local_orientation import LocalOrientation, local_orientation
 from cityflow.reconstruction.planes.orientation_regions import (
@@ -36,6 +37,7 @@ from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 from cityflow.reconstruction.solids.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
+MOST_NAMED = 5
 
 
 class OrientationHistogramParameters(Parameters):
@@ -93,6 +95,7 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
         "noise": round(segments.noise, 4),
         "points_used": len(segments.points),
         "share_on_planes": round(float(np.mean(segments.labels >= 0)), 4),
+        **_named(roof.missed),
     }
     status, reason = Status.DONE, ""
     if roof.simplified:
@@ -101,6 +104,18 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
         status = Status.DEGRADED
         reason = f"{found} planes found, {len(segments)} used: no more were sought, by the bounds of the work"
     return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, status, reason, notes)
+
+
+def _named(missed: tuple[Patch, ...]) -> dict[str, Scalar]:
+    """What was found and got no face: how many patches, how many points, and where their heights lie against the roof's."""
+    if not missed:
+        return {}
+    told = ", ".join(f"{len(p.xy)} points {p.above:+.1f} m" for p in missed[:MOST_NAMED])
+    return {
+        "missed_patches": len(missed),
+        "missed_points": sum(len(p.xy) for p in missed),
+        "missed": told + (", …" if len(missed) > MOST_NAMED else ""),
+    }
 
 
 def simpler(full: OrientationHistogramParameters) -> Iterator[OrientationHistogramParameters]:

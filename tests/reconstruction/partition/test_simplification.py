@@ -29,14 +29,16 @@ def areas(segments: PlaneSegments, **changed: float) -> FloatArray:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_small_polygon_is_worth_its_description_where_points_are_dense(seed: int) -> None:
+def test_a_small_polygon_is_worth_its_description_where_points_tell(seed: int) -> None:
     assert len(areas(raised(2.3, 16.0, seed))) == 2
-    assert len(areas(raised(2.3, 4.0, seed))) == 1
+    assert len(areas(raised(2.8, 4.0, seed))) == 2
+    assert len(areas(raised(1.2, 4.0, seed))) == 1
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_without_the_cost_of_numbers_sparse_points_keep_it(seed: int) -> None:
-    assert len(areas(raised(2.3, 4.0, seed), number_cost=0.0)) == 2
+def test_points_that_err_alike_are_fewer_than_they_seem(seed: int) -> None:
+    assert len(areas(raised(2.3, 16.0, seed), number_cost=2.0, alike_m=0.0)) == 2
+    assert len(areas(raised(2.3, 16.0, seed), number_cost=2.0, alike_m=0.6)) == 1
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -7,6 +7,8 @@ the outline without gaps or overlaps for any planes.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import shapely
 from pydantic import Field
@@ -25,7 +27,8 @@ from cityflow.reconstruction.partition.cut_lines import (
 )
 from cityflow.reconstruction.partition.labelling import label_cells
 from cityflow.reconstruction.partition.partition_values import RoofPartition, single_cell
-from cityflow.reconstruction.partition.simplification import without_worthless
+from cityflow.reconstruction.partition.second_look import Patch, lines_around, missed_patches
+from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS, without_worthless
 from cityflow.reconstruction.partition.step_lines import step_lines
 from cityflow.reconstruction.partition.subdivision import MIN_EDGE, CutLine, Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
@@ -33,6 +36,9 @@ from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 MAX_ROUNDS = 3
 """So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
+
+LOOKS, MOST_PATCHES = 2, 12
+"""So often, and so many at a time, patches of points that a roof misses are looked at again."""
 
 
 class PartitionParameters(Parameters):
@@ -49,7 +55,16 @@ class PartitionParameters(Parameters):
     )
     step_limit: float = Field(0.3, gt=0, le=100, description="higher steps (m) cost no more than this one")
     number_cost: float = Field(
-        2.8, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
+        0.6,
+        ge=0,
+        le=100,
+        description="unexplained independent points that each number of a polygon's description must save",
+    )
+    alike_m: float = Field(
+        0.3,
+        ge=0,
+        le=5,
+        description="points nearer to each other than this (m) err alike: together they are one independent point",
     )
     max_lines: int = Field(80, ge=1, le=1000, description="most lines considered for one outline")
     max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")
@@ -68,7 +83,46 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
     if len(segments) == 1:
         return single_cell(outline)
     energy = PlaneEnergy(segments, parameters, outline.area)
-    return partition_along(outline, candidate_lines(outline, segments, parameters), energy, parameters)
+    lines = candidate_lines(outline, segments, parameters)
+    partition = partition_along(outline, lines, energy, parameters)
+    for _ in range(LOOKS):
+        closer = _lines_of_missed(outline, partition, segments, energy)
+        if not closer:
+            break
+        lines = without_doubles([*lines, *closer], 0.1)
+        other = partition_along(outline, lines, energy, parameters)
+        if energy.total(other) >= energy.total(partition):
+            break
+        partition = other
+    return partition
+
+
+def _lines_of_missed(
+    outline: Polygon,
+    partition: RoofPartition,
+    segments: PlaneSegments,
+    energy: PlaneEnergy,
+) -> list[CutLine]:
+    """Lines around the points of planes that the roof misses, where they are worth a polygon."""
+    patches = _missed(partition, energy.planes, segments, energy)[:MOST_PATCHES]
+    directions, margin = main_directions(outline), math.sqrt(energy.area_of_point) / 2
+    return on_outline([line for p in patches for line in lines_around(p, directions, margin)], outline, 0.3)
+
+
+def missed_by(
+    partition: RoofPartition, planes: FloatArray, segments: PlaneSegments, area: float, parameters: PartitionParameters
+) -> list[Patch]:
+    """Connected points of found planes that a roof over an outline of some area (m²) misses, where they are worth a polygon.
+
+    `planes` are those that the partition's cells are numbered by, `segments` those that were found.
+    """
+    return _missed(partition, planes, segments, PlaneEnergy(segments, parameters, area))
+
+
+def _missed(partition: RoofPartition, planes: FloatArray, segments: PlaneSegments, energy: PlaneEnergy) -> list[Patch]:
+    least = PLANE_NUMBERS * energy.number_price / energy.area_of_point
+    reach = max(energy.parameters.reach, 2.0 * math.sqrt(energy.area_of_point))
+    return missed_patches(partition, planes, segments, (energy.tolerance, least, reach))
 
 
 def partition_along(
@@ -79,17 +133,13 @@ def partition_along(
         division = Subdivision.of_polygon(outline)
         cut_cells(division, lines, parameters.max_cells)
         labels = energy.minimise(division)
-        useful = [
-            line
-            for line, use in zip(lines, line_use(division, labels, lines), strict=True)
-            if use >= least(line, parameters)
-        ]
+        useful = useful_lines(division, labels, lines, energy)
         if len(useful) == len(lines):
             break
         lines = useful
     labels = division.merge(labels)
     labels = without_slivers(division, labels, energy, parameters.min_width)
-    labels = without_worthless(division, labels, energy, parameters.number_cost * energy.area_of_point)
+    labels = without_worthless(division, labels, energy, energy.number_price)
     division.dissolve()
     return RoofPartition.of_subdivision(division, labels)
 
@@ -99,16 +149,51 @@ def least(line: CutLine, parameters: PartitionParameters) -> float:
     return parameters.min_length / 2 if line.is_crossing else parameters.min_length
 
 
-def line_use(division: Subdivision, labels: dict[int, int], lines: list[CutLine]) -> list[float]:
-    """Metres of edge between cells of different planes on each line; an edge counts for every line it lies on."""
-    edges = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
-    parting = [(u, v) for u, v in edges if labels[division.left[u, v]] != labels[division.left[v, u]]]
+def useful_lines(
+    division: Subdivision, labels: dict[int, int], lines: list[CutLine], energy: PlaneEnergy
+) -> list[CutLine]:
+    """Lines that carry enough of the roof's edges, or whose few decimetres part what cannot be one: the neck beside a slit."""
+    parting = _parting_edges(division, labels)
     if not parting:
-        return [0.0] * len(lines)
+        return [line for line in lines if least(line, energy.parameters) <= 0]
     ends = np.array(division.xy)[np.array(parting)]
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    off = [np.abs(ends @ (line.nx, line.ny) - line.offset).max(axis=1) for line in lines]
-    return [float(length[away <= 2 * MIN_EDGE].sum()) for away in off]
+    on = [np.abs(ends @ (line.nx, line.ny) - line.offset).max(axis=1) <= 2 * MIN_EDGE for line in lines]
+    short = [0 < length[mask].sum() < least(line, energy.parameters) for mask, line in zip(on, lines, strict=True)]
+    saved = _saved(division, labels, parting, energy) if any(short) else np.zeros(len(parting))
+    return [
+        line
+        for line, mask in zip(lines, on, strict=True)
+        if length[mask].sum() >= least(line, energy.parameters)
+        or saved[mask].max(initial=0.0) > PLANE_NUMBERS * energy.number_price
+    ]
+
+
+def _parting_edges(division: Subdivision, labels: dict[int, int]) -> list[Edge]:
+    """Edges between cells of different planes, each once."""
+    edges = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
+    return [(u, v) for u, v in edges if labels[division.left[u, v]] != labels[division.left[v, u]]]
+
+
+def _saved(division: Subdivision, labels: dict[int, int], edges: list[Edge], energy: PlaneEnergy) -> FloatArray:
+    """(E,) m² that the planes of the two cells at an edge explain more than one of them would in both."""
+    numbers = list(division.cells)
+    cost, _ = energy.costs(division, numbers)
+    of = dict(zip(numbers, cost, strict=True))
+
+    def with_its_own(number: int) -> FloatArray:
+        """Costs of a cell; of one too small to hold a point together with those of its plane beside it."""
+        if division.area(number) >= energy.area_of_point:
+            return of[number]
+        beside = [n for n in division.neighbours(number) if labels[n] == labels[number]]
+        return np.asarray(of[number] + sum(of[n] for n in beside))
+
+    saved = []
+    for u, v in edges:
+        i, j = division.left[u, v], division.left[v, u]
+        mine, other = with_its_own(i), with_its_own(j)
+        saved.append(min(mine[labels[j]] - mine[labels[i]], other[labels[i]] - other[labels[j]]))
+    return np.array(saved)
 
 
 def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> list[CutLine]:
@@ -155,6 +240,25 @@ class PlaneEnergy:
         self.parameters = parameters
         z = segments.points[:, 2]
         self.lowest, self.highest = float(z.min()) - 1.0, float(z.max()) + 1.0
+
+    @property
+    def number_price(self) -> float:
+        """What a number of a description must save, m² of unexplained roof: the area of so many independent points."""
+        return self.parameters.number_cost * (self.area_of_point + self.parameters.alike_m**2)
+
+    def total(self, partition: RoofPartition) -> float:
+        """Cost (m²) of a finished partition: what its planes leave unexplained, its edges, its polygons."""
+        division, labels = partition.subdivision()
+        numbers = list(division.cells)
+        cost, _ = self.costs(division, numbers)
+        unexplained = sum(float(cost[k, labels[n]]) for k, n in enumerate(numbers))
+        edges = [
+            (e, division.left[e], division.left[e[::-1]])
+            for e in division.left
+            if e < e[::-1] and e[::-1] in division.left
+        ]
+        borders = sum(self.border_cost(division, e, (labels[i], labels[j])) for e, i, j in edges)
+        return unexplained + borders + PLANE_NUMBERS * self.number_price * len(numbers)
 
     def costs(self, division: Subdivision, numbers: list[int]) -> tuple[FloatArray, IntArray]:
         """(C, P) cost (m²) of each plane in each cell, and (C,) number of points in the cell."""

@@ -204,7 +204,7 @@ class Subdivision:
             t = (t1 + t2) / 2
             if len(crossings) == 2 or inside_rings(*line.at(t), rings, self.xy):
                 inner.append(i)
-        matter = [i for i in inner if min(crossings[i + 1][0], line.end) - max(crossings[i][0], line.start) > 0.05]
+        matter = [i for i in inner if _overlap(crossings[i][0], crossings[i + 1][0], line)]
         # Only all chords together are sure to separate a cell that has holes.
         return inner if matter and len(rings) > 1 else matter
 
@@ -296,6 +296,11 @@ class Subdivision:
                 if place is not None:
                     del ring[(place + 1) % len(ring)]
                     break
+
+
+def _overlap(first: float, last: float, line: CutLine) -> bool:
+    """Whether the stretch of a line that matters covers 5 cm of a chord, or half of a shorter one."""
+    return min(last, line.end) - max(first, line.start) > min(0.05, (last - first) / 2)
 
 
 def _place_of_edge(ring: Ring, u: int, v: int) -> int | None:

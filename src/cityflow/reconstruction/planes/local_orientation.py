@@ -19,6 +19,9 @@ from cityflow.reconstruction.planes.roof_cloud import RoofCloud
 
 NOISE_FLOOR = 0.01
 """Metres: no survey is better, and rounded or synthetic points must not drive thresholds to zero."""
+SMOOTHEST, OF_SMOOTHEST = 0.15, 1.9
+"""The noise is read from the smoothest surroundings, where nothing stands on the roof: this quantile of the roughness, over what it is of the
+noise on a bare plane of 1 to 16 points per m² (0.47 to 0.56)."""
 FLAWED = 1e3
 """Roughness of a point without enough neighbours for a plane, metres."""
 
@@ -55,7 +58,7 @@ def local_orientation(cloud: RoofCloud, max_slope: float) -> LocalOrientation:
         return LocalOrientation(np.empty((0, 3)), np.empty(0), NOISE_FLOOR)
     planes, roughness = _local_planes(cloud.points, cloud.starts, cloud.cell_of, cloud.shape[1], max_slope)
     sound = roughness[roughness < FLAWED]
-    noise = max(float(np.quantile(sound, 0.4)), NOISE_FLOOR) if len(sound) else NOISE_FLOOR
+    noise = max(OF_SMOOTHEST * float(np.quantile(sound, SMOOTHEST)), NOISE_FLOOR) if len(sound) else NOISE_FLOOR
     planes, roughness = _adapt(
         cloud.points, cloud.starts, cloud.cell_of, cloud.shape[1], planes, roughness, 2.5 * noise
     )

@@ -11,7 +11,8 @@ from cityflow.core.building import Polyhedron
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.partition.roof_partition import PartitionParameters, missed_by, partition_roof
+from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
 
@@ -32,6 +33,7 @@ class RoofSolid:
     solid : world frame
     simplified : how often the partition was made coarser to get a valid solid
     faults : codes of the rules that the last attempt still breaks; empty for a valid solid
+    missed : points of found planes that lie on none of the roof's faces, patch by patch
     """
 
     partition: RoofPartition
@@ -39,6 +41,7 @@ class RoofSolid:
     solid: Polyhedron
     simplified: int
     faults: tuple[int, ...]
+    missed: tuple[Patch, ...]
 
 
 def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, parameters: PartitionParameters) -> RoofSolid:
@@ -51,19 +54,18 @@ def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, paramete
     """
     local = moved(outline, -segments.origin[0], -segments.origin[1])
     for attempt in range(ATTEMPTS):
-        partition, used = _of_used_planes(local, segments, coarser(parameters, attempt))
+        partition = partition_roof(local, segments, coarser(parameters, attempt))
+        partition, used = _of_used_planes(partition, segments)
         solid = assemble(partition, used.coefficients, floor, used.origin, outline)
         faults = tuple(sorted({fault.code for fault in check_polyhedron(solid)}))
         if not faults:
             break
-    return RoofSolid(partition, used, solid, attempt, faults)
+    missed = missed_by(partition, used.coefficients, segments, local.area, parameters)
+    return RoofSolid(partition, used, solid, attempt, faults, tuple(missed))
 
 
-def _of_used_planes(
-    outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters
-) -> tuple[RoofPartition, PlaneSegments]:
-    """A partition, and the planes that it uses."""
-    partition = partition_roof(outline, segments, parameters)
+def _of_used_planes(partition: RoofPartition, segments: PlaneSegments) -> tuple[RoofPartition, PlaneSegments]:
+    """A partition with the numbers of the planes that it uses, and these."""
     used = sorted({cell.plane for cell in partition.cells})
     return partition.renumbered(used), segments.take(used)
 
