@@ -15,6 +15,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from cityflow import __version__
+from cityflow.core.credentials import without_credentials
 from cityflow.errors import CityflowError
 from cityflow.flow.talk import Talk
 from cityflow.workflow import completion
@@ -82,6 +83,12 @@ AreaOption = Annotated[
     ),
 ]
 
+OutsideOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-outside", help="Use files outside of the catalog's folder though the catalog was not made here"
+    ),
+]
 TrustOption = Annotated[
     bool,
     typer.Option(
@@ -110,6 +117,7 @@ def run(
         bool, typer.Option("--verify", help="Read all that is done, and make again what is not as it was written")
     ] = False,
     trust: TrustOption = False,
+    allow_outside: OutsideOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
@@ -130,6 +138,7 @@ def run(
         Talk.of(quiet, verbose),
         verify=verify,
         trust=trust,
+        allow_outside=allow_outside,
     )
 
 
@@ -155,6 +164,7 @@ def rerun(
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     trust: TrustOption = False,
+    allow_outside: OutsideOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
@@ -168,7 +178,18 @@ def rerun(
 
     selection = Selection(failed or degraded, degraded, stage, tuple(units))
     talk = Talk.of(quiet, verbose)
-    rerun_units(run_url, selection, settings or [], clear_overrides, scheduler, workers, console, talk, trust=trust)
+    rerun_units(
+        run_url,
+        selection,
+        settings or [],
+        clear_overrides,
+        scheduler,
+        workers,
+        console,
+        talk,
+        trust=trust,
+        allow_outside=allow_outside,
+    )
 
 
 @app.command()
@@ -476,12 +497,13 @@ def catalog_check(
         Path | None,
         typer.Option(metavar="DIR", help="Folder for maps of what the images see: GeoTIFF, GeoPackage, HTML"),
     ] = None,
+    allow_outside: OutsideOption = False,
 ) -> None:
     """Read every header and say what is missing or contradictory; of images, what they will see and what will suffer."""
     look_at_catalog(catalog)
     from cityflow.stages.catalog_check import check_catalog
 
-    result = check_catalog(catalog, maps)
+    result = check_catalog(catalog, maps, allow_outside=allow_outside)
     console.print(result.text(), markup=False, highlight=False, soft_wrap=True)
     if result.has_errors:
         raise typer.Exit(1)
@@ -499,7 +521,7 @@ def main() -> None:
     try:
         app()
     except CityflowError as error:
-        print(f"cityflow: {error}", file=sys.stderr)  # noqa: T201
+        print(f"cityflow: {without_credentials(str(error))}", file=sys.stderr)  # noqa: T201
         sys.exit(1)
     except KeyboardInterrupt:
         print("cityflow: interrupted; a later run continues here", file=sys.stderr)  # noqa: T201

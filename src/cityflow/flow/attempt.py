@@ -9,6 +9,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 from cityflow.core.building import Status
+from cityflow.core.credentials import stripped, without_credentials
 from cityflow.flow.damage import Damage
 from cityflow.flow.records import decode, encode, read_record, record_path, write_mark
 from cityflow.flow.reply import Ending, Reply
@@ -57,12 +58,12 @@ def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Reco
         digest=task.digest,
         version=task.version,
         status=outcome.status,
-        reason=outcome.reason,
+        reason=without_credentials(outcome.reason),
         outputs=outcome.outputs,
-        result=outcome.result,
-        parameters=task.parameters,
+        result=stripped(outcome.result),
+        parameters=stripped(task.parameters),
         inputs=task.inputs,
-        traceback=reply.traceback,
+        traceback=without_credentials(reply.traceback),
         started=started.isoformat(timespec="milliseconds"),
         seconds=round(reply.seconds, 4),
         peak_mb=round(reply.peak_mb, 1),

@@ -12,6 +12,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import PHOTO_FLIP, nearest_rotation
 from cityflow.io.calibration import with_distortion
+from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.oriented_images import LeftOut, OrientationModel, in_order
 
 LISTS = ("list.txt", "image_list.txt", "images.txt", "list_tmp.txt")
@@ -83,9 +84,13 @@ def _names(path: Path, names_file: str | Path | None) -> list[str]:
 
 def _numbers(path: Path) -> tuple[FloatArray, FloatArray]:
     """(n, 15) values of the cameras: f k1 k2, R, t; and (m, 3) points."""
+    check_plain(path, MODEL_MB)
     with path.open(encoding="utf-8", errors="replace") as file:
         lines = (line for line in file if line.strip() and not line.startswith("#"))
         count, points = (int(v) for v in next(lines, "").split())
+        most = path.stat().st_size  # a number takes a byte at least
+        if not (0 <= count <= most and 0 <= points <= most):
+            raise ValueError(f"it says that it has {count} cameras and {points} points")
         cameras = np.array([_take(lines, 5) for _ in range(count)], np.float64).reshape(-1, 15)
         sparse = np.empty((points, 3))
         for i in range(points):

@@ -6,19 +6,18 @@ Focal length, principal point and distortion may each be in pixels or in millime
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from cityflow.core.camera import FISHEYE, Camera
 from cityflow.errors import CatalogError
 from cityflow.io.calibration import australis_camera, metashape_camera, metashape_fisheye, with_distortion
+from cityflow.io.given_files import json_of, read_small, yaml_of
 
 TERMS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "b1", "b2")
 REMEDY = "see docs/catalog.md for the keys of a camera"
@@ -185,11 +184,11 @@ def _table(entries: Mapping[str, CameraEntry]) -> CameraTable:
 
 def _entries(path: Path) -> list[dict[str, Any]]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small(path, encoding="utf-8-sig")
         if path.suffix.lower() in (".csv", ".txt"):
             return _of_csv(text)
-        tree = json.loads(text) if path.suffix.lower() == ".json" else yaml.safe_load(text)
-    except (OSError, ValueError, yaml.YAMLError) as error:
+        tree = json_of(text) if path.suffix.lower() == ".json" else yaml_of(text)
+    except (OSError, ValueError, csv.Error) as error:
         raise CatalogError(f"the cameras cannot be read ({error})", where=str(path), remedy=REMEDY) from error
     if isinstance(tree, Mapping) and "cameras" in tree:
         tree = tree["cameras"]

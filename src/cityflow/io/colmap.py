@@ -18,6 +18,7 @@ from cityflow.geometry.rotations import from_quaternion, to_quaternion
 from cityflow.io.colmap_binary import binary_cameras, binary_images, binary_points
 from cityflow.io.colmap_cameras import REMEDY, camera_of, model_of
 from cityflow.io.colmap_text import text_cameras, text_images, text_points
+from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.oriented_images import LeftOut, OrientationModel, in_order
 
 NESTED = ("", "sparse/0", "sparse", "0")
@@ -41,6 +42,8 @@ def read_colmap(folder: str | Path) -> OrientationModel:
         Where there is no model, or a file of it is damaged.
     """
     files = _found(Path(folder))
+    for file in files:
+        check_plain(file, MODEL_MB)
     binary = files.images.suffix == ".bin"
     try:
         cameras = list(binary_cameras(files.cameras) if binary else text_cameras(files.cameras))

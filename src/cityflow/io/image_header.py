@@ -21,8 +21,13 @@ from rasterio.io import DatasetReader
 
 from cityflow.core.camera import Camera
 from cityflow.errors import CatalogError
+from cityflow.io.given_files import check_plain
 
 UPRIGHT = 1
+MOST_PIXELS, GREAT_PIXELS = 1_000_000_000, 100_000_000
+"""The largest cameras that fly have half of the first; below the second any picture fits into memory."""
+MOST_PACKED = 500
+"""How much smaller a picture is in its file than in memory: photographs 5 to 50 times, a plain colour over a thousand times."""
 DEPTHS = ("uint8", "uint16")
 ADVICE = "convert it to a JPEG, TIFF or PNG of 8 or 16 bits"
 _MM_PER_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
@@ -73,7 +78,19 @@ def image_header(path: str | Path) -> ImageHeader:
     with opened(path) as dataset:
         bands, dtype = kind_of(dataset)
         size = dataset.width, dataset.height
+        _refuse_giant(str(path), *size, len(bands) * np.dtype(dtype).itemsize)
     return ImageHeader(str(path), *size, len(bands), dtype, **_exif(Path(path), size[0]))
+
+
+def _refuse_giant(path: str, width: int, height: int, pixel_bytes: int) -> None:
+    """A few bytes may promise a picture that fills the memory as soon as it is decoded."""
+    pixels = width * height
+    stored = Path(path).stat().st_size if "://" not in path else pixels
+    if pixels > MOST_PIXELS or (pixels > GREAT_PIXELS and pixels * pixel_bytes > MOST_PACKED * stored):
+        raise CatalogError(
+            f"{width:,} × {height:,} pixels in {stored / 1e6:,.1f} MB is no photograph", where=path,
+            remedy="leave the image out; orthos and rasters go to --ortho and --dsm",
+        )  # fmt: skip
 
 
 def check_against(header: ImageHeader, camera: Camera) -> None:
@@ -114,6 +131,7 @@ def opened(path: str | Path) -> Iterator[DatasetReader]:
     CatalogError
         The file is missing, no image, or damaged; also when reading inside the block fails.
     """
+    check_plain(path)
     if "://" not in str(path) and not Path(path).is_file():
         raise CatalogError("no such image", where=str(path), remedy="check the path, or leave the image out")
     strict = {"GDAL_ERROR_ON_LIBJPEG_WARNING": "YES", "GDAL_ALLOW_LARGE_LIBJPEG_MEM_ALLOC": "YES"}

@@ -21,6 +21,7 @@ from pyproj.exceptions import CRSError
 
 from cityflow.core.grid import Bounds
 from cityflow.errors import CatalogError
+from cityflow.io.given_files import check_plain
 
 BACKEND = laspy.LazBackend.Lazrs
 """One thread: the tasks around it are what runs in parallel."""
@@ -29,6 +30,12 @@ _LASZIP = "<HHBBHII"
 """First fields of the record that describes the compression: kind of compressor, …, points in a chunk."""
 _ONE_STREAM = 1
 """Kind of compressor that writes all points as one stream, without chunks and without their table ("pointwise")."""
+
+
+HEAD_BYTES, OLD_HEAD_BYTES = 247, 227
+"""Of LAS 1.4, as far as it counts records, and of older ones."""
+RECORD_BYTES, LONG_RECORD_BYTES = 54, 60
+"""A variable-length record, and an extended one, with nothing in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +198,7 @@ def _as_one_chunk(header: laspy.LasHeader) -> None:
 @contextmanager
 def open_binary(name: str) -> Iterator[IO[bytes]]:
     """A local path or fsspec URL for reading; a missing one is a `CatalogError`."""
+    check_plain(name)
     try:
         file: IO[bytes] = fsspec.open(name, "rb").open()
     except FileNotFoundError as error:
@@ -205,9 +213,25 @@ def open_binary(name: str) -> Iterator[IO[bytes]]:
         yield file
 
 
+def _refuse_endless(file: IO[bytes], name: str) -> None:
+    """A header that announces more records than its file has bytes for would be read for hours."""
+    size = file.seek(0, io.SEEK_END)
+    file.seek(0)
+    head = file.read(HEAD_BYTES)
+    file.seek(0)
+    if len(head) < OLD_HEAD_BYTES or not head.startswith(b"LASF"):
+        return  # laspy says what that is
+    (records,) = struct.unpack_from("<I", head, 100)
+    start, more = struct.unpack_from("<QI", head, 235) if len(head) == HEAD_BYTES and head[25] >= 4 else (0, 0)
+    if records * RECORD_BYTES > size or (more and (start > size or more * LONG_RECORD_BYTES > size - start)):
+        problem = f"its header announces {records:,} and {more:,} records, more than its {size:,} bytes can hold"
+        raise CatalogError(problem, where=name, remedy="fetch or copy it again")
+
+
 @contextmanager
 def opened(file: IO[bytes], name: str) -> Iterator[laspy.LasReader]:
     """laspy's reader; whatever it cannot read becomes a `CatalogError` that names the file."""
+    _refuse_endless(file, name)
     try:
         reader = laspy.open(file, laz_backend=BACKEND, closefd=False)
         if is_one_stream(reader.header):

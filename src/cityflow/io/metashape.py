@@ -15,6 +15,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import nearest_rotation
 from cityflow.io.calibration import REMEDY, metashape_camera, metashape_fisheye
+from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.oriented_images import LeftOut, OrientationModel, in_order
 
 TERMS = ("k1", "k2", "k3", "k4", "p1", "p2", "b1", "b2")
@@ -48,9 +49,15 @@ def read_metashape(path: str | Path, target: CRS | None = None) -> OrientationMo
     CatalogError
         Where the file is no such file, or its coordinates cannot be led to a projected CRS.
     """
+    check_plain(path, MODEL_MB)
     try:
         root = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as error:
+    except (
+        OSError,
+        ElementTree.ParseError,
+        LookupError,
+        ValueError,
+    ) as error:  # LookupError: an encoding that nobody knows
         raise CatalogError(f"the file cannot be read ({error})", where=str(path), remedy=AGAIN) from error
     chunk = next((c for c in root.iter("chunk") if c.find("cameras") is not None), None)
     if chunk is None:

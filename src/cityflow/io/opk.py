@@ -13,6 +13,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import AngleUnit, RotationOrder, from_angles
 from cityflow.io.camera_table import CameraTable, read_camera_table
+from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.oriented_images import LeftOut, OrientationModel, in_order
 
 COMMENTS = ("#", "//", "%")
@@ -83,6 +84,7 @@ def read_opk(table: OpkTable) -> OrientationModel:
         Where the table or its cameras are missing, or columns cannot be told.
     """
     cameras = read_camera_table(table.cameras)
+    check_plain(table.path, MODEL_MB)
     try:
         lines = table.path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as error:

@@ -14,6 +14,10 @@ Sizes = Mapping[str, tuple[int, int]]
 """Image file, relative to the folder of images → width, height in pixels; for formats that do not state it."""
 
 
+FARTHEST_M = 1e9
+"""No coordinate of any reference is farther from its origin, geocentric ones included."""
+
+
 @dataclass(frozen=True, slots=True)
 class LeftOut:
     """An image that is not used: its file's name in the model, why, and what to do."""
@@ -56,11 +60,14 @@ class OrientationModel:
 
 
 def in_order(images: list[OrientedImage]) -> tuple[tuple[OrientedImage, ...], list[LeftOut]]:
-    """Images by name, each once; of those that come twice, only the first stays."""
+    """Images by name, each once; of those that come twice, only the first stays, and none that is where no camera can be."""
     kept: dict[str, OrientedImage] = {}
     twice = []
     for image in images:
-        if image.name in kept:
+        if not (np.abs(image.centre) <= FARTHEST_M).all():
+            place = ", ".join(f"{v:g}" for v in image.centre)
+            twice.append(LeftOut(image.name, f"its centre is no place on Earth ({place})", "orient the image again"))
+        elif image.name in kept:
             twice.append(
                 LeftOut(image.name, "the model has this image more than once", "the first orientation is used")
             )

@@ -12,6 +12,7 @@ from rasterio.errors import RasterioError
 
 from cityflow.core.grid import Bounds
 from cityflow.errors import CatalogError
+from cityflow.io.given_files import check_plain
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ def read_raster_header(path: str | Path) -> RasterHeader:
         Where the file is missing or no raster, has no place in the world, or is turned or of oblong cells.
     """
     name = str(path)
+    check_plain(name)
     if "://" not in name and not Path(name).is_file():
         raise CatalogError("the file does not exist", where=name, remedy="check the path")
     try:

@@ -158,6 +158,7 @@ class Catalog:
     bounds : of all LiDAR files; else of all images' footprints, of the DSM, of all rasters, of all items: an outline far away makes no survey larger
     rasters : kind → raster
     images : sorted by name;  sparse : their tie points
+    made_in : folder that it was made in, where it names files outside; empty where it does not say
     """
 
     href: str
@@ -170,6 +171,7 @@ class Catalog:
     rasters: Mapping[str, RasterAsset] = field(default_factory=dict)
     images: tuple[ImageAsset, ...] = ()
     sparse: SparseAsset | None = None
+    made_in: str = field(default="", compare=False)
 
     @property
     def assets(self) -> tuple[Asset, ...]:

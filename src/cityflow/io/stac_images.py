@@ -17,6 +17,7 @@ import numpy as np
 from cityflow.core.camera import PERSPECTIVE, Camera, OrientedImage
 from cityflow.core.reference import Reference
 from cityflow.geometry.rotations import PHOTO_FLIP, omega_phi_kappa
+from cityflow.io.oriented_images import FARTHEST_M
 from cityflow.io.stac_assets import IMAGE, ImageAsset
 
 PERSPECTIVE_IMAGERY = "https://stac-extensions.github.io/perspective-imagery/v1.0.0/schema.json"
@@ -114,6 +115,8 @@ def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageA
         raise ValueError(f"item {name} has no place in space")
     low, high = p["cityflow:heights"]
     x_min, y_min, x_max, y_max = (float(v) for v in p["proj:bbox"])
+    if not (np.abs([*centre, float(low), float(high), x_min, y_min, x_max, y_max]) <= FARTHEST_M).all():
+        raise ValueError(f"item {name} is at no place on Earth")
     return ImageAsset(
         name=name,
         href=_absolute(str(asset["href"]), place),

@@ -36,6 +36,7 @@ from cityflow.io.stac import (
     SparseAsset,
 )
 from cityflow.io.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
+from cityflow.io.stac_outside import MADE_IN, leaves
 
 PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
 FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"
@@ -55,12 +56,13 @@ MEDIA = {
 }
 
 
-def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str]) -> list[Path]:
+def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str], made_in: str = "") -> list[Path]:
     """Write the collection and its items into a folder; the collection last.
 
     Parameters
     ----------
     hrefs : name of an asset → how its item refers to the file: relative to ``<folder>/items``, or absolute
+    made_in : the folder where the catalog will stand; noted where a file lies outside
 
     Returns
     -------
@@ -76,7 +78,8 @@ def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str]) -> list
         written.append(_write_json(folder / "items" / f"{item['id']}.json", item, indent))
     links = [{"rel": "root", "href": f"./{COLLECTION}", "type": "application/json"}]
     links += [{"rel": "item", "href": f"./items/{i['id']}.json", "type": "application/geo+json"} for i in items]
-    written.append(_write_json(folder / COLLECTION, {**collection_of(catalog, items), "links": links}))
+    place = {MADE_IN: made_in} if made_in and leaves(hrefs) else {}
+    written.append(_write_json(folder / COLLECTION, {**collection_of(catalog, items), **place, "links": links}))
     return written
 
 

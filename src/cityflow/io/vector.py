@@ -82,9 +82,23 @@ def read_layer(path: str | Path, layer: str | None = None) -> Layer:
     except (DataSourceError, DataLayerError) as error:
         raise CatalogError(f"this vector file cannot be read ({error})", where=name, remedy=FORMATS_REMEDY) from error
     geometry_column = meta["geometry_name"] or "wkb_geometry"
-    geometry = shapely.from_wkb(table.column(geometry_column).to_numpy(zero_copy_only=False), on_invalid="fix")
+    try:
+        geometry = shapely.from_wkb(table.column(geometry_column).to_numpy(zero_copy_only=False), on_invalid="fix")
+    except shapely.errors.GEOSException as error:
+        remedy = "look for coordinates that are no numbers, and for rings that do not end where they begin"
+        raise CatalogError(f"a geometry in it cannot be read ({error})", where=name, remedy=remedy) from error
     columns = {c: [_scalar(v) for v in table.column(c).to_pylist()] for c in table.column_names if c != geometry_column}
-    return Layer(name, chosen, _crs(meta["crs"], name), np.asarray(shapely.force_2d(geometry), object), columns)
+    flat = np.asarray(shapely.force_2d(geometry), object)
+    flat[_endless(flat)] = None  # no geometry, as GDAL has it of those with NaN
+    return Layer(name, chosen, _crs(meta["crs"], name), flat, columns)
+
+
+def _endless(geometry: NDArray[np.object_]) -> NDArray[np.bool_]:
+    """Which geometries have a coordinate that is no finite number."""
+    xy, of = shapely.get_coordinates(geometry, return_index=True)
+    bad = np.zeros(len(geometry), bool)
+    bad[of[~np.isfinite(xy).all(axis=1)]] = True
+    return bad
 
 
 def _chosen_layer(path: str, layers: list[str], wanted: str | None) -> str:

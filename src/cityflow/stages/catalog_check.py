@@ -17,6 +17,7 @@ from cityflow.io.las_header import LasHeader, read_header
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
 from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.stac_outside import refuse_outside
 from cityflow.io.vector import listing
 from cityflow.stages.catalog_check_images import check_images
 from cityflow.stages.catalog_check_outlines import check_outlines
@@ -36,19 +37,24 @@ CLASS_NAMES = {
 MADE_AGAIN = "fetch the file again, or make the catalog again if the new file is meant"
 
 
-def check_catalog(catalog: str | Path | Catalog, maps: str | Path | None = None) -> CheckReport:
+def check_catalog(
+    catalog: str | Path | Catalog, maps: str | Path | None = None, *, allow_outside: bool = False
+) -> CheckReport:
     """Read every header, take every checksum, compare; of images, say what their flight will see.
 
     Parameters
     ----------
     maps : a folder for maps of that
+    allow_outside : it may name files elsewhere, wherever it comes from
 
     Raises
     ------
     CatalogError
         Where there is no readable catalog at all.
     """
-    known = catalog if isinstance(catalog, Catalog) else read_catalog(catalog)
+    known = catalog if isinstance(catalog, Catalog) else read_catalog(catalog, allow_outside=allow_outside)
+    if not allow_outside and not isinstance(catalog, Catalog):
+        refuse_outside(known)
     seen = Seen()
     for asset in known.assets:
         _check_file(asset, seen)

@@ -53,7 +53,7 @@ def store_catalog(catalog: Catalog, target: Path, copy: bool, made: Mapping[str,
             stage = Path(beside) / "catalog"
             places = _copies(catalog, stage, set(made or ())) if copy else _references(catalog, target.absolute())
             places |= _written(catalog, stage, made or {})
-            write_catalog(stage, catalog, places)
+            write_catalog(stage, catalog, places, str(target.absolute()))
             _move(stage, target.absolute())
     except OSError as error:
         raise CatalogError(

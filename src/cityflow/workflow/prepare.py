@@ -50,7 +50,9 @@ class Prepared:
             yield ledger
 
 
-def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str], aoi: str) -> Prepared:
+def prepared(
+    workflow_path: Path, catalog: str, out: str, settings: Sequence[str], aoi: str, *, allow_outside: bool = False
+) -> Prepared:
     """Read workflow and catalog; nothing is written. Where neither the command nor the workflow names a catalog, it is that of the RUN, and so is the area.
 
     Raises
@@ -61,7 +63,9 @@ def prepared(workflow_path: Path, catalog: str, out: str, settings: Sequence[str
     workflow = _with_edits(load_workflow(workflow_path, settings), workflow_path)
     store = Store.open(out or f"{RUNS}/{workflow.name}")
     known = {} if catalog or workflow.catalog else _description(store)
-    found = read_catalog(catalog or known.get("catalog", "") or _own_catalog(workflow, workflow_path))
+    found = read_catalog(
+        catalog or known.get("catalog", "") or _own_catalog(workflow, workflow_path), allow_outside=allow_outside
+    )
     refuse_unfit(workflow.city, found)
     area = Area.of_wkt(known["area"]) if known.get("area") and not aoi else parse_area(aoi, found.reference)
     notes: tuple[str, ...] = ()

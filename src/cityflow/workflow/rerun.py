@@ -14,6 +14,7 @@ from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
+from cityflow.io.stac_outside import refuse_outside
 from cityflow.stages import outline, units
 from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.current import CurrentRecords, current_records
@@ -44,7 +45,7 @@ class Selection:
 
 def rerun_units(
     url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console,
-    talk: Talk = Talk.NORMAL, *, trust: bool = False,
+    talk: Talk = Talk.NORMAL, *, trust: bool = False, allow_outside: bool = False,
 ) -> None:  # fmt: skip
     """Run the chosen units again; functions that the RUN alone names are imported where `trust` says so.
 
@@ -56,6 +57,8 @@ def rerun_units(
     wanted = open_run(url)
     if not trust:
         refuse_untrusted(wanted, settings, of_the_run=True)
+    if not allow_outside:
+        refuse_outside(wanted.catalog)
     with Ledger.open(wanted.store) as ledger:
         records = current_records(wanted, ledger)
     chosen = select(records, selection)

@@ -20,6 +20,7 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
+from cityflow.io.stac_outside import refuse_outside
 from cityflow.stages import reconstruct, texture
 from cityflow.stages.survey import Survey
 from cityflow.workflow.current import current_records
@@ -52,6 +53,7 @@ def run_workflow(
     *,
     verify: bool = False,
     trust: bool = False,
+    allow_outside: bool = False,
 ) -> None:
     """Everything that is not done yet; writes the report at the end.
 
@@ -59,13 +61,16 @@ def run_workflow(
     ----------
     verify : hold the contents of what is done against their digests, too
     trust : import functions that overrides in the RUN name, too
+    allow_outside : the catalog may name files elsewhere, wherever it comes from
 
     Raises
     ------
     WorkflowError, CatalogError, RunError
         Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
     """
-    wanted = prepared(workflow, catalog, out, settings, aoi)
+    wanted = prepared(workflow, catalog, out, settings, aoi, allow_outside=allow_outside)
+    if not allow_outside:
+        refuse_outside(wanted.catalog)
     check_run(wanted)
     if not trust:
         refuse_untrusted(wanted, settings, of_the_run=False)

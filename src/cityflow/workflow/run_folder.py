@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cityflow import __version__
+from cityflow.core.credentials import stripped, without_credentials
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.stac import read_catalog
@@ -48,13 +49,13 @@ def describe_run(wanted: Prepared) -> None:
 
 
 def open_run(url: str) -> Prepared:
-    """An existing RUN, with the workflow, the catalog and the area that it was last run with."""
+    """An existing RUN, with the workflow, the catalog and the area that it was last run with; whoever reads the catalog's files looks where they are."""
     store = Store.open(url)
     if not _is_run(store):
         raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
     tree = _description(store)
     workflow = checked(tree["workflow"], where=f"{url}/{DESCRIPTION}")
-    return Prepared(workflow, read_catalog(tree["catalog"]), Area.of_wkt(tree["area"]), store)
+    return Prepared(workflow, read_catalog(tree["catalog"], allow_outside=True), Area.of_wkt(tree["area"]), store)
 
 
 def _is_run(store: Store) -> bool:
@@ -75,8 +76,8 @@ def workflow_tree(workflow: Workflow) -> dict[str, Any]:
 def _describe(wanted: Prepared) -> dict[str, Any]:
     versions = {"cityflow": __version__, "python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
     return {
-        "workflow": workflow_tree(wanted.workflow),
-        "catalog": wanted.catalog.href,
+        "workflow": stripped(workflow_tree(wanted.workflow)),
+        "catalog": without_credentials(wanted.catalog.href),
         "area": wanted.area.wkt,
         "versions": versions,
     }
@@ -100,9 +101,10 @@ def _refuse_stranger(url: str, old: Mapping[str, Any], wanted: Prepared) -> None
             where=url,
             remedy="choose another --out",
         )
-    if old["catalog"] != wanted.catalog.href:
+    href = without_credentials(wanted.catalog.href)
+    if old["catalog"] != href:
         raise RunError(
-            f"this RUN was made from the catalog {old['catalog']}, not from {wanted.catalog.href}",
+            f"this RUN was made from the catalog {old['catalog']}, not from {href}",
             where=url,
             remedy="choose another --out, or name that catalog",
         )

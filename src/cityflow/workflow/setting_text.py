@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from cityflow.errors import WorkflowError
+from cityflow.io.given_files import read_small, yaml_of
 
 
 def split_setting(text: str) -> tuple[list[str], Any]:
@@ -26,10 +25,11 @@ def split_setting(text: str) -> tuple[list[str], Any]:
     if not equals or not key.strip():
         raise WorkflowError(f"'{text}' is no setting", where="--set", remedy="write it as key.subkey=value")
     try:
-        return key.strip().split("."), yaml.safe_load(value)
-    except yaml.YAMLError as error:
-        first = str(error).splitlines()[0]
-        raise WorkflowError(f"the value of '{text}' is no YAML: {first}", where="--set", remedy="quote it") from None
+        return key.strip().split("."), yaml_of(value)
+    except ValueError as error:
+        raise WorkflowError(
+            f"the value of '{text:.200}' is no YAML: {error}", where="--set", remedy="quote it"
+        ) from None
 
 
 def listed(value: Any) -> Any:
@@ -39,7 +39,7 @@ def listed(value: Any) -> Any:
     (['a', 2], [3], ['a'], None)
     """
     if isinstance(value, str):
-        return [yaml.safe_load(part) for part in value.split(",") if part.strip()]
+        return [yaml_of(part) for part in value.split(",") if part.strip()]
     return value if value is None or isinstance(value, list | tuple | Mapping) else [value]
 
 
@@ -52,13 +52,15 @@ def read_tree(path: Path) -> dict[str, Any]:
         The file is missing or no YAML mapping.
     """
     try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+        tree = yaml_of(read_small(path, WorkflowError))
     except FileNotFoundError:
         raise WorkflowError("no such workflow file", where=str(path), remedy=_files_there(path)) from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, ValueError) as error:
         raise WorkflowError(f"not readable as YAML: {error}", where=str(path), remedy="mend the file") from None
     if not isinstance(tree, dict):
         raise WorkflowError("not a mapping of keys to values", where=str(path), remedy="workflows/ has examples")
+    if odd := [key for key in tree if not isinstance(key, str)]:
+        raise WorkflowError(f"{odd[0]!r:.100} is no key", where=str(path), remedy="keys are names, such as surface")
     return tree
 
 
