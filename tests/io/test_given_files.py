@@ -74,6 +74,7 @@ READERS: dict[str, Callable[[Path], Any]] = {
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
 def test_what_is_no_plain_file_is_not_waited_for(tmp_path: Path, reader: Callable[[Path], Any], kind: str) -> None:
     path = tmp_path / "given"
+    (tmp_path / "list.txt").write_text("a.jpg\n")
     if kind == "pipe":
         os.mkfifo(path)
     elif kind == "device":
