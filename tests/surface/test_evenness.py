@@ -26,7 +26,7 @@ def crown(density: float, rng: np.random.Generator) -> np.ndarray:
 
 
 @pytest.mark.parametrize("density", [3, 8, 25])
-def test_roofs_are_even_and_crowns_are_not_at_any_density(density: float) -> None:
+def test_roofs_are_even_and_crowns_are_not_at_any_density(density: int) -> None:
     rng = np.random.default_rng(density)
     assert (unevenness(gable(density, rng)) < 0.2).mean() > 0.97
     assert (unevenness(crown(density, rng)) > 0.2).mean() > 0.85

@@ -256,7 +256,8 @@ def _scanned(rng: np.random.Generator, drafts: Sequence[Draft], p: InnerCityPara
             on = np.flatnonzero(shapely.contains_xy(draft.in_world(plan), x, y) & (rng.random(len(x)) < share))
             xyz[on, 2] += rng.uniform(0.05, height, len(on))
     xyz += rng.normal(0, 1, xyz.shape) * np.array([p.sigma_xy_m, p.sigma_xy_m, p.sigma_z_m])
-    return tuple(_house(b, np.round(xyz[of_house], 3)) for b in bare)
+    millimetres: FloatArray = np.round(xyz[of_house], 3)
+    return tuple(_house(b, millimetres) for b in bare)
 
 
 def _house(building: TruthBuilding, xyz: FloatArray) -> OldHouse:
