@@ -12,6 +12,7 @@ import zarr
 
 from cityflow.core.building import Outline
 from cityflow.core.grid import Grid, grown
+from cityflow.core.points import HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Task
@@ -80,3 +81,21 @@ def _counted(function: Any, calls: list[object]) -> Any:
         return function(*arguments, **more)
 
     return counted
+
+
+@pytest.mark.parametrize("points", [90, 10])
+def test_a_shed_whose_cells_were_taken_for_vegetation_keeps_its_roof(points: int) -> None:
+    rng = np.random.default_rng(points)
+    shed = shapely.box(1010.0, 2015.0, 1012.5, 2018.2)
+    roof = np.column_stack([rng.uniform((1010, 2015), (1012.5, 2018.2), (points, 2)), rng.normal(2.3, 0.02, points)])
+    leaves = rng.uniform((1010, 2015, 2.5), (1012.5, 2018.2, 5.0), (points // 4, 3))
+    number = np.ones(len(roof) + len(leaves), np.uint8)
+    of = np.r_[np.ones(len(roof), np.uint8), np.full(len(leaves), 2, np.uint8)]
+    cloud = PointCloud(np.concatenate([roof, leaves]), 0 * number, number, of)
+    grid = Grid(1005, 2025, 0.5, 30, 30)
+    layers = {"dtm": np.zeros(grid.shape, np.float32), "class": np.full(grid.shape, HIGH_VEGETATION, np.uint8)}
+    kept = unit_evidence._roof_points(cloud, grid, layers, {"classified": False, "uneven": 0.2})
+    assert shapely.contains_xy(shed, *kept.xyz[:, :2].T).all()
+    on_roof = kept.xyz[:, 2] < 2.45
+    assert on_roof.sum() >= 0.9 * points
+    assert (~on_roof).sum() <= 0.12 * points

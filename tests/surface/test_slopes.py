@@ -1,0 +1,93 @@
+"""Houses on a steep slope and a tower of 60 m, scanned without classes: terrain, floors, roofs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import shapely
+from shapely.geometry.polygon import orient
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.points import PointCloud
+from cityflow.core.reconstruction import Evidence
+from cityflow.evaluation.roof_points import unit_distances
+from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.surface.sample import sample
+from cityflow.surface.tile_surface import TileSurface, surface_of_tile
+from cityflow.synthetic import roofs
+from cityflow.synthetic.lidar_scene import LidarSceneParameters, _survey
+from cityflow.synthetic.planting import Planting
+from cityflow.synthetic.roofs import LocalFace, Placement, TruthBuilding
+from cityflow.synthetic.scanner import Scene
+
+SIZE_M = 100.0
+
+
+@dataclass(frozen=True)
+class Slope:
+    """A plane that rises eastwards."""
+
+    rise: float
+    base_m: float = 20.0
+
+    def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(self.base_m + self.rise * np.asarray(x, float) + 0 * np.asarray(y, float))
+
+    def is_water(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        return np.zeros(np.shape(x), bool)
+
+
+@cache
+def hill(rise: float) -> tuple[TileSurface, FloatArray, tuple[TruthBuilding, ...], Slope]:
+    """Surface, points, a tower and three houses that stand in the slope."""
+    terrain = Slope(rise)
+    tower = [*roofs.flat(18, 16, 60.0), LocalFace(roofs.rectangle(6, 6, 11, 10), 0, 0, 63.0, roofs.DORMER)]
+    house = roofs.gable(0, 12, (0, 9), 6.0, 0.7)
+    buildings = []
+    for k, faces in enumerate((tower, house, house, house)):
+        place = Placement(15.0 + 45 * (k % 2), 15.0 + 45 * (k // 2), 0.2 * k, 0.0)
+        outline = orient(shapely.Polygon(place.to_world(roofs.rectangle(0, 0, *((18, 16) if k == 0 else (12, 9))))))
+        ground = terrain.z(*shapely.get_coordinates(shapely.segmentize(outline, 0.5)).T)
+        prisms = tuple(Placement(place.x, place.y, place.heading, float(ground.mean())).face(f) for f in faces)
+        buildings.append(TruthBuilding(f"b{k}", "", outline, roofs.visible_faces(prisms), prisms, float(ground.min())))
+    nothing = Planting(np.empty((0, 5)), (), np.empty(0), ())
+    p = LidarSceneParameters(origin_x=0, origin_y=0, width_m=SIZE_M, height_m=SIZE_M, density_m2=6)
+    bounds = (0.0, 0.0, SIZE_M, SIZE_M)
+    scene = Scene(cast(Any, terrain), tuple(buildings), nothing, None)
+    cloud = _survey(np.random.default_rng(41), scene, bounds, p)[0]
+    return surface_of_tile(cloud, bounds, 0.0), cloud.xyz, tuple(buildings), terrain
+
+
+@pytest.mark.parametrize("rise", [0.1, 0.35])
+def test_terrain_and_floors_on_a_slope(rise: float) -> None:
+    surface, _, buildings, terrain = hill(rise)
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    off = surface.dtm - terrain.z(x, y)
+    under = shapely.contains_xy(shapely.union_all([b.outline for b in buildings]), x, y)
+    assert np.sqrt((off[~under] ** 2).mean()) < 0.1
+    assert np.abs(off[under]).max() < 1.0
+    for b in buildings:
+        rim = shapely.get_coordinates(shapely.segmentize(b.outline, 0.5))
+        assert np.nanmin(sample(surface.grid, surface.dtm, *rim.T)) == pytest.approx(b.floor, abs=0.15)
+
+
+@pytest.mark.parametrize("which", [0, 3])
+def test_a_tower_and_a_house_in_a_slope_are_met(which: int) -> None:
+    surface, xyz, buildings, _ = hill(0.35)
+    b = buildings[which]
+    inside = xyz[shapely.contains_xy(b.outline, xyz[:, 0], xyz[:, 1])]
+    high = inside[inside[:, 2] - sample(surface.grid, surface.dtm, *inside[:, :2].T) > 1.5]
+    evidence = Evidence(b.id, b.outline, PointCloud.of(high), b.floor, (), ())
+    solid = model(evidence, ModelParameters()).candidate.solid
+    assert solid is not None
+    assert not check_polyhedron(solid)
+    x, y = (c.ravel() for c in np.meshgrid(*(np.arange(*b.outline.bounds[k::2], 0.4) for k in (0, 1))))
+    on = shapely.contains_xy(b.outline, x, y)
+    off = unit_distances(b.outline, solid, np.column_stack([x, y, b.z(x, y)])[on])
+    assert (np.abs(off) < 0.2).mean() > 0.95
+    assert min(v[2] for v in solid.vertices) == pytest.approx(b.floor, abs=0.01)
