@@ -256,7 +256,7 @@ def _scanned(rng: np.random.Generator, drafts: Sequence[Draft], p: InnerCityPara
             on = np.flatnonzero(shapely.contains_xy(draft.in_world(plan), x, y) & (rng.random(len(x)) < share))
             xyz[on, 2] += rng.uniform(0.05, height, len(on))
     xyz += rng.normal(0, 1, xyz.shape) * np.array([p.sigma_xy_m, p.sigma_xy_m, p.sigma_z_m])
-    millimetres: FloatArray = np.round(xyz[of_house], 3)
+    millimetres = np.asarray(xyz[of_house].round(3), np.float64)
     return tuple(_house(b, millimetres) for b in bare)
 
 
