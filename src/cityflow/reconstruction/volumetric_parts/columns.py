@@ -32,6 +32,7 @@ class ColumnParameters(PartitionParameters):
     number_cost: float = Field(
         1.2, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
     )
+    alike_m: float = Field(0.0, ge=0, le=5, description="points nearer to each other than this (m) err alike")
     max_lines: int = Field(400, ge=1, le=5000, description="most lines that cut the outline")
     max_cells: int = Field(1500, ge=1, le=20_000, description="cutting ends at this number of columns")
 
