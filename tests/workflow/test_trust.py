@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -12,9 +13,11 @@ from cityflow.io.stac_assets import Catalog
 from cityflow.stages.area import EVERYWHERE
 from cityflow.workflow.overrides import read_overrides, write_overrides
 from cityflow.workflow.prepare import Prepared
+from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.serve import is_inside, reader
 from cityflow.workflow.settings import checked
 from cityflow.workflow.trust import refuse_untrusted
+from cluster.small_city import make_city
 
 FOREIGN = "somebody.elses:method"
 
@@ -71,3 +74,13 @@ def test_the_server_follows_no_link_out_of_the_run(tmp_path: Path) -> None:
         assert read("view/link.json") is None
         assert read("products/secret.json") is None
     assert not is_inside(str(tmp_path / "run"), "../run2/x")
+
+
+@pytest.mark.parametrize("area", ["", "POLYGON ((0 0, 1", 7, "nothing"])
+def test_a_run_whose_area_is_none_is_named(tmp_path: Path, area: object) -> None:
+    """Found by benchmarks/fuzz_inputs.py."""
+    city = make_city(tmp_path / "town")
+    tree = {"workflow": {"name": "a"}, "catalog": str(city.catalog), "area": area}
+    (tmp_path / "run.json").write_text(json.dumps(tree))
+    with pytest.raises(RunError, match=r"run\.json is damaged"):
+        open_run(str(tmp_path))

@@ -9,6 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import shapely
+
 from cityflow import __version__
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.errors import RunError
@@ -55,7 +57,15 @@ def open_run(url: str) -> Prepared:
         raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
     tree = _description(store)
     workflow = checked(tree["workflow"], where=f"{url}/{DESCRIPTION}")
-    return Prepared(workflow, read_catalog(tree["catalog"], allow_outside=True), Area.of_wkt(tree["area"]), store)
+    return Prepared(workflow, read_catalog(tree["catalog"], allow_outside=True), _area(tree["area"], store), store)
+
+
+def _area(wkt: Any, store: Store) -> Area:
+    try:
+        return Area.of_wkt(wkt)
+    except (shapely.errors.ShapelyError, TypeError) as error:
+        problem = f"run.json is damaged: its area is none ({error})".splitlines()[0]
+        raise RunError(problem, where=store.root, remedy="restore it or start a new RUN") from error
 
 
 def _is_run(store: Store) -> bool:
@@ -87,7 +97,7 @@ def _description(store: Store) -> dict[str, Any]:
     try:
         tree = json.loads(store.read_bytes(DESCRIPTION))
         return {"workflow": dict(tree["workflow"]), "catalog": str(tree["catalog"]), "area": tree["area"]}
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RunError(
             f"run.json is damaged: {error}", where=store.root, remedy="restore it or start a new RUN"
         ) from error
