@@ -93,7 +93,10 @@ def test_a_shed_whose_cells_were_taken_for_vegetation_keeps_its_roof(points: int
     of = np.r_[np.ones(len(roof), np.uint8), np.full(len(leaves), 2, np.uint8)]
     cloud = PointCloud(np.concatenate([roof, leaves]), 0 * number, number, of)
     grid = Grid(1005, 2025, 0.5, 30, 30)
-    layers = {"dtm": np.zeros(grid.shape, np.float32), "class": np.full(grid.shape, HIGH_VEGETATION, np.uint8)}
+    layers: dict[str, Any] = {
+        "dtm": np.zeros(grid.shape, np.float32),
+        "class": np.full(grid.shape, HIGH_VEGETATION, np.uint8),
+    }
     kept = unit_evidence._roof_points(cloud, grid, layers, {"classified": False, "uneven": 0.2})
     assert shapely.contains_xy(shed, *kept.xyz[:, :2].T).all()
     on_roof = kept.xyz[:, 2] < 2.45

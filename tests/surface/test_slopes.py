@@ -86,7 +86,8 @@ def test_a_tower_and_a_house_in_a_slope_are_met(which: int) -> None:
     solid = model(evidence, ModelParameters()).candidate.solid
     assert solid is not None
     assert not check_polyhedron(solid)
-    x, y = (c.ravel() for c in np.meshgrid(*(np.arange(*b.outline.bounds[k::2], 0.4) for k in (0, 1))))
+    x_0, y_0, x_1, y_1 = b.outline.bounds
+    x, y = (c.ravel() for c in np.meshgrid(np.arange(x_0, x_1, 0.4), np.arange(y_0, y_1, 0.4)))
     on = shapely.contains_xy(b.outline, x, y)
     off = unit_distances(b.outline, solid, np.column_stack([x, y, b.z(x, y)])[on])
     assert (np.abs(off) < 0.2).mean() > 0.95
