@@ -36,7 +36,7 @@ TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in 
 OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
 RIDGE, LEAST_WEIGHT = 0.02, 0.005
-GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.965
+GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.97
 
 
 @dataclass(frozen=True)

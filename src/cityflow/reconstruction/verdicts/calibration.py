@@ -46,5 +46,5 @@ FAIR = Logistic(
         Term("few", 0.05, 1.145),
     ),
 )  # fmt: skip
-GOOD_FROM, POOR_BELOW = 0.79, 0.5
+GOOD_FROM, POOR_BELOW = 0.87, 0.5
 """A unit is good from this probability of `GOOD`, and poor below this one of `FAIR`."""
