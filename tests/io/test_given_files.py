@@ -152,6 +152,18 @@ def test_las_headers_that_announce_endless_records_are_refused(tmp_path: Path, a
         read_header(path)
 
 
+def test_a_chunk_table_that_counts_more_chunks_than_bytes_is_refused(tmp_path: Path) -> None:
+    """Found by benchmarks/fuzz_inputs.py: the decoder made room for all of them, and the process was gone."""
+    cloud = PointCloud(np.random.default_rng(1).random((50, 3)), *[np.ones(50, np.uint8) for _ in range(3)])
+    data = bytearray(write_points(cloud, crs=None))
+    (start,) = struct.unpack_from("<I", data, 96)
+    (table,) = struct.unpack_from("<q", data, start)
+    struct.pack_into("<I", data, table + 4, 0x7FFFFFFF)
+    (tmp_path / "a.laz").write_bytes(data)
+    with pytest.raises(CatalogError, match=r"a\.laz"):
+        read_header(tmp_path / "a.laz")
+
+
 def test_geometries_with_infinite_coordinates_are_none(tmp_path: Path) -> None:
     rings = ([[[0, 0], [1, 0], [1, 1], [0, 0]]], [[[float("inf"), 0], [1, 0], [1, 1], [float("inf"), 0]]])
     features = [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": r}} for r in rings]

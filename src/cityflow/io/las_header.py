@@ -173,12 +173,29 @@ def _chunk_table_is_whole(file: IO[bytes], header: laspy.LasHeader, start: int) 
     records = header.vlrs.get("LasZipVlr")
     if not records:
         return False
+    if not _chunks_fit(file, start):
+        return False
     file.seek(start)
     try:
         lazrs.read_chunk_table(file, lazrs.LazVlr(records[0].record_data))
     except (lazrs.LazrsError, OSError):
         return False
     return True
+
+
+def _chunks_fit(file: IO[bytes], start: int) -> bool:
+    """Whether the chunk table counts no more chunks than there are bytes: lazrs makes room for all of them before it reads one."""
+    size = file.seek(0, io.SEEK_END)
+    file.seek(start)
+    head = file.read(8)
+    (table,) = struct.unpack("<q", head) if len(head) == 8 else (0,)
+    if table == -1 and size >= 8:
+        file.seek(size - 8)
+        (table,) = struct.unpack("<q", file.read(8))
+    if not 0 < table <= size - 8:
+        return True  # lazrs says what that is
+    file.seek(table)
+    return bool(struct.unpack("<II", file.read(8))[1] <= size)
 
 
 def is_one_stream(header: laspy.LasHeader) -> bool:
