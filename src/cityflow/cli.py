@@ -18,6 +18,7 @@ from cityflow import __version__
 from cityflow.core.credentials import without_credentials
 from cityflow.errors import CityflowError
 from cityflow.flow.talk import Talk
+from cityflow.flow.unwritable import unwritable
 from cityflow.workflow import completion
 from cityflow.workflow.first_look import (
     agreed_folder,
@@ -219,13 +220,14 @@ def plan(
     settings: SetOption = None,
     aoi: AreaOption = "",
     workers: WorkersOption = 0,
+    allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """What would run, what is stale and why, and what it would take."""
     look_at_workflow(workflow, settings or [], catalog)
     from cityflow.workflow.plan import print_plan
 
-    print_plan(workflow, catalog, out, settings or [], aoi, workers, console, as_json)
+    print_plan(workflow, catalog, out, settings or [], aoi, workers, console, as_json, allow_outside=allow_outside)
 
 
 @app.command()
@@ -517,11 +519,17 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 
 def main() -> None:
-    """Entry point: errors that a user can mend become one line on stderr and exit code 1; Ctrl-C becomes 130."""
+    """Entry point: errors that a user can mend become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
     try:
         app()
     except CityflowError as error:
         print(f"cityflow: {without_credentials(str(error))}", file=sys.stderr)  # noqa: T201
+        sys.exit(1)
+    except OSError as error:
+        refusal = unwritable(error)
+        if refusal is None:
+            raise
+        print(f"cityflow: {refusal}", file=sys.stderr)  # noqa: T201
         sys.exit(1)
     except KeyboardInterrupt:
         print("cityflow: interrupted; a later run continues here", file=sys.stderr)  # noqa: T201

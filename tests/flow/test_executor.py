@@ -19,6 +19,7 @@ from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Record, Task
+from cityflow.flow.unwritable import UnwritableError
 from flow.toy_sources import Given, Town
 from flow.toy_stages import toy
 
@@ -241,3 +242,18 @@ def test_what_an_older_version_left_is_taken_as_it_is(client: Client, store: Sto
     summary = run_tasks(Given([toy("maker"), toy("reader", "copy", arguments={"from": [path]})]), client, store, ledger)
     assert not summary.damaged
     assert summary.ran == {("toy", Status.DONE): 1}
+
+
+@pytest.mark.parametrize("unit", ["plain", "wordy"])
+def test_a_full_disk_stops_the_run_and_fails_no_unit(client: Client, store: Store, ledger: Ledger, unit: str) -> None:
+    task = toy(unit, "large_file", in_place=True)
+    store.write_bytes(f"shared/{unit}", b"of an earlier run")
+    store.write_bytes("small disk", b"")
+    with pytest.raises(UnwritableError, match=rf"shared/{unit}: cannot be written: File too large → make room there"):
+        run_tasks(Given([task]), client, store, ledger)
+    assert store.read_bytes(f"shared/{unit}") == b"of an earlier run"
+    assert ledger.refresh() == 0, "no record says that the unit failed"
+    assert not list(Path(store.root).rglob(".partial-*"))
+    store.remove("small disk")
+    assert run_tasks(Given([task]), client, store, ledger).ran == {("toy", "done"): 1}
+    assert store.read_bytes(f"shared/{unit}") == task.digest.encode() * 1000

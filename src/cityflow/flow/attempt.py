@@ -16,19 +16,29 @@ from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.sandbox import thread_sandbox
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
+from cityflow.flow.unwritable import UnwritableError, unwritable
 
 PAUSE_S = 0.5
 """Before a second try; what is transient needs a moment to pass."""
 
 
-def run_attempt(store: Store, task: Task, attempt: int) -> Record | Damage:
-    """Run a task, write its record, return the record; no record where an input was damaged.
+def run_attempt(store: Store, task: Task, attempt: int) -> Record | Damage | UnwritableError:
+    """Run a task, write its record, return the record; no record where an input was damaged or a disk takes nothing more.
 
     Parameters
     ----------
     attempt : the number that the ledger gave. A record of this task under that number means that a worker died after
         writing it, and is taken; a record of anything else (a run whose driver is gone) moves the number up.
     """
+    try:
+        return _attempted(store, task, attempt)
+    except OSError as error:
+        if (refusal := unwritable(error, store.root)) is None:
+            raise
+        return refusal
+
+
+def _attempted(store: Store, task: Task, attempt: int) -> Record | Damage | UnwritableError:
     started = datetime.now(UTC)
     while (earlier := read_record(store, task.stage, task.unit, attempt)) is not None:
         if earlier.digest == task.digest:
@@ -39,6 +49,8 @@ def run_attempt(store: Store, task: Task, attempt: int) -> Record | Damage:
     reply = _tried(store, task)
     if reply.ending is Ending.DAMAGED:
         return Damage(reply.damaged)
+    if reply.unwritable is not None:
+        return reply.unwritable
     return store_record(store, record_of(task, attempt, reply, started))
 
 

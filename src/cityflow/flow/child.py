@@ -26,6 +26,7 @@ from cityflow.flow.records import plain_outcome
 from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.unwritable import unwritable
 from cityflow.flow.workspace import Workspace
 
 TRIM_ABOVE_MB = 150.0
@@ -96,14 +97,20 @@ def _called(store: Store, task: Task) -> Reply:
         if not isinstance(outcome, Outcome):
             raise TypeError(f"{task.function} returned {type(outcome).__name__}, not an Outcome")
         outcome = plain_outcome(outcome)
-    except RefusedUnit as error:
-        return Reply(Ending.REFUSED, Outcome(Status.REFUSED, str(error)))
-    except CityflowError as error:
-        return Reply(Ending.UNUSABLE, Outcome(Status.FAILED, str(error)))
     except BaseException as error:  # noqa: BLE001 - reported, never swallowed
         # A stage may raise anything, even SystemExit: all of it is this unit's failure and none of it ends the child.
-        return _exception(error)
+        return _failed(error, store)
     return Reply(Ending.RETURNED, outcome)
+
+
+def _failed(error: BaseException, store: Store) -> Reply:
+    if (refusal := unwritable(error, store.root)) is not None:
+        return Reply(Ending.UNWRITABLE, Outcome(Status.FAILED, str(refusal)), unwritable=refusal)
+    if isinstance(error, RefusedUnit):
+        return Reply(Ending.REFUSED, Outcome(Status.REFUSED, str(error)))
+    if isinstance(error, CityflowError):
+        return Reply(Ending.UNUSABLE, Outcome(Status.FAILED, str(error)))
+    return _exception(error)
 
 
 def _exception(error: BaseException) -> Reply:

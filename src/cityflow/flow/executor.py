@@ -28,6 +28,7 @@ from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.unwritable import UnwritableError
 
 WAIT_S = 0.2
 """Longest wait between two ticks of the progress display."""
@@ -95,7 +96,7 @@ def run_tasks(
 
     Raises
     ------
-    RunError : another run is at work in the same folder, the scheduler or all workers are lost, records cannot be
+    RunError : another run is at work in the same folder, the scheduler or all workers are lost, nothing more can be
         written, or the first units of a stage all raise the same exception
     """
     run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
@@ -253,6 +254,8 @@ class _Run:
         if isinstance(result, Damage):
             self._spoil(result)
             return
+        if isinstance(result, UnwritableError):
+            raise result
         error = result[1] if isinstance(result, tuple) else result
         written = read_record(self._context.store, job.task.stage, job.task.unit, job.attempt)
         if written is not None and written.digest == job.task.digest:

@@ -101,21 +101,31 @@ class LocalFolder:
     @contextmanager
     def _replacing(self, path: str) -> Iterator[str]:
         target = self.url(path)
-        folder, name = os.path.split(target)
+        temporary = ""
         try:
-            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=os.path.splitext(name)[1], dir=folder)
-        except FileNotFoundError:
-            os.makedirs(folder, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=os.path.splitext(name)[1], dir=folder)
-        os.close(handle)
-        try:
+            temporary = _temporary(target)
             yield temporary
             os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, target)
-        except BaseException:
-            if os.path.exists(temporary):
+        except BaseException as error:
+            if isinstance(error, OSError) and (not temporary or error.filename in (None, temporary)):
+                error.filename = target  # a full disk does not say which file it was
+            with suppress(OSError):
                 os.unlink(temporary)
             raise
+
+
+def _temporary(target: str) -> str:
+    """An empty file beside the target."""
+    folder, name = os.path.split(target)
+    suffix = os.path.splitext(name)[1]
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
+    except FileNotFoundError:
+        os.makedirs(folder, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
+    os.close(handle)
+    return temporary
 
 
 def _files_below(folder: str, relative: str) -> Iterator[str]:

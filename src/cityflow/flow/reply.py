@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from cityflow.flow.task import Outcome
+from cityflow.flow.unwritable import UnwritableError
 
 DUMP_SIGNAL = signal.SIGUSR1
 """Makes the child print where it is, even while C code holds the interpreter's lock."""
@@ -22,6 +23,8 @@ class Ending(StrEnum):
     """The stage raised an error that names what is wrong with the data."""
     DAMAGED = "damaged"
     """A file that another task left is not what it wrote; what the stage made of it does not count."""
+    UNWRITABLE = "unwritable"
+    """A disk takes nothing more, whichever unit asks."""
     RAISED = "raised"
     CRASHED = "crashed"
     TIMEOUT = "timeout"
@@ -39,6 +42,7 @@ class Reply:
     seconds, peak_mb, rss_mb : of the try; peak and final resident memory of the process, MB
     transient : another try may succeed
     damaged : RUN-relative path → what is wrong with a file that another task left
+    unwritable : the disk that takes nothing more
     """
 
     ending: Ending
@@ -49,3 +53,4 @@ class Reply:
     rss_mb: float = 0.0
     transient: bool = False
     damaged: Mapping[str, str] = field(default_factory=dict)
+    unwritable: UnwritableError | None = None

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress_counts import duration
+from cityflow.io.stac_outside import refuse_outside
 from cityflow.stages.city import CitySource
 from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.differences import why
@@ -103,9 +104,22 @@ def print_plan(
     workers: int,
     console: Console,
     as_json: bool = False,
+    *,
+    allow_outside: bool = False,
 ) -> None:
-    """Print the table of stages with reasons, and what the run would take."""
-    wanted = prepared(workflow, catalog, out, settings, aoi)
+    """Print the table of stages with reasons, and what the run would take.
+
+    Parameters
+    ----------
+    allow_outside : the catalog may name files elsewhere, wherever it comes from
+
+    Raises
+    ------
+    WorkflowError, CatalogError, RunError
+    """
+    wanted = prepared(workflow, catalog, out, settings, aoi, allow_outside=allow_outside)
+    if not allow_outside:
+        refuse_outside(wanted.catalog)
     with wanted.ledger() as ledger:
         plan = Plan(
             wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(), ledger), costs_of(ledger)

@@ -1,0 +1,76 @@
+"""Commands that only look: they import no function that a RUN names, and `plan` refuses the catalogs that `run` refuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from http.server import HTTPServer
+from pathlib import Path
+
+import pytest
+
+from cityflow.flow.child import resolve
+from cityflow.flow.store import Store
+from cityflow.workflow.overrides import write_overrides
+from cluster.small_city import Commands, SmallCity, newest
+
+SPY = "spy_of_a_run:method"
+
+
+@pytest.fixture
+def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What is there as soon as the spy was imported."""
+    sign = tmp_path / "imported"
+    (tmp_path / "spy_of_a_run.py").write_text(f"open({str(sign)!r}, 'w').close()\ndef method(): ...\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    return sign
+
+
+def name_the_spy(run: Path) -> str:
+    """In the workflow of the run and in the overrides of a building, which is returned."""
+    tree = json.loads((run / "run.json").read_text())
+    tree["workflow"]["reconstruct"]["methods"].append(SPY)
+    (run / "run.json").write_text(json.dumps(tree))
+    unit = min(newest(run, "reconstruct"))
+    write_overrides(Store.open(run), {("reconstruct", unit): {"methods": [SPY]}})
+    return unit
+
+
+def test_looking_at_a_run_imports_nothing_that_it_names(
+    copied_run: Path, small_city: SmallCity, cityflow: Commands, imported: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unit = name_the_spy(copied_run)
+
+    def ended(_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(HTTPServer, "serve_forever", ended)
+    for words in (
+        ("status", copied_run),
+        ("status", copied_run, "--units"),
+        ("plan", small_city.workflow, "--catalog", small_city.catalog, "--out", copied_run),
+        ("explain", copied_run, unit, "--parameters", "--picture", copied_run.parent / "candidates.png"),
+        ("report", copied_run),
+        ("view", copied_run, "--no-browser", "--port", "0"),
+    ):
+        done = cityflow(*words)
+        assert done.code == 0, done.text
+        assert not imported.exists(), words
+        assert "spy_of_a_run" not in sys.modules, words
+    resolve(SPY)
+    assert imported.exists(), "the spy tells of an import"
+    del sys.modules["spy_of_a_run"]
+
+
+def test_plan_uses_files_outside_of_a_catalog_that_was_moved_only_where_told(
+    small_city: SmallCity, cityflow: Commands, tmp_path: Path
+) -> None:
+    moved = shutil.copytree(small_city.catalog, tmp_path / "catalog")
+    words = ("plan", small_city.workflow, "--out", tmp_path / "run", "--catalog")
+    assert cityflow(*words, small_city.catalog).code == 0
+    refused = cityflow(*words, moved)
+    assert refused.code == 1
+    assert "lies outside the catalog" in refused.err
+    assert "--allow-outside" in refused.err
+    assert cityflow(*words, moved, "--allow-outside").code == 0
