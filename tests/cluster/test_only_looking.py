@@ -15,6 +15,8 @@ from cityflow.flow.store import Store
 from cityflow.workflow.overrides import write_overrides
 from cluster.small_city import Commands, SmallCity, newest
 
+pytestmark = pytest.mark.cluster
+
 SPY = "spy_of_a_run:method"
 
 
