@@ -26,7 +26,7 @@ from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
 from verdict_cases import cases_of, true_share
 
-FITTED, JUDGED = (201, 202, 203, 204, 205, 206, 301, 302, 303, 304), (401, 402, 403)
+FITTED, JUDGED = (201, 202, 203, 204, 205, 206, 301, 302, 303, 304), (501, 502)
 SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1), "no_roof": (0.1,),
     "foreign": (0.1,), "beside": (0.05,), "rim": (0.02, 0.2), "error_m": (0.05, 0.3), "few": (0.05,),

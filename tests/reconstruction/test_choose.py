@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cityflow.core.building import Status
+from cityflow.core.building import Semantic, Status
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.reconstruction import monolithic, orientation_histogram
-from cityflow.reconstruction.choose import ReconstructParameters, choose, independent_points
+from cityflow.reconstruction.choose import ReconstructParameters, choose, independent_points, solid_of_method
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
 from roof_scenes import OUTLINE, SCENES, gable, scan
@@ -105,6 +105,26 @@ def test_a_method_without_an_answer_hands_over(monkeypatch: pytest.MonkeyPatch) 
     assert [s.method for s in choice.scores] == ["monolithic", "volumetric", "extruded"]
     assert choice.candidate.method == "volumetric"
     assert choice.status is Status.DONE
+
+
+def test_a_method_alone_makes_what_it_makes_among_others() -> None:
+    evidence = scan(gable, OUTLINE, 8.0, 0.03, 1)
+    alone = solid_of_method("orientation_histogram", evidence, ReconstructParameters())
+    among = choose(evidence, ReconstructParameters()).candidate.solid
+    assert alone is not None
+    assert among is not None
+    assert np.array_equal(alone.vertices, among.vertices)
+
+
+def test_a_method_alone_that_fails_leaves_the_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr(orientation_histogram, "reconstruct", failing)
+    evidence = scan(gable, OUTLINE, 8.0, 0.03, 1)
+    solid = solid_of_method("orientation_histogram/1", evidence, ReconstructParameters())
+    assert solid is not None
+    assert len(solid.of_semantic(Semantic.ROOF)) == 1
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -18,7 +18,7 @@ from pydantic import Field, field_validator
 from shapely.errors import GEOSException
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Semantic, Status
+from cityflow.core.building import Polyhedron, Semantic, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
@@ -170,6 +170,24 @@ def choose(evidence: Evidence, parameters: ReconstructParameters) -> Choice:
     return Choice(
         candidate, *_ending(candidate, score, scores, evidence, parameters), scores, tuple(c for c, _ in tried), kept
     )
+
+
+def solid_of_method(method: str, evidence: Evidence, parameters: ReconstructParameters) -> Polyhedron | None:
+    """First valid solid of one method alone, with no rivals and no score; where it has none, of the methods that stand in for it.
+
+    Parameters
+    ----------
+    method : as in `ReconstructParameters.methods`; a rung of its ladder (``orientation_histogram/2``) stands for the whole ladder
+    """
+    enough = len(evidence.points) >= parameters.min_points
+    first = method.partition("/")[0]
+    names = (first, HANDED_TO.get(first, LAST_RESORT), LAST_RESORT) if enough else (LAST_RESORT,)
+    for name in dict.fromkeys(names):
+        for attempt in _ladder(name, parameters):
+            solid = _attempt(name, attempt, evidence).solid
+            if solid is not None and not check_polyhedron(solid):
+                return solid
+    return None
 
 
 def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str, ...]:

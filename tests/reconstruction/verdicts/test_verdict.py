@@ -9,8 +9,10 @@ import pytest
 from shapely.affinity import scale, translate
 
 from cityflow.core.points import UNCLASSIFIED, PointCloud
-from cityflow.core.reconstruction import Evidence
+from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.core.verdicts import Verdict, verdict_counts
+from cityflow.reconstruction import extruded
+from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.calibration import FAIR, GOOD
 from cityflow.reconstruction.verdicts.figures import Figures
@@ -80,6 +82,24 @@ def test_where_points_are_scarce_all_make_the_model_and_all_test_it() -> None:
     judged = judged_model(dense, PARAMETERS, True)
     assert judged.figures is not None
     assert 0.05 < judged.figures.held / len(dense.points) < 0.15
+
+
+def test_models_that_test_another_have_no_rivals(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The block is made once, as the rival of the model that is kept, and not again for each of the four that test it."""
+    blocks: list[int] = []
+    block = extruded.reconstruct
+
+    def counted(evidence: Evidence, parameters: ExtrudedParameters) -> Candidate:
+        blocks.append(len(evidence.points))
+        return block(evidence, parameters)
+
+    monkeypatch.setattr(extruded, "reconstruct", counted)
+    scarce = scan(SCENES["gable"][0], OUTLINE, 1.5, 0.02, 2)
+    judged = judged_model(scarce, PARAMETERS, True)
+    assert judged.choice.candidate.method != "extruded"
+    assert judged.held is not None
+    assert len(judged.held.others) == PARAMETERS.held_back.folds
+    assert blocks == [len(scarce.points)]
 
 
 def test_the_order_of_points_changes_nothing() -> None:

@@ -22,29 +22,32 @@ class Logistic(NamedTuple):
 
 
 GOOD = Logistic(
-    0.95, 4.925, (
-        Term("off", 0.01, 1.479),
-        Term("strange", 0.01, 0.530),
-        Term("beside", 0.05, 2.795),
-        Term("rim", 0.02, 0.295),
-        Term("rim", 0.2, 1.142),
-        Term("error_m", 0.05, 0.878),
-        Term("error_m", 0.3, 0.258),
-        Term("few", 0.05, 0.766),
+    0.95, 4.755, (
+        Term("off", 0.01, 0.997),
+        Term("loose", 0.01, 0.105),
+        Term("strange", 0.01, 0.376),
+        Term("unsure", 0.01, 0.260),
+        Term("foreign", 0.1, 0.007),
+        Term("beside", 0.05, 2.906),
+        Term("rim", 0.02, 0.397),
+        Term("rim", 0.2, 1.085),
+        Term("error_m", 0.05, 0.967),
+        Term("error_m", 0.3, 0.312),
+        Term("few", 0.05, 0.569),
     ),
 )  # fmt: skip
 FAIR = Logistic(
-    0.8, 4.550, (
-        Term("off", 0.1, 2.049),
-        Term("unseen", 0.1, 0.299),
-        Term("loose", 0.1, 0.286),
-        Term("strange", 0.1, 0.044),
-        Term("unsure", 0.1, 0.161),
-        Term("rim", 0.02, 0.399),
-        Term("rim", 0.2, 0.590),
-        Term("error_m", 0.3, 0.446),
-        Term("few", 0.05, 1.145),
+    0.8, 4.135, (
+        Term("off", 0.01, 0.264),
+        Term("off", 0.1, 1.180),
+        Term("unseen", 0.1, 0.353),
+        Term("loose", 0.1, 0.503),
+        Term("unsure", 0.1, 0.256),
+        Term("rim", 0.02, 0.333),
+        Term("rim", 0.2, 0.421),
+        Term("error_m", 0.3, 0.377),
+        Term("few", 0.05, 0.935),
     ),
 )  # fmt: skip
-GOOD_FROM, POOR_BELOW = 0.87, 0.5
+GOOD_FROM, POOR_BELOW = 0.91, 0.5
 """A unit is good from this probability of `GOOD`, and poor below this one of `FAIR`."""

@@ -10,7 +10,7 @@ from cityflow.core.building import Scalar, Status
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
 from cityflow.geometry.roof_distances import distances_to_roof
-from cityflow.reconstruction.choose import Choice, choose
+from cityflow.reconstruction.choose import Choice, solid_of_method
 from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, RoofFit, figures_of, fit_of
 from cityflow.reconstruction.verdicts.held_back import groups_of, without_group
@@ -41,7 +41,7 @@ def judged_model(evidence: Evidence, parameters: ModelParameters, classified: bo
     if solid is None or choice.status is Status.FAILED:
         return Judged(choice)
     fit = fit_of(solid, evidence)
-    held = HeldBack(mine, fit.distance) if enough else _crossed(evidence, parameters, how.folds)
+    held = HeldBack(mine, fit.distance) if enough else _crossed(choice, evidence, parameters)
     claim = choice.candidate.notes.get("claimed_rmse_m")
     known = float(claim) if isinstance(claim, int | float) else None
     return Judged(choice, fit, figures_of(solid, evidence, fit, held, known, classified), held)
@@ -62,15 +62,16 @@ def attributes_of(judged: Judged) -> dict[str, Scalar]:
     return {**said, "held_back_points": f.held, **{name: round(share, 4) for name, share in shares.items()}}
 
 
-def _crossed(evidence: Evidence, parameters: ModelParameters, folds: int) -> HeldBack:
-    """Each point's distance from a model that was made without it."""
+def _crossed(choice: Choice, evidence: Evidence, parameters: ModelParameters) -> HeldBack:
+    """Each point's distance from a model that the method of the choice made without it."""
+    folds, method = parameters.held_back.folds, choice.scores[choice.kept].method
     group = groups_of(evidence.points.xyz, folds)
     distance, others = np.full(len(group), np.nan), []
     for fold in range(folds):
-        candidate = choose(without_group(evidence, fold, folds), parameters).candidate
-        if candidate.solid is None:
+        solid = solid_of_method(method, without_group(evidence, fold, folds), parameters)
+        if solid is None:
             continue
-        others.append(candidate.solid)
+        others.append(solid)
         mine = group == fold
-        distance[mine] = distances_to_roof(candidate.solid, evidence.points.xyz[mine])
+        distance[mine] = distances_to_roof(solid, evidence.points.xyz[mine])
     return HeldBack(np.ones(len(group), bool), distance, tuple(others))
