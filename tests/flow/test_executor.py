@@ -12,6 +12,7 @@ from distributed import Client
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
+from cityflow.flow import index
 from cityflow.flow.attempt import store_record
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import readable_key, run_tasks
@@ -257,3 +258,21 @@ def test_a_full_disk_stops_the_run_and_fails_no_unit(client: Client, store: Stor
     store.remove("small disk")
     assert run_tasks(Given([task]), client, store, ledger).ran == {("toy", "done"): 1}
     assert store.read_bytes(f"shared/{unit}") == task.digest.encode() * 1000
+
+
+def test_who_looks_at_a_run_at_work_need_not_wait(
+    client: Client, store: Store, ledger: Ledger, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(index, "PATIENCE_S", 0.05)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    seen = []
+
+    class Looking(Silent):
+        def tick(self) -> None:
+            with Ledger.open(store) as other:
+                seen.append(other.count_files())
+
+    tasks = [toy("u"), toy("v", arguments={"sleep_s": 1.0})]
+    run_tasks(Given(tasks), client, store, ledger, progress=Looking())
+    assert set(seen) >= {1, 2}
+    assert not index.cache_path(store.root).exists(), "an index of its own is made by who waited in vain"

@@ -161,6 +161,7 @@ class _Run:
                 return
             for future, result in self._wait(0 if more else WAIT_S):
                 self._settle(self._jobs.pop(future.key), result)
+            self._context.ledger.commit()  # what is open keeps every other command waiting
             self._context.progress.tick()
 
     def stop(self) -> None:

@@ -17,6 +17,9 @@ VERSION = 2
 COLUMNS = "stage, folder, name, attempt, stamp, stage_name, unit, digest, status, seconds, peak_mb, body_sum"
 """All but the record itself, and the checksum of these."""
 
+PATIENCE_S = 60.0
+"""How long one command waits while another one writes."""
+
 _TABLES = """
 CREATE TABLE files (
   stage TEXT NOT NULL, folder TEXT NOT NULL, name TEXT NOT NULL, attempt INTEGER NOT NULL, stamp TEXT NOT NULL,
@@ -103,7 +106,7 @@ def _opened(path: Path, anew: bool) -> sqlite3.Connection:
 
 
 def _prepared(path: Path) -> sqlite3.Connection:
-    database = sqlite3.connect(path, timeout=60)
+    database = sqlite3.connect(path, timeout=PATIENCE_S)
     try:
         _prepare(database)
     except BaseException:
