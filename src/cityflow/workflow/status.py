@@ -246,6 +246,7 @@ def _next(
         yield "the run did not come to its end: the command that began it goes on where it stopped"
     doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
     if doubtful:
-        yield f"look at the {doubtful} buildings that are not good, the worst first: {run}/report.html"
+        which = "building that is" if doubtful == 1 else f"{doubtful} buildings that are"
+        yield f"look at the {which} not good, the worst first: {run}/report.html"
     if is_complete:
         yield f"cityflow view {run}"
