@@ -50,6 +50,13 @@ def test_functions_in_overrides_are_refused_whoever_names_the_workflow(store: St
         refuse_untrusted(run_of(store), ["surface.cell_m=1"], of_the_run=of_the_run)
 
 
+def test_overrides_that_are_removed_first_are_no_matter(store: Store) -> None:
+    write_overrides(store, {("reconstruct", "7"): {"methods": [FOREIGN]}})
+    refuse_untrusted(run_of(store), [], of_the_run=True, cleared={("reconstruct", "7")})
+    with pytest.raises(RunError, match=FOREIGN):
+        refuse_untrusted(run_of(store), [], of_the_run=True, cleared={("reconstruct", "8")})
+
+
 @pytest.mark.parametrize("data", [b"{", b"[]", b"[" * 100_000])
 def test_overrides_that_are_none_are_named(store: Store, data: bytes) -> None:
     store.write_bytes("overrides/reconstruct/7.json", data)

@@ -55,13 +55,13 @@ def rerun_units(
         Nothing is chosen, a stage or a unit is not known, or the RUN cannot be used.
     """
     wanted = open_run(url)
-    if not trust:
-        refuse_untrusted(wanted, settings, of_the_run=True)
     if not allow_outside:
         refuse_outside(wanted.catalog)
     with Ledger.open(wanted.store) as ledger:
         records = current_records(wanted, ledger)
     chosen = select(records, selection)
+    if not trust:
+        refuse_untrusted(wanted, settings, of_the_run=True, cleared=chosen if clear else frozenset())
     refuse_foreign(settings, chosen, records, wanted.store.root)
     if not chosen:
         console.print("Nothing to run again: no unit is of that kind.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 from cityflow.errors import RunError
@@ -13,13 +14,16 @@ from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.settings import parse_setting
 
 
-def refuse_untrusted(run: Prepared, settings: Sequence[str], *, of_the_run: bool) -> None:
+def refuse_untrusted(
+    run: Prepared, settings: Sequence[str], *, of_the_run: bool, cleared: AbstractSet[tuple[str, str]] = frozenset()
+) -> None:
     """Make sure that no function would be imported that only the RUN names.
 
     Parameters
     ----------
     settings : of the command line; whom they name is trusted
     of_the_run : the workflow is that of the RUN, too, and not a file that the user named
+    cleared : stage and unit of the overrides that are removed before anything runs
 
     Raises
     ------
@@ -29,7 +33,7 @@ def refuse_untrusted(run: Prepared, settings: Sequence[str], *, of_the_run: bool
     own = set(_named(dict(_sections(settings))))
     if not of_the_run:
         own |= set(_named_in(run.workflow.city))
-    in_run = [*_named_in(run.workflow.city), *(f for tree in _overrides(run) for f in _named(tree))]
+    in_run = [*_named_in(run.workflow.city), *(f for tree in _overrides(run, cleared) for f in _named(tree))]
     foreign = sorted(set(in_run) - own)
     if foreign:
         raise RunError(
@@ -39,9 +43,9 @@ def refuse_untrusted(run: Prepared, settings: Sequence[str], *, of_the_run: bool
         )
 
 
-def _overrides(run: Prepared) -> Iterator[Mapping[str, Any]]:
-    for (stage, _), tree in read_overrides(run.store).items():
-        if stage == reconstruct.STAGE:
+def _overrides(run: Prepared, cleared: AbstractSet[tuple[str, str]]) -> Iterator[Mapping[str, Any]]:
+    for (stage, unit), tree in read_overrides(run.store).items():
+        if stage == reconstruct.STAGE and (stage, unit) not in cleared:
             yield tree
 
 
