@@ -70,7 +70,7 @@ def test_commands_work_on_it(cityflow: Commands, small_city: SmallCity, stored_r
     assert "15" in status.out
     explained = cityflow("explain", stored_run, "b0003")
     assert explained.code == 0, explained.text
-    assert f"output: {stored_run}/work/reconstruct/b0003/" in explained.out
+    assert f"wrote {stored_run}/work/reconstruct/b0003/" in explained.out
     assert cityflow("report", stored_run).code == 0
     assert len(report(stored_run)["units"]) == 15
     plan = cityflow("plan", small_city.workflow, "--catalog", small_city.catalog, "--out", stored_run)

@@ -60,7 +60,7 @@ def test_every_command_knows_textures(cityflow: Commands, town: PaintedTown, tow
     assert "atlas" in status.out
     explained = cityflow("explain", town_run, "c")
     assert explained.code == 0, explained.text
-    assert "textured_share" in explained.out
+    assert "Faces with a photograph" in explained.out
     assert {r["status"] for r in newest(town_run, "windows").values()} == {"done"}
     assert "windows-c: done" in explained.out
     told = cityflow(
@@ -110,7 +110,7 @@ def test_one_unit_again_with_wishes_of_its_own(
     assert {u for s, u in again if s == "texture"} == {"c"}
     assert len([u for s, u in again if s == "atlas"]) == 1
     told = cityflow("explain", run, "c").out
-    assert "override: most_images = 2" in told
+    assert "for this unit alone: most_images = 2" in told
     refused = cityflow("rerun", run, "--stage", "texture", "--unit", "c", "--set", "texture.when=never")
     assert refused.code == 1, "whether there are textures is a matter of the whole city"
     never = cityflow("rerun", run, "--stage", "windows", "--unit", "c", "--set", "windows.when=never")
