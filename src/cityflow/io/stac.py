@@ -56,6 +56,9 @@ SHA256_MULTIHASH = "1220"
 UNKNOWN_DATE = "1970-01-01"
 """STAC wants a date of every item; one with `cityflow:date_unknown` means none."""
 T = TypeVar("T")
+
+MISFITS = (ValueError, TypeError, AttributeError, IndexError, OverflowError, pystac.STACError, pystac.STACTypeError)
+"""What JSON that is no catalog of ours may raise on its way into values."""
 BATCH = 500
 """Items fetched at once from a remote place."""
 
@@ -121,16 +124,7 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
         ) from error
     except RecursionError:
         raise CatalogError("the catalog is nested too deeply", where=href, remedy="check who made it") from None
-    except (
-        ValueError,
-        TypeError,
-        AttributeError,
-        IndexError,
-        OverflowError,
-        OSError,
-        pystac.STACError,
-        pystac.STACTypeError,
-    ) as error:
+    except (*MISFITS, OSError) as error:
         raise CatalogError(
             f"the catalog is damaged ({error!s:.300})",
             where=href,
@@ -165,15 +159,7 @@ def _naming(place: str) -> Iterator[None]:
         yield
     except KeyError as error:
         raise ValueError(f"{place} lacks {error}") from error
-    except (
-        ValueError,
-        TypeError,
-        AttributeError,
-        IndexError,
-        OverflowError,
-        pystac.STACError,
-        pystac.STACTypeError,
-    ) as error:
+    except MISFITS as error:
         raise ValueError(f"{place}: {error}") from error
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
-from cityflow.flow.task import Record
+from cityflow.flow.task import Record, Task
 from cityflow.stages.city import CitySource
 from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.prepare import Prepared
@@ -39,7 +39,10 @@ def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
     return walked(wanted.source(), ledger)
 
 
-def walked(source: CitySource, ledger: Ledger) -> CurrentRecords:
+def walked(
+    source: CitySource, ledger: Ledger, visit: Callable[[Task, Record], None] = lambda _task, _record: None
+) -> CurrentRecords:
+    """The newest record of every task that the source comes to; `visit` is told of each."""
     found: dict[str, list[Record]] = defaultdict(list)
     queue = deque(source.initial())
     while queue:
@@ -47,5 +50,6 @@ def walked(source: CitySource, ledger: Ledger) -> CurrentRecords:
         record = ledger.latest(task.stage, task.unit)
         if record is not None:
             found[task.stage].append(record)
+            visit(task, record)
             queue.extend(source.after(task, record))
     return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in in_flow_order(found)})

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict, deque
+from collections import Counter
 
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger, State
-from cityflow.flow.task import Record
-from cityflow.stages.flow_order import in_flow_order
+from cityflow.flow.task import Record, Task
 from cityflow.workflow.asked import Asked, circumstances, write_asked
-from cityflow.workflow.current import CurrentRecords
+from cityflow.workflow.current import walked
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.unused_edits import unused_edits
 
@@ -17,17 +16,12 @@ from cityflow.workflow.unused_edits import unused_edits
 def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
     """Follow the graph as far as records lead; what is noted counts until a record, the description, an override or the program changes."""
     source = wanted.source()
-    found: dict[str, list[Record]] = defaultdict(list)
     stale: Counter[str] = Counter()
-    queue = deque(source.initial())
-    while queue:
-        task = queue.popleft()
-        record = ledger.latest(task.stage, task.unit)
-        if record is not None:
-            found[task.stage].append(record)
-            stale[task.stage] += ledger.state(task) is not State.DONE
-            queue.extend(source.after(task, record))
-    records = CurrentRecords({s: sorted(found[s], key=lambda r: r.unit) for s in in_flow_order(found)})
+
+    def count(task: Task, _record: Record) -> None:
+        stale[task.stage] += ledger.state(task) is not State.DONE
+
+    records = walked(source, ledger, count)
     asked = Asked(
         wanted.catalog.title, wanted.workflow.name, {s: [r.unit for r in records.of(s)] for s in records.stages()}, source.expected_units(),
         {s: n for s, n in sorted(stale.items()) if n}, [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
