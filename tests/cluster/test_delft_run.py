@@ -126,10 +126,10 @@ def test_no_model_that_is_far_off_is_called_good(reference: Path) -> None:
     assert {r["verdict"] for r in results.values()} <= {"good", "look", "poor"}
     assert "good" not in (results[f"0503100000{n}"]["verdict"] for n in ("026157", "022859"))
     good = [r for r in results.values() if r["verdict"] == "good"]
-    assert len(good) > 0.05 * BUILDINGS
-    assert min(r["share_explained"] for r in good) > 0.9
+    assert len(good) > 0.15 * BUILDINGS
+    assert min(r["share_explained"] for r in good) > 0.95
     # echoes of façades and what stands above or below are in no figure of the roof: 109 of the units were over half a metre with them
-    assert sum(r["rmse"] > 0.5 for r in results.values() if r["rmse"] is not None) < 0.3 * BUILDINGS
+    assert sum(r["rmse"] > 0.5 for r in results.values() if r["rmse"] is not None) < 0.2 * BUILDINGS
 
 
 def test_a_second_run_does_nothing(reference: Path) -> None:
