@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
 
 import geopandas
@@ -99,6 +101,23 @@ def test_a_header_whose_numbers_are_none_is_refused(cityflow: Commands, files: P
     (files / EAST).write_bytes(data)
     text = refused(cityflow, "catalog", "create", tmp_path / "catalog", "--lidar", files, *CREATE)
     assert EAST in text
+
+
+def test_a_picture_that_would_fill_the_memory_makes_no_catalog(cityflow: Commands, tmp_path: Path) -> None:
+    """65,535 pixels square in 300 bytes."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", 65535, 65535, 8, 2, 0, 0, 0))
+    body = chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b"")
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + header + body)
+    (tmp_path / "cameras.csv").write_text("id,width,height,focal_px\nc,65535,65535,50000\n")
+    (tmp_path / "poses.csv").write_text("name,x,y,z,omega,phi,kappa\na.png,85000,447000,500,0,0,0\n")
+    tables = ("--opk", tmp_path / "poses.csv", "--cameras", tmp_path / "cameras.csv", "--heights", "0,100")
+    text = refused(cityflow, "catalog", "create", tmp_path / "catalog", "--images", tmp_path, *tables, *CREATE)
+    assert "a.png: 65,535 × 65,535 pixels in 0.0 MB is no photograph" in text
+    assert not (tmp_path / "catalog").exists()
 
 
 @pytest.fixture(scope="module")

@@ -275,4 +275,4 @@ def test_who_looks_at_a_run_at_work_need_not_wait(
     tasks = [toy("u"), toy("v", arguments={"sleep_s": 1.0})]
     run_tasks(Given(tasks), client, store, ledger, progress=Looking())
     assert set(seen) >= {1, 2}
-    assert not index.cache_path(store.root).exists(), "an index of its own is made by who waited in vain"
+    assert not index.cache_path(store).exists(), "an index of its own is made by who waited in vain"

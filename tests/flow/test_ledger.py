@@ -14,6 +14,7 @@ from cityflow.core.building import Status
 from cityflow.flow.index import cache_path
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.records import encode, mark_path, record_path, write_mark, write_record
+from cityflow.flow.remote_folder import RemoteFolder
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 from flow.test_records import a_record
@@ -249,6 +250,14 @@ def test_strange_ids_are_found_by_their_own_name(store: Store) -> None:
         assert ledger.units("toy") == sorted(units)
 
 
+def test_two_clusters_with_the_same_bucket_share_no_index(monkeypatch: pytest.MonkeyPatch) -> None:
+    store, paths = Store(RemoteFolder("s3://bucket/run", "s3")), set()
+    for endpoint in ("http://here:9000", "http://there:9000", ""):
+        monkeypatch.setenv("AWS_ENDPOINT_URL", endpoint)
+        paths |= {cache_path(store), cache_path(store)}
+    assert len(paths) == 3
+
+
 def test_a_remote_run_is_indexed_in_the_cache_folder(
     s3_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -263,8 +272,8 @@ def test_a_remote_run_is_indexed_in_the_cache_folder(
         ledger.add(record_for(toy("v"), outputs={"work/toy/later": "0"}))
         assert ledger.state(toy("v")) is State.DONE
         ledger.add(record_for(toy("w"), outputs={"work/toy/never": "0", "work/other/x": "0"}))
-    assert cache_path(store.root).is_relative_to(tmp_path)
-    assert cache_path(store.root).exists()
+    assert cache_path(store).is_relative_to(tmp_path)
+    assert cache_path(store).exists()
     assert not store.exists("ledger.sqlite")
     store.write_bytes(mark_path("toy", "u", 2), b"")
     store.remove("work/toy/later")
@@ -293,6 +302,7 @@ from flow.test_ledger import record_for
 from flow.toy_stages import toy
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
+from cityflow.flow.remote_folder import RemoteFolder
 from cityflow.flow.store import Store
 store = Store.open(sys.argv[1])
 ledger = Ledger.open(store)

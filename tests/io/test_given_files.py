@@ -28,7 +28,8 @@ from cityflow.io.las_write import write_points
 from cityflow.io.metashape import read_metashape
 from cityflow.io.oriented_images import in_order
 from cityflow.io.raster_header import read_raster_header
-from cityflow.io.vector import read_layer
+from cityflow.io.reference import resolve
+from cityflow.io.vector import read_layer, read_outlines
 from cityflow.workflow.setting_text import read_tree
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
@@ -165,12 +166,15 @@ def test_a_chunk_table_that_counts_more_chunks_than_bytes_is_refused(tmp_path: P
 
 
 def test_geometries_with_infinite_coordinates_are_none(tmp_path: Path) -> None:
-    rings = ([[[0, 0], [1, 0], [1, 1], [0, 0]]], [[[float("inf"), 0], [1, 0], [1, 1], [float("inf"), 0]]])
+    rings = ([[[9, 52], [9.1, 52], [9.1, 52.1], [9, 52]]], [[[float("inf"), 0], [1, 0], [1, 1], [float("inf"), 0]]])
     features = [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": r}} for r in rings]
     path = tmp_path / "o.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
-    geometry = read_layer(path).geometry
-    assert shapely.is_missing(geometry).tolist() == [False, True]
+    layer = read_layer(path)
+    assert shapely.is_missing(layer.geometry).tolist() == [False, True]
+    assert layer.endless == {1: float("inf")}
+    _, notes = read_outlines(path, None, None, resolve("EPSG:25832"))
+    assert any("no finite number: 1 (feature 2: inf)" in note for note in notes)
 
 
 def test_addresses_lose_what_nobody_else_may_know() -> None:

@@ -50,7 +50,8 @@ def connect(store: Store, *, anew: bool = False) -> sqlite3.Connection:
     """A connection to the index of a RUN; `anew` removes what is there.
 
     ``RUN/ledger.sqlite`` where the RUN is local and writable, else a file of the user's cache folder named after the
-    URL: SQLite does not work over an object store, and a reader of somebody else's RUN may not write there.
+    URL and the endpoint (two clusters may have the same ``s3://bucket/path``): SQLite does not work over an object
+    store, and a reader of somebody else's RUN may not write there.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def connect(store: Store, *, anew: bool = False) -> sqlite3.Connection:
             return _opened(Path(store.root) / "ledger.sqlite", anew)
         except (sqlite3.Error, OSError):
             pass
-    return _opened(cache_path(store.root), anew)
+    return _opened(cache_path(store), anew)
 
 
 def is_damage(error: Exception) -> bool:
@@ -86,10 +87,10 @@ def sum_of(row: tuple[Any, ...]) -> int:
     return zlib.crc32(repr(row).encode())
 
 
-def cache_path(root: str) -> Path:
+def cache_path(store: Store) -> Path:
     """Where the index of a RUN lies that cannot hold it itself."""
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return cache / "cityflow" / "ledgers" / f"{sha256(root.encode()).hexdigest()[:24]}.sqlite"
+    return cache / "cityflow" / "ledgers" / f"{sha256(store.address.encode()).hexdigest()[:24]}.sqlite"
 
 
 def _opened(path: Path, anew: bool) -> sqlite3.Connection:

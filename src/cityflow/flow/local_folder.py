@@ -25,6 +25,10 @@ class LocalFolder:
 
     root: str
 
+    @property
+    def address(self) -> str:
+        return self.root
+
     def url(self, path: str) -> str:
         return f"{self.root}/{path}" if path else self.root
 

@@ -33,6 +33,10 @@ class RemoteFolder:
     protocol: str
 
     @property
+    def address(self) -> str:
+        return f"{_endpoint()} {self.root}" if self.protocol in EXTRAS else self.root
+
+    @property
     def _files(self) -> Any:
         return file_system(self.protocol)
 
@@ -130,5 +134,9 @@ def _options(protocol: str) -> dict[str, Any]:
     """fsspec keeps one file system per set of options: the endpoint is one, or a change of the environment would pass unnoticed."""
     if protocol == "memory":
         return {}
-    endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
+    endpoint = _endpoint()
     return {"use_listings_cache": False, **({"endpoint_url": endpoint} if endpoint and protocol == "s3" else {})}
+
+
+def _endpoint() -> str:
+    return os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL") or ""

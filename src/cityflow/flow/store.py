@@ -53,6 +53,11 @@ class Store:
         return self.folder.root
 
     @property
+    def address(self) -> str:
+        """What tells it from every other store: the root, and the endpoint that answers for it."""
+        return self.folder.address
+
+    @property
     def is_local(self) -> bool:
         return isinstance(self.folder, LocalFolder)
 

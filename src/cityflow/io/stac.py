@@ -224,7 +224,7 @@ def _text_of(place: str) -> str:
     if "://" not in place:
         return read_small(place)
     with reaching(place):
-        fs, path = file_system_of(place)
+        fs, path = file_system_of(place, small=True)
         return bytes(fs.cat_file(path, end=int(SMALL_MB * 1e6))).decode()
 
 
@@ -234,7 +234,7 @@ def _texts(places: list[str]) -> Iterator[tuple[str, str | bytes]]:
         batch = places[start : start + BATCH]
         if any("://" in place for place in batch):
             with reaching(batch[0]):
-                fs, _ = file_system_of(batch[0])
+                fs, _ = file_system_of(batch[0], small=True)
                 paths = [fs._strip_protocol(place) for place in batch]
                 contents = fs.cat(paths)
             yield from ((place, contents[path]) for place, path in zip(batch, paths, strict=True))

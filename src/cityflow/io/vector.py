@@ -8,7 +8,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,7 @@ class Layer:
     crs : the file's own, None where it states none
     geometry : (N,) shapely geometries, None where null
     columns : attribute name → N values as JSON scalars
+    endless : row → a coordinate of it that is no finite number; such a geometry is null here
     """
 
     path: str
@@ -53,6 +54,7 @@ class Layer:
     crs: CRS | None
     geometry: NDArray[np.object_]
     columns: Mapping[str, list[Scalar]]
+    endless: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def bounds(self) -> Bounds:
@@ -83,22 +85,25 @@ def read_layer(path: str | Path, layer: str | None = None) -> Layer:
         raise CatalogError(f"this vector file cannot be read ({error})", where=name, remedy=FORMATS_REMEDY) from error
     geometry_column = meta["geometry_name"] or "wkb_geometry"
     try:
-        geometry = shapely.from_wkb(table.column(geometry_column).to_numpy(zero_copy_only=False), on_invalid="fix")
+        with np.errstate(invalid="ignore"):
+            geometry = shapely.from_wkb(table.column(geometry_column).to_numpy(zero_copy_only=False), on_invalid="fix")
     except shapely.errors.GEOSException as error:
         remedy = "look for coordinates that are no numbers, and for rings that do not end where they begin"
         raise CatalogError(f"a geometry in it cannot be read ({error})", where=name, remedy=remedy) from error
     columns = {c: [_scalar(v) for v in table.column(c).to_pylist()] for c in table.column_names if c != geometry_column}
     flat = np.asarray(shapely.force_2d(geometry), object)
-    flat[_endless(flat)] = None  # no geometry, as GDAL has it of those with NaN
-    return Layer(name, chosen, _crs(meta["crs"], name), flat, columns)
+    endless = _endless(flat)
+    flat[list(endless)] = None
+    return Layer(name, chosen, _crs(meta["crs"], name), flat, columns, endless)
 
 
-def _endless(geometry: NDArray[np.object_]) -> NDArray[np.bool_]:
-    """Which geometries have a coordinate that is no finite number."""
+def _endless(geometry: NDArray[np.object_]) -> dict[int, float]:
+    """Rows of geometries with a coordinate that is no finite number, and the first such coordinate."""
     xy, of = shapely.get_coordinates(geometry, return_index=True)
-    bad = np.zeros(len(geometry), bool)
-    bad[of[~np.isfinite(xy).all(axis=1)]] = True
-    return bad
+    bad = ~np.isfinite(xy)
+    rows, first = np.unique(of[bad.any(axis=1)], return_index=True)
+    values = np.where(bad[:, 0], xy[:, 0], xy[:, 1])[bad.any(axis=1)]
+    return dict(zip(rows.tolist(), values[first].tolist(), strict=True))
 
 
 def _chosen_layer(path: str, layers: list[str], wanted: str | None) -> str:
@@ -167,7 +172,7 @@ def read_outlines(
     ids = _ids(source, id_column, id_format)
     geometry, notes = to_reference(source, target)
     notes += _notes_on_ids(ids) if id_column is not None else []
-    notes += _notes_on_geometry(geometry, ids)
+    notes += _notes_on_geometry(geometry, ids, source.endless)
     rows = [dict(zip(source.columns, values, strict=True)) for values in zip(*source.columns.values(), strict=True)]
     rows = rows or [{} for _ in geometry]
     return [Outline(*of) for of in zip(ids, _polygons(geometry), rows, strict=True)], notes
@@ -280,12 +285,16 @@ def _notes_on_ids(ids: list[str]) -> list[str]:
     return notes
 
 
-def _notes_on_geometry(geometry: NDArray[np.object_], ids: list[str]) -> list[str]:
+def _notes_on_geometry(geometry: NDArray[np.object_], ids: list[str], endless: Mapping[int, float]) -> list[str]:
     notes = []
-    lost = np.flatnonzero(shapely.is_missing(geometry) | shapely.is_empty(geometry))
-    if len(lost):
-        names = [ids[i] or f"feature {i + 1}" for i in lost.tolist()]
-        notes.append(f"outlines without geometry: {len(lost)} ({listing(names)})")
+    lost = np.flatnonzero(shapely.is_missing(geometry) | shapely.is_empty(geometry)).tolist()
+    if endless:
+        told = listing(f"{ids[i] or f'feature {i + 1}'}: {value}" for i, value in endless.items())
+        notes.append(
+            f"outlines with a coordinate that is no finite number: {len(endless)} ({told}); they count as empty"
+        )
+    if names := [ids[i] or f"feature {i + 1}" for i in lost if i not in endless]:
+        notes.append(f"outlines without geometry: {len(names)} ({listing(names)})")
     kinds = shapely.get_type_id(geometry)
     wrong = ~np.isin(kinds, (POLYGON, MULTIPOLYGON)) & (kinds >= 0)
     if wrong.any():
