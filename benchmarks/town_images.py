@@ -122,9 +122,8 @@ def run_pictures(
     if options.overlap is not None and forward is not None:
         catalog = thinned(catalog, forward.forward_overlap, options.overlap)
     workflow = load_workflow(WORKFLOW, settings)
-    wanted = Pictures(
-        workflow, catalog, parse_area("", catalog.reference), Store.open(str(run)), tuple(tiles), options.cut
-    )
+    area, store = parse_area("", catalog.reference), Store.open(str(run))
+    wanted = Pictures(workflow, catalog, area, store, only=tuple(tiles), cut=options.cut)
     check_run(wanted)
     execute(wanted, "", options.workers, Console(stderr=True), lambda: describe_run(wanted))
 

@@ -61,9 +61,9 @@ def test_order_of_points_does_not_matter() -> None:
 
 
 def test_tiling_does_not_matter() -> None:
-    cloud, p = moved(points(), 85_000.0, 447_000.0, 30.0), FuseParameters(fill_m=2.0)
+    cloud, p = moved(points(), 85_000.0, 447_000.0, 30.0), FuseParameters(fill_m=1.0, speck_cells=4)
     whole = Grid.covering((85_000, 447_000, 85_000 + SIZE, 447_000 + SIZE), CELL)
-    part = Grid.covering((85_004, 447_003, 85_020, 447_021), CELL)
+    part = Grid.covering((85_002, 447_003, 85_020, 447_023), CELL)
     a, b = fuse(cloud, whole, p), fuse(cloud, part, p)
     rows, cols = whole.slices(part)
     edge = p.halo_cells
@@ -72,6 +72,7 @@ def test_tiling_does_not_matter() -> None:
     assert np.array_equal(a.count[rows, cols], b.count)
     edge += round(p.fill_m / CELL)
     inner = np.s_[edge:-edge, edge:-edge]
+    assert b.dsm[inner].size > 100
     assert np.array_equal(fill_steps(a, p)[rows, cols][inner], fill_steps(b, p)[inner], equal_nan=True)
 
 
@@ -107,6 +108,19 @@ def test_floaters_go_and_holes_stay_holes() -> None:
     assert not (found.dsm > 11).any()
     assert np.isnan(found.dsm[19:22, 16:21]).all()
     assert fill_steps(found)[19:22, 16:21] == pytest.approx(10.0, abs=0.05)
+
+
+def test_a_cell_whose_surface_floats_chooses_again() -> None:
+    """A few cells of grass that most of their points put into the air: those that are left say where it is."""
+    cloud, grid = level(0.02), Grid.covering((0, 0, 40 * CELL, 40 * CELL), CELL)
+    rng = np.random.default_rng(2)
+    false = cloud.take(np.arange(240))
+    false = replace(false, xyz=np.column_stack([rng.uniform(3.0, 3.6, (240, 2)), rng.normal(18.0, 0.02, 240)]))
+    both = joined([cloud, false])
+    assert (fuse(both, grid, FuseParameters(speck_cells=1)).dsm > 17).sum() >= 9, "more points say so than not"
+    found = fuse(both, grid)
+    assert np.isfinite(found.dsm).all()
+    assert np.abs(found.dsm - 10.0).max() < 0.1
 
 
 def test_a_tilted_frame_is_fused_like_the_world() -> None:

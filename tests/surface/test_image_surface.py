@@ -103,7 +103,7 @@ def test_two_tiles_are_one() -> None:
 
 def test_halo_is_the_sum_of_its_parts() -> None:
     p = ImageSurfaceParameters()
-    assert p.halo_m == p.dtm.halo_m + p.fuse.halo_m
+    assert p.reach_m(0.1) == p.dtm.halo_m + p.fuse.reach_m(0.1)
 
 
 def test_factor_gives_working_cells_of_about_half_a_metre() -> None:

@@ -318,7 +318,7 @@ class CitySource:
         wanted = survey.parameters.image_surface
         if stage == surface.STAGE:
             return [(fuse.STAGE, t) for t in survey.near(name, wanted.context_m)]
-        reach = {fuse.STAGE: wanted.fuse.halo_m, walls.STAGE: survey.wall_parameters.halo_m}
+        reach = {fuse.STAGE: wanted.fuse.reach_m(survey.product_grid.cell), walls.STAGE: survey.wall_parameters.halo_m}
         around = (
             survey.near(name, reach_of(survey, reach[stage])) if stage in reach else frame.ground_around(survey, name)
         )

@@ -83,7 +83,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         OrthoParameters.model_validate(task.parameters["ortho"]),
     )
     bounds: Bounds = tuple(a["bounds"])
-    halo = max(fusing.halo_m, ortho.halo_m)
+    halo = max(fusing.reach_m(a["cell_m"]), ortho.halo_m)
     around = grown(bounds, halo)
     core, wide = Grid.covering(bounds, a["cell_m"]), Grid.covering(around, a["cell_m"])
     points = _in_frame(workspace, task, frame, wide.bounds)

@@ -19,14 +19,15 @@ from cityflow.surface.fuse import Fused, FuseParameters
 from cityflow.surface.fused_tile import FusedTile, fused_tile
 
 STAGE = "fuse"
-VERSION = 2
+VERSION = 3
 FUSED = "fused.cfa"
 UNMATCHED = "without the depths of {}"
 
 
 def task(survey: Survey, name: str) -> Task:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
-    reach = reach_of(survey, survey.parameters.image_surface.fuse.halo_m)
+    own = survey.parameters.image_surface.fuse.reach_m(survey.product_grid.cell)
+    reach = reach_of(survey, own)
     inputs, arguments = depths_over(survey, survey.near(name, reach))
     failed = survey.unmatched([name])
     return Task(
@@ -48,7 +49,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     a = task.arguments
     parameters = FuseParameters.model_validate(task.parameters)
     bounds: Bounds = tuple(a["bounds"])
-    reach = parameters.halo_m + 2 * a["cell_m"] * a["factor"]
+    reach = parameters.reach_m(a["cell_m"]) + 2 * a["cell_m"] * a["factor"]
     around = grown(bounds, reach)
     reader = DepthReader(workspace.store, a, around)
     made = fused_tile(reader, bounds, a["cell_m"], a["factor"], parameters)

@@ -1,6 +1,7 @@
 """One surface from the points of many depth maps, in the world or in a tilted frame.
 
-Each cell takes the height that most evidence near its centre agrees on; neighbours on the same surface steady it; specks and floaters go.
+Each cell takes the height that most evidence near its centre agrees on; neighbours on the same surface steady it; where that
+floats, the cell chooses again among its other points, and what still floats goes.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.ndimage import minimum_filter
 
-from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
-from cityflow.surface.fuse_cells import cell_points, expected_precision, steepness
+from cityflow.surface.fuse_cells import CellPoints, cell_points, expected_precision, steepness
 from cityflow.surface.fuse_fill import fill_from_below
-from cityflow.surface.fuse_modes import modes
+from cityflow.surface.fuse_modes import Modes, instead, modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
 
 STRIP_ROWS = 1024
@@ -77,13 +78,14 @@ class FuseParameters(Parameters):
 
     @property
     def halo_cells(self) -> int:
-        """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice."""
-        return 2 * (int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1) + self.beside_cells
+        """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice, specks choose again."""
+        chosen = int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
+        again = int(np.ceil(self.plane_cells)) + self.speck_cells + 1
+        return 2 * (chosen + again) + self.beside_cells
 
-    @property
-    def halo_m(self) -> float:
-        """Points are needed this far around a tile, metres; filling and cells of up to 0.25 m included."""
-        return self.halo_cells * 0.25 + self.fill_m
+    def reach_m(self, cell_m: float) -> float:
+        """Points are needed this far around a tile, for its cells and to fill holes, metres."""
+        return self.halo_cells * cell_m + self.fill_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,19 +175,27 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
-    band = p.band_cells * grid.cell
-    found = modes(
-        placed,
-        grid.shape,
-        (p.radius_cells, p.wide_radius_cells),
-        (band, p.band_sigmas),
-        p.least_support,
-        (p.lower_share, p.step_m),
-    )
-    z = on_planes(found, p.plane_cells, band / 2)
-    z[~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)] = np.nan
+    found = _modes(placed, grid, p)
+    z, specks = _smooth(found, grid, p)
+    if specks.any():
+        # what floats may hide a surface that fewer points of the cell speak for
+        other = _modes(placed, grid, p, np.where(specks, found.z, np.nan))
+        found = instead(found, other, specks)
+        z, specks = _smooth(found, grid, p)
+    z[specks] = np.nan
     count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
     return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
+
+
+def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatArray | None = None) -> Modes:
+    radii, band = (p.radius_cells, p.wide_radius_cells), (p.band_cells * grid.cell, p.band_sigmas)
+    return modes(points, grid.shape, radii, band, p.least_support, (p.lower_share, p.step_m), instead_of)
+
+
+def _smooth(found: Modes, grid: Grid, p: FuseParameters) -> tuple[FloatArray, BoolArray]:
+    """(rows, cols) heights steadied by neighbours, and which of them are specks."""
+    z = on_planes(found, p.plane_cells, p.band_cells * grid.cell / 2)
+    return z, np.isfinite(z) & ~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)
 
 
 def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:

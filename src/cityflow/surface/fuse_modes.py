@@ -5,12 +5,12 @@ Roof and ground, wall and mixed pixels stand in one cell together. A mean is non
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.surface.fuse_cells import CellPoints
 
 MOST_POINTS = 4096
@@ -49,34 +49,49 @@ def modes(
     band: tuple[float, float],
     least_support: float,
     lower: tuple[float, float],
+    instead_of: FloatArray | None = None,
 ) -> Modes:
     """The mode of each cell.
 
     From the points within the first of `radii` (cells) of its centre; where their support is below `least_support`, within the second. `band` is
-    a surface's thickness in metres, and in expected standard deviations of its points; the greater counts.
+    a surface's thickness in metres, and in expected standard deviations of its points; the greater counts. With `instead_of` (rows, cols; metres)
+    only cells with a height there are asked, and only of points at least `lower[1]` metres away from it.
     """
     columns = (points.start, points.u, points.v, points.z, points.quality, points.sigma, points.image, points.trust)
     z = np.full(shape, np.nan)
     floats = np.zeros((5, *shape), np.float32)
     images = np.zeros(shape, np.uint8)
-    _all_modes(columns, shape, radii, band, least_support, lower, z, floats, images)
+    asked = np.ones(shape, np.bool_) if instead_of is None else np.isfinite(instead_of)
+    refused = z.copy() if instead_of is None else instead_of
+    _all_modes(columns, (asked, refused), radii, band, least_support, lower, z, floats, images)
     u, v, support, share, sigma = floats
     return Modes(z, u, v, support, share, sigma, images)
 
 
+def instead(found: Modes, other: Modes, where: BoolArray) -> Modes:
+    """`found` with the cells of `other` where (rows, cols) says so."""
+    return Modes(*(np.where(where, getattr(other, f.name), getattr(found, f.name)) for f in fields(Modes)))
+
+
 @njit(cache=True, nogil=True)
 def _all_modes(
-    columns: Columns, shape: tuple[int, int], radii: tuple[float, float], band: tuple[float, float], least: float,
-    lower: tuple[float, float],    z: FloatArray, floats: Float32Array, images: ByteArray,
+    columns: Columns, cells: tuple[BoolArray, FloatArray], radii: tuple[float, float], band: tuple[float, float], least: float,
+    lower: tuple[float, float], z: FloatArray, floats: Float32Array, images: ByteArray,
 ) -> None:  # fmt: skip
+    asked, refused = cells
+    shape = asked.shape
     most = MOST_POINTS
     buffer = (
         np.empty(most, np.int64), np.empty(most), np.empty(most), np.empty(most), np.empty(most), np.empty(most),
     )  # fmt: skip
     for r in range(shape[0]):
         for c in range(shape[1]):
+            if not asked[r, c]:
+                continue
             for radius in radii:
                 n = gather(r, c, shape, columns, radius, buffer)
+                if not np.isnan(refused[r, c]):
+                    n = apart_from(buffer, n, refused[r, c], lower[1])
                 if n > 0:
                     thick = max(band[0], band[1] * _mean_sigma(columns[5], buffer, n))
                     if _is_one_surface(buffer, n, thick):
@@ -140,6 +155,19 @@ def gather(r: int, c: int, shape: tuple[int, int], columns: Columns, radius: flo
                     east[n], south[n] = x, y
                     n += 1
     return n
+
+
+@njit(cache=True, nogil=True)
+def apart_from(buffer: Buffer, n: int, refused: float, step: float) -> int:
+    """Of the first `n` entries those `step` metres or more from a height, moved to the front; their number."""
+    at, height, weight, east, south, say = buffer
+    kept = 0
+    for i in range(n):
+        if abs(height[i] - refused) >= step:
+            at[kept], height[kept], weight[kept] = at[i], height[i], weight[i]
+            east[kept], south[kept], say[kept] = east[i], south[i], say[i]
+            kept += 1
+    return kept
 
 
 @njit(cache=True, nogil=True)

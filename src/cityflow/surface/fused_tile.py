@@ -46,12 +46,12 @@ def fused_tile(
 
     Parameters
     ----------
-    points : world points over the tile and `parameters.halo_m` around it, or who reads them within bounds
+    points : world points over the tile and `parameters.reach_m(cell_m)` around it, or who reads them within bounds
     bounds : of the tile, multiples of the working cell
     cell_m, factor : fine cell, metres, and how many of them make one of the working grid
     """
     core = fine_grid(bounds, cell_m, factor)
-    halo = int(np.ceil(parameters.halo_m / (cell_m * factor))) * factor
+    halo = int(np.ceil(parameters.reach_m(cell_m) / (cell_m * factor))) * factor
     wide = Grid(
         core.x_min - halo * cell_m, core.y_max + halo * cell_m, cell_m, core.rows + 2 * halo, core.cols + 2 * halo
     )

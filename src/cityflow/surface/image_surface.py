@@ -67,10 +67,9 @@ class ImageSurfaceParameters(Parameters):
         parts = (self.dtm, self.vegetation, self.cover, self.surveyed)
         return max(part.halo_m for part in parts)
 
-    @property
-    def halo_m(self) -> float:
-        """And points this far, metres."""
-        return self.context_m + self.fuse.halo_m
+    def reach_m(self, cell_m: float) -> float:
+        """And points this far, metres; `cell_m` of the fine grid."""
+        return self.context_m + self.fuse.reach_m(cell_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +126,7 @@ def image_surface(
 
     Parameters
     ----------
-    points : world points over the tile and `halo_m` around it, or who reads them within bounds
+    points : world points over the tile and `reach_m(cell_m)` around it, or who reads them within bounds
     bounds : of the tile; multiples of the working cell
     cell_m, factor : cell of the fine rasters, metres, and how many of them make one of the working grid (`overview_factor`)
     external_dtm : (rows, cols) terrain on the tile's own working grid, metres; replaces the estimate where it is not NaN
