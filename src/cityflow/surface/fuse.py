@@ -81,7 +81,7 @@ class FuseParameters(Parameters):
         """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice, specks choose again."""
         chosen = int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
         again = int(np.ceil(self.plane_cells)) + self.speck_cells + 1
-        return 2 * (chosen + again) + self.beside_cells
+        return 2 * chosen + again + self.beside_cells
 
     def reach_m(self, cell_m: float) -> float:
         """Points are needed this far around a tile, for its cells and to fill holes, metres."""
@@ -134,7 +134,7 @@ def _fused_strip(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
     inside = (points.xyz[:, 1] > y_min) & (points.xyz[:, 1] < y_max)
     points = points if inside.all() else points.take(inside)
     count = _count(points, grid)
-    made = _surface(without_what_lies_beneath(points, grid, p), grid, p)
+    made = _surface(without_what_lies_beneath(points, grid, p), grid, p, again=True)
     return Fused(grid, made.dsm, count, made.sigma)
 
 
@@ -163,24 +163,24 @@ def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters
     steep = steepness(points) >= np.cos(np.radians(p.above_deg))
     if steep.all() or not steep.any():
         return points
-    top = _surface(points.take(steep), grid, p).dsm
+    top = _surface(points.take(steep), grid, p, again=False).dsm
     cell = _cells(points, grid)
     lowest = minimum_filter(np.where(np.isnan(top), -np.inf, top), 2 * p.beside_cells + 1, mode="nearest")
     limit = np.where(cell >= 0, lowest.ravel()[cell], -np.inf) - p.beneath_cells * grid.cell
     return points.take(steep | ~(points.xyz[:, 2] < limit))
 
 
-def _surface(points: ImagePoints, grid: Grid, p: FuseParameters) -> Fused:
+def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool) -> Fused:
+    """The surface of the points; with `again` cells whose own floats have a second choice."""
     placed = cell_points(points, grid, expected_precision(points, (grid.cell, p.half_views, p.upright)))
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
     found = _modes(placed, grid, p)
     z, specks = _smooth(found, grid, p)
-    if specks.any():
+    if again and specks.any():
         # what floats may hide a surface that fewer points of the cell speak for
-        other = _modes(placed, grid, p, np.where(specks, found.z, np.nan))
-        found = instead(found, other, specks)
+        found = instead(found, _modes(placed, grid, p, np.where(specks, found.z, np.nan)), specks)
         z, specks = _smooth(found, grid, p)
     z[specks] = np.nan
     count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
