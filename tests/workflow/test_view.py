@@ -10,12 +10,15 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
+import shapely
 from rich.console import Console
 
 from browser import painted_run as town
+from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.reference import resolve
+from cityflow.viewer.rows import UnitRow
 from cityflow.workflow import view
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
@@ -24,6 +27,7 @@ from cityflow.workflow.serve import bring_up_to_date, reader
 from cityflow.workflow.unit_pages import page_path
 from cityflow.workflow.view import state_of
 from cityflow.workflow.view_frame import PageFrame
+from cityflow.workflow.view_layers import Ridges
 
 BOUNDS = (80000.0, 440000.0, 90000.0, 450000.0)
 
@@ -228,3 +232,16 @@ def test_the_reader_gives_files_and_nothing_for_folders(made: tuple[Prepared, Cu
     assert page is not None
     assert read("products") is None
     assert read("products/none.glb") is None
+
+
+def test_a_cut_line_lies_at_the_higher_roof_beside_it() -> None:
+    def row(name: str, x: float) -> UnitRow:
+        ring = np.array([(x, 0), (x + 10, 0), (x + 10, 10), (x, 10), (x, 0)], float)
+        return UnitRow(name, "0_0", Status.DONE, rings=(ring,))
+
+    rows = (row("low", 0), row("high", 10), row("tower", 20))
+    ridges = Ridges.of(rows, {"low": (0.0, 5.0), "high": (0.0, 8.0), "tower": (0.0, 60.0)})
+    assert ridges.beside(shapely.LineString([(10, 0), (10, 10)]), 0.0) == 8.0
+    assert ridges.beside(shapely.LineString([(5, 1), (5, 9)]), 0.0) == 5.0
+    assert ridges.beside(shapely.LineString([(-3, 0), (-3, 9)]), 0.0) == 5.0, "the nearest where it touches none"
+    assert Ridges.of((), {}).beside(shapely.LineString([(5, 1), (5, 9)]), 2.0) == 2.0

@@ -4,7 +4,7 @@ import { BufferAttribute, Color, DataTexture, Matrix4, NearestFilter, Raycaster,
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { CLASSES, STATUS, UNKNOWN, VERDICT, rgb, scaled } from './colours.js';
 import { byId } from './elements.js';
-import { disposed, edgesOf } from './highlight.js';
+import { creasesOf, disposed, edgesOf } from './highlight.js';
 import { CLASS, define, materialFor, PHOTOGRAPHS, UNIT } from './materials.js';
 import { TablesPlugin } from './metadata.js';
 import { trianglesOf } from './residuals.js';
@@ -209,17 +209,29 @@ export class City {
     if (!model) return;
     model.colours?.dispose();
     for (const mesh of model.meshes) mesh.material.dispose();
+    for (const lines of model.creases ?? []) lines.geometry.dispose();
     this.models.delete(scene);
   }
 
   #dress(model) {
     const mode = model.tables ? MODES[this.mode] : PHOTOGRAPHS;
     if (mode === UNIT) this.#paint(model);
+    this.#crease(model, mode);
     for (const { material, geometry } of model.meshes) {
       define(material, 'MODE', mode);
       define(material, 'IS_MUTED', model.tables || this.mode === 'photographs' ? undefined : '');
       define(material, 'HAS_TRIPLETS', geometry.attributes._uvd && this.isDivided ? '' : undefined);
     }
+  }
+
+  /** Lines along the edges of buildings without photographs: planes of one colour cannot be told apart by their light alone. */
+  #crease(model, mode) {
+    const isPlain = ({ material }) => mode !== PHOTOGRAPHS || !material.defines.HAS_MAP;
+    if (model.tables && !model.creases && model.meshes.some(isPlain)) {
+      model.creases = model.meshes.map((mesh) => creasesOf(mesh.geometry));
+      model.meshes.forEach((mesh, i) => mesh.add(model.creases[i]));
+    }
+    model.creases?.forEach((lines, i) => (lines.visible = isPlain(model.meshes[i])));
   }
 
   #paint(model) {

@@ -1,5 +1,5 @@
 // The edges of the chosen building, drawn over it: a tint alone is lost in a photograph.
-import { BufferAttribute, BufferGeometry, EdgesGeometry, Group } from 'three';
+import { BufferAttribute, BufferGeometry, EdgesGeometry, Group, LineBasicMaterial, LineSegments } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
@@ -25,6 +25,18 @@ export function edgesOf(triangles) {
   const both = new Group().add(behind, before);
   both.position.set(...origin);
   return both;
+}
+
+const CREASES = new LineBasicMaterial({ color: '#2a2622', transparent: true, opacity: 0.5 });
+CREASES.onBeforeCompile = (shader) => {
+  shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', '#include <project_vertex>\ngl_Position.z -= 2e-4 * gl_Position.w;');
+};
+
+/** Thin dark lines where faces of a mesh meet at an angle or end, in the mesh's own frame. A ray does not meet them. */
+export function creasesOf(geometry) {
+  const lines = new LineSegments(new EdgesGeometry(geometry, CREASE_DEG), CREASES);
+  lines.raycast = () => {};
+  return lines;
 }
 
 /** Lines of a width in pixels between pairs of places, seen through whatever stands before them. */

@@ -31,7 +31,7 @@ varying vec3 shade;
 void main() {
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
   vec3 up = normalize(mat3(modelMatrix) * normal);
-  float light = 0.74 + 0.3 * dot(up, normalize(vec3(-0.45, -0.35, 0.82)));
+  float light = 0.42 + 0.62 * max(0.0, 0.25 + 0.75 * dot(up, normalize(vec3(-0.6, -0.45, 0.66))));
   shade = vec3(1.0);
 #if MODE == 0
   #ifdef HAS_MAP

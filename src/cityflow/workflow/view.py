@@ -18,7 +18,7 @@ from cityflow.flow.task import digest_of
 from cityflow.io.tiles3d import FOLDER as TILES3D
 from cityflow.io.tiles3d import PORTABLE, RAW, About
 from cityflow.io.tiles3d_tree import city_tilesets
-from cityflow.stages import export, split
+from cityflow.stages import export
 from cityflow.stages.survey import Survey
 from cityflow.viewer.figures import finite, verdicts_of
 from cityflow.viewer.report import verdict
@@ -175,7 +175,7 @@ class _View:
         yield f"{DATA}/index.json", _text(view_units.index_table(self.data.units, self.frame, self.heights))
 
     def _cuts(self) -> Json:
-        ridges = view_layers.ridges_of_outlines(self.records, self.heights) if self.records.of(split.STAGE) else {}
+        ridges = view_layers.Ridges.of(self.data.units, self.heights)
         return view_layers.cut_lines(self.run.store, self.records, ridges, self.ground + 6.0, self.frame)
 
     def _city(

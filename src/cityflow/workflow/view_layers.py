@@ -37,7 +37,7 @@ MOST_RELIEF_CELLS = 200
 POINTS_VERSION, RELIEF_VERSION = 2, 1
 CUT_FIGURES = ("vertical", "sloped", "height_step_m", "gap_m", "confidence")
 CUT_FIELDS = ("outline", "kind", "accepted", "from", "to", *CUT_FIGURES)
-ABOVE_ROOF_M, FAILED_HEIGHT_M = 0.3, 6.0
+ABOVE_ROOF_M, FAILED_HEIGHT_M, BESIDE_M = 0.3, 6.0, 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,35 +148,49 @@ def _relief(heights: FloatArray, grid: Grid, step: int, frame: PageFrame) -> Rel
     return Relief(up.astype("<f4"), *as_pair)
 
 
-def cut_lines(
-    store: Store, records: CurrentRecords, ridges: Mapping[str, float], ground: float, frame: PageFrame
-) -> Json:
-    """Lines that outlines were cut along, and candidates that were not taken, above the highest roof of their outline."""
+@dataclass(frozen=True)
+class Ridges:
+    """How high the roofs beside a line rise."""
+
+    tree: shapely.STRtree
+    heights: FloatArray
+    """Of the highest point of each shape of the tree, world metres."""
+
+    @classmethod
+    def of(cls, rows: Sequence[UnitRow], heights: Mapping[str, tuple[float, float]]) -> Ridges:
+        known = [u for u in rows if u.rings and len(u.rings[0]) > 3 and u.id in heights]
+        return cls(
+            shapely.STRtree([shapely.Polygon(u.rings[0]) for u in known]), np.array([heights[u.id][1] for u in known])
+        )
+
+    def beside(self, line: shapely.LineString, fallback: float) -> float:
+        """The higher roof of those that a line borders or crosses; the nearest one's where it touches none."""
+        if not len(self.heights):
+            return fallback
+        found = self.tree.query(line, predicate="dwithin", distance=BESIDE_M)
+        return float(self.heights[found if len(found) else [self.tree.nearest(line)]].max())
+
+
+def cut_lines(store: Store, records: CurrentRecords, ridges: Ridges, ground: float, frame: PageFrame) -> Json:
+    """Lines that outlines were cut along, and candidates that were not taken, above the higher roof beside them."""
     made = [(r, p) for r in records.of(split.STAGE) for p in r.outputs if p.endswith("split.json")]
     files = dict(store.read_many([p for _, p in made]))
-    rows = [row for r, p in made for row in _cut_rows(r, decode_splitting(files[p]), ridges.get(r.unit, ground), frame)]
+    rows = [row for r, p in made for row in _cut_rows(r, decode_splitting(files[p]), ridges, ground, frame)]
     return {"fields": CUT_FIELDS, "rows": rows}
 
 
-def _cut_rows(record: Record, splitting: Splitting, height: float, frame: PageFrame) -> Iterator[list[Json]]:
+def _cut_rows(
+    record: Record, splitting: Splitting, ridges: Ridges, ground: float, frame: PageFrame
+) -> Iterator[list[Json]]:
     for is_accepted, lines in ((True, splitting.cut_lines), (False, splitting.rejected)):
         for cut in lines:
-            ends = frame.plan(shapely.get_coordinates(cut.line)[[0, -1]], height + ABOVE_ROOF_M)
+            height = ridges.beside(cut.line, ground) + ABOVE_ROOF_M
+            ends = frame.plan(shapely.get_coordinates(cut.line)[[0, -1]], height)
             yield [record.unit, cut.kind, is_accepted, *np.round(ends, 2).tolist(), *_cut_figures(cut)]
 
 
 def _cut_figures(cut: CutLine) -> list[float]:
     return [round(float(np.nan_to_num(getattr(cut, name))), 3) for name in CUT_FIGURES]
-
-
-def ridges_of_outlines(records: CurrentRecords, heights: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """The highest ridge of the units of each outline; a unit's id is its outline's, or begins with it."""
-    ridges: dict[str, float] = {}
-    names = {r.unit for r in records.of(split.STAGE)}
-    for unit, (_, ridge) in heights.items():
-        outline = unit if unit in names else unit.rsplit(".", 1)[0]
-        ridges[outline] = max(ridge, ridges.get(outline, ridge))
-    return ridges
 
 
 def failures(rows: Sequence[UnitRow], ground: float, frame: PageFrame) -> list[dict[str, Json]]:
