@@ -27,7 +27,9 @@ from cityflow.io.colmap import read_colmap
 from cityflow.io.vector import read_layer
 from cityflow.orientation.look_directions import LookParameters, look_directions, looking, worth_a_frame
 from cityflow.outlines.find import FindParameters, find_outlines
+from cityflow.outlines.found_walls import found_walls_in
 from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.outlines.walls_in import WallsInParameters
 from cityflow.stages.synth_survey import SynthParameters, town_of
 from cityflow.synthetic.town import Town
 from drawn_town import GSD_M, SEEDS, drawn_town, seen_walls, table
@@ -64,7 +66,8 @@ def of_seed(seed: int, size: int, cache: Path | None) -> dict[str, float]:
     start = time.process_time()
     walls = made.wall_points(WallPointParameters())
     between = time.process_time()
-    found = find_outlines(made.region_surface(walls), FindParameters())
+    surface = made.region_surface(walls)
+    found = found_walls_in(find_outlines(surface, FindParameters()), surface, WallsInParameters())
     end = time.process_time()
     views = [looking(f.frame) for f in made.frames[1:]]
     true = [g for g, _ in made.truth["blocks"]]

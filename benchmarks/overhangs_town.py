@@ -28,12 +28,12 @@ from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.evaluation.models import compare_model
 from cityflow.evaluation.models_overhangs import shares_within, true_overhang
 from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.straight_edges import WallEdge, wall_edges
 from cityflow.geometry.validity import check_polygons, is_valid
 from cityflow.reconstruction import orientation_histogram as histogram
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
-from cityflow.reconstruction.overhangs.wall_edges import WallEdge, wall_edges
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.synthetic.drawn_frames import NADIR_NOISE

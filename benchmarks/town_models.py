@@ -28,9 +28,9 @@ from cityflow.core.roof_types import RoofType
 from cityflow.core.wall_points import WallPoints
 from cityflow.evaluation.models import Model, TrueModel
 from cityflow.geometry.roof_type import roof_type
+from cityflow.geometry.straight_edges import wall_edges
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.outlines.wall_points import WallPointParameters
-from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.stages.synth_survey import SynthParameters
 from cityflow.surface.sample import sample
 from cityflow.synthetic.drawn_evidence import split_evidence

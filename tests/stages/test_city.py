@@ -19,7 +19,7 @@ from cityflow.stages import reconstruct, split, unit_evidence
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.city import CitySource
 from cityflow.stages.parameters import CityParameters
-from cityflow.stages.survey import HULL, SEEN_AROUND_M, UnitEntry
+from cityflow.stages.survey import ACCURACY, HULL, SEEN_AROUND_M, UnitEntry
 
 TILE = 250.0
 ROWS_OF_HOUSES = 3
@@ -83,8 +83,15 @@ def record_of(task: Task) -> Record:
         {f"work/{task.stage}/{task.unit}/out": "d" * 64},
         dict[str, Any](digest=f"{task.stage} {task.unit}"),
     )
-    if task.stage == "ingest" and task.unit != "outlines":
+    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY):
         outputs = {f"work/ingest/{task.unit}/{c}_{r}.laz": "p" * 64 for c in range(17) for r in range(16)}
+    if (task.stage, task.unit) == ("ingest", "outlines"):
+        tiles = sorted({owner(h) for h in HOUSES})
+        outputs = {f"work/ingest/outlines/{name}.jsonl": "d" * 64 for name in (*tiles, "sample")}
+        beside = {
+            t: {owner(n) for h, v in HOUSES.items() if owner(h) == t for n in v["neighbours"]} - {t} for t in tiles
+        }
+        result |= {"sampled_from": "f1", "beside": {t: sorted(near) for t, near in beside.items() if near}}
     if task.stage == "outline":
         entry = {"path": f"work/outline/{task.unit}/out", "start": 0, "length": 1}
         result["units"] = [
@@ -145,7 +152,9 @@ def test_every_task_once_and_after_what_it_reads(given: bool, seed: int) -> None
         assert all(place["surface", t] < place["reconstruct", unit] for t in under)
         assert place["outline", owner(house)] < place["reconstruct", unit]
         assert all(place["reconstruct", n] < place["export", owner(house)] for n in [unit, *about["neighbours"]])
-        if not given:
+        if given:
+            assert place["ingest", "f1"] < place["ingest", ACCURACY] < place["outline", owner(house)]
+        else:
             assert place["outline", owner(house)] < place["split", house] < place["units", owner(house)]
             assert all(place["split", n] < place["units", owner(house)] for n in HOUSES[house]["neighbours"])
             assert place["units", owner(house)] < place["reconstruct", unit]

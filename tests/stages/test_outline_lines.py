@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cityflow.core.building import Outline
+from cityflow.outlines.adjacency import party_edges
 from cityflow.stages.outline_lines import (
     Standing,
     decode,
@@ -18,7 +19,6 @@ from cityflow.stages.outline_lines import (
     entries,
     lines,
     owned,
-    party_edges,
     touching,
 )
 

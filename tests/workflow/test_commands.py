@@ -112,7 +112,7 @@ def test_a_plan_knows_every_task_that_the_outlines_tell(cityflow: Run, tmp_path:
     done = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run", "--json")
     tree = json.loads(done.stdout)
     totals = {s["stage"]: s["total"] for s in tree["stages"]}
-    assert totals == {"ingest": 3, "surface": 4, "outline": 4, "reconstruct": 160, "export": 5}
+    assert totals == {"ingest": 4, "surface": 4, "outline": 4, "reconstruct": 160, "export": 5}
     assert list(totals) == ["ingest", "surface", "outline", "reconstruct", "export"]
 
 

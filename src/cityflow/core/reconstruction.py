@@ -68,6 +68,7 @@ class Evidence:
     party : the parts of the outline that another unit's outline touches
     edges : straight parts of the outline and how each is known; empty where nobody asked
     roof : outline of the roof where it is known apart from the walls
+    rims : edges of the roof that walls have moved in from
     wanted_type : roof type that a person has set, or empty
     alike_m : errors of points this near to each other are alike (the cells of a given DSM), metres; 0: each point has its own
     """
@@ -87,6 +88,7 @@ class Evidence:
     roof: Polygon | None = None
     wanted_type: str = ""
     alike_m: float = 0.0
+    rims: tuple[OutlineEdge, ...] = ()
 
     @property
     def observations(self) -> float:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
+from shapely import LineString
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
@@ -61,3 +64,15 @@ def _by_pair(rings: Rings, a: np.ndarray, b: np.ndarray) -> list[SharedBoundary]
         for p, e in zip(np.split(pair, cuts), np.split(edges, cuts), strict=True)
         if len(e)
     ]
+
+
+def party_edges(outlines: Sequence[Outline]) -> dict[str, tuple[LineString, ...]]:
+    """For each outline its edges that another one has, too, in its own direction; noded outlines share both vertices bit for bit."""
+    rings = {o.id: [shapely.get_coordinates(r) for r in shapely.get_rings(o.polygon)] for o in outlines}
+    edges = {i: [e for xy in mine for e in zip(map(tuple, xy[:-1].tolist()), map(tuple, xy[1:].tolist()), strict=True)]
+             for i, mine in rings.items()}  # fmt: skip
+    owners: dict[tuple[tuple[float, ...], ...], set[str]] = defaultdict(set)
+    for i, mine in edges.items():
+        for edge in mine:
+            owners[tuple(sorted(edge))].add(i)
+    return {i: tuple(LineString(e) for e in mine if len(owners[tuple(sorted(e))]) > 1) for i, mine in edges.items()}

@@ -26,6 +26,8 @@ from cityflow.stages import (
     match,
     ortho,
     outline,
+    outline_accuracy,
+    outline_walls,
     reconstruct,
     split,
     surface,
@@ -40,12 +42,13 @@ from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.depth_reader import reach_of
 from cityflow.stages.flow_order import in_flow_order
 from cityflow.stages.parameters import CityParameters
-from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey, UnitEntry
+from cityflow.stages.survey import ACCURACY, IMAGES, LIDAR, RASTERS, Survey, UnitEntry
 
 Node = tuple[str, str]
 """Stage and unit. Some stages are no tasks: ``gather`` stands for 'the units of this tile and of its ring are known', ``adjoin`` for 'all units
 that share walls with them are known'; and where outlines are split, ``outlined`` for 'the outlines of this tile are known', ``beside`` for 'those that
-touch them, too', ``cut`` for 'all of these are split'."""
+touch them, too', ``cut`` for 'all of these are split'; and where outlines are given, ``sampled`` for 'it is known which file tells how exact
+they are', ``measured`` for 'that file is read'."""
 
 PICTURES = {
     match.STAGE: match.task, fuse.STAGE: fuse.task, ortho.STAGE: ortho.task, frame.STAGE: frame.task, walls.STAGE: walls.task,
@@ -200,6 +203,10 @@ class CitySource:
                 # what it reads is known only when the outlines are
                 yield from self._want([("outlined", node[1])])
                 continue
+            if node == (ingest.STAGE, ACCURACY):
+                # the file that it reads is known only when the outlines are
+                yield from self._want([("sampled", ingest.OUTLINES)])
+                continue
             needs = self._needs(node)
             yield from self._want(needs)
             if self._gates.wait(node, needs):
@@ -215,10 +222,14 @@ class CitySource:
             return [(ingest.STAGE, f.name) for f in survey.files_near(survey.tiles[name])]
         if stage == outline.STAGE:
             if survey.outlines_given:
-                return [(ingest.STAGE, ingest.OUTLINES)]
+                return [(ingest.STAGE, ingest.OUTLINES), *self._needs_of_given_walls(name)]
             near = survey.near(name, survey.parameters.outline.found.halo_m)
             seen = [(walls.STAGE, t) for t in near] if survey.sees_walls else []
             return [*((surface.STAGE, t) for t in near), *seen]
+        if stage == "sampled":
+            return [(ingest.STAGE, ingest.OUTLINES)]
+        if stage == "measured":
+            return [(ingest.STAGE, name)] if name else []
         if stage in ("outlined", "beside", "cut", split.STAGE):
             return self._needs_of_splitting(node)
         if stage == reconstruct.STAGE:
@@ -240,6 +251,17 @@ class CitySource:
             *((reconstruct.STAGE, u) for u in self._units_of_export(name)),
             *self._needs_of_textures(name),
         ]
+
+    def _needs_of_given_walls(self, tile: str) -> list[Node]:
+        """Where façades may tell that given outlines are rims of roofs: the points and façades around them."""
+        survey = self.survey
+        if not outline_walls.are_looked_for(survey):
+            return []
+        if survey.door == LIDAR:
+            around = survey.tiles[tile].buffered(outline_walls.REACH_M)
+            return [(ingest.STAGE, ACCURACY), *((ingest.STAGE, f.name) for f in survey.files_over(around))]
+        near = survey.near(tile, outline_walls.REACH_M)
+        return [*((surface.STAGE, t) for t in near), *((walls.STAGE, t) for t in near)]
 
     @property
     def _unit_stage(self) -> str:
@@ -335,6 +357,10 @@ class CitySource:
             yield from self._want([("export", name)])
         elif stage in ("outlined", "beside"):
             yield from self._want([("beside" if stage == "outlined" else "cut", name)])
+        elif stage == "sampled":
+            yield from self._want([("measured", survey.outline_sample[0])])
+        elif stage == "measured":
+            yield outline_accuracy.task(survey)
         elif stage == "cut":
             every = [self._outlines[o] for o in self._touched_by(name)]
             own = len(self._outlines_of[name])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from cityflow.core.edits import Edits
 from cityflow.errors import CatalogError
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.point_index import split_file
@@ -17,13 +18,15 @@ from cityflow.io.vector import read_outlines
 from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.given import Refusal, clean_outlines
 from cityflow.outlines.noding import node_outlines, vanished
-from cityflow.stages.outline_lines import lines, owned
+from cityflow.stages.outline_lines import Standing, lines, owned
+from cityflow.stages.outline_sample import SAMPLE, sampled
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.survey import Survey
 
 STAGE = "ingest"
 OUTLINES = "outlines"
 VERSION = 1
+OUTLINES_VERSION = 2
 OUTSIDE = "stands outside the survey: nothing was measured there"
 
 
@@ -71,12 +74,13 @@ def outlines_task(survey: Survey) -> Task:
     asset = survey.catalog.outlines
     assert asset is not None
     return Task(
-        STAGE, OUTLINES, "cityflow.stages.ingest:run_outlines", VERSION,
+        STAGE, OUTLINES, "cityflow.stages.ingest:run_outlines", OUTLINES_VERSION,
         parameters={
             "tile_m": survey.parameters.tiles.tile_m,
             "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
             "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
             "crs": survey.catalog.reference.code,
+            "files": {f.name: list(f.bounds) for f in survey.files.values()},
         },
         inputs={
             "file": asset.checksum, "tiles": digest_of(list(survey.tiles)),
@@ -100,6 +104,9 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
     by_tile = owned(noded, p["tile_m"], known)
     for tile in sorted(known & by_tile.keys()):
         workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
+    sampled_from, sample = sampled([s for t in sorted(known & by_tile.keys()) for s in by_tile[t]], p["files"])
+    if sample:
+        workspace.write(SAMPLE, sample)
     far = [s.outline for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
     outside = [Refusal(o.id, OUTSIDE, o.polygon) for o in far]
     named = _unique_names(
@@ -109,8 +116,20 @@ def run_outlines(workspace: Workspace, task: Task) -> Outcome:
         workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in named))
     return workspace.outcome(
         reason="; ".join(notes),
-        result={"refused": [[r.id, r.reason] for r in named], "notes": notes, "outlines": len(raw)},
+        result={
+            "refused": [[r.id, r.reason] for r in named],
+            "notes": notes,
+            "outlines": len(raw),
+            "beside": _beside(by_tile, known),
+            "sampled_from": sampled_from,
+        },
     )
+
+
+def _beside(by_tile: Mapping[str, Sequence[Standing]], known: set[str]) -> dict[str, Json]:
+    """Tiles whose outlines touch ones of a tile, where there are any."""
+    near = {t: sorted({n for s in by_tile[t] for n in s.neighbour_tiles} - {t}) for t in sorted(known & by_tile.keys())}
+    return {t: list(others) for t, others in near.items() if others}
 
 
 def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[Refusal]:

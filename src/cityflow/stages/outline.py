@@ -12,13 +12,17 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.stages.outline_lines import entries, lines, owned
+from cityflow.outlines.found_walls import found_walls_in
+from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.stages import outline_walls
+from cityflow.stages.outline_lines import decode_all, entries, lines, owned
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 4
+VERSION = 5
+OUTLINES = "outlines.jsonl"
 
 
 def task(survey: Survey, name: str) -> Task:
@@ -28,9 +32,19 @@ def task(survey: Survey, name: str) -> Task:
 
 def _given_task(survey: Survey, name: str) -> Task:
     mine = survey.given_outlines(name)
+    if not mine or not outline_walls.are_looked_for(survey):
+        return Task(
+            STAGE, name, "cityflow.stages.outline:run_given", VERSION,
+            inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(STAGE),
+        )  # fmt: skip
+    others = survey.given_outlines_beside(name)
+    parameters: Any = survey.parameters_for(STAGE, name, survey.outline_parameters)
     return Task(
-        STAGE, name, "cityflow.stages.outline:run_given", VERSION,
-        inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(STAGE),
+        STAGE, name, "cityflow.stages.outline:run_walled", VERSION,
+        parameters={"walls_in": parameters["walls_in"], "outline_sigma_m": survey.outline_sigma_m},
+        inputs={**mine, **others, **outline_walls.inputs_of(survey, name)},
+        arguments={"pieces": list(mine), "others": list(others), **outline_walls.arguments_of(survey, name)},
+        limits=survey.limits(STAGE),
     )  # fmt: skip
 
 
@@ -38,6 +52,28 @@ def run_given(workspace: Workspace, task: Task) -> Outcome:
     """An index of the tile's given outlines: they were cleaned and noded with the whole city in view."""
     units = [entry for path in task.arguments["pieces"] for entry in entries(workspace.read(path), path)]
     return workspace.outcome(result={"units": units})
+
+
+def run_walled(workspace: Workspace, task: Task) -> Outcome:
+    """The tile's given outlines, with walls moved in where they are rims of roofs and façades are known inside."""
+    own, others = (
+        [s for path in task.arguments[k] for s in decode_all(workspace.read(path))] for k in ("pieces", "others")
+    )
+    moved = outline_walls.moved_in(
+        workspace.store,
+        task.arguments,
+        own,
+        others,
+        WallsInParameters.model_validate(task.parameters["walls_in"]),
+        task.parameters["outline_sigma_m"],
+    )
+    text = lines(moved)
+    workspace.write(OUTLINES, text)
+    count = sum(
+        a.outline.polygon is not b.outline.polygon and b.outline.roof is not None
+        for a, b in zip(own, moved, strict=True)
+    )
+    return workspace.outcome(result={"units": entries(text, workspace.path(OUTLINES)), "walls_moved_in": count})
 
 
 def _found_task(survey: Survey, name: str) -> Task:
@@ -51,7 +87,7 @@ def _found_task(survey: Survey, name: str) -> Task:
     edits = edits_digest(survey.edits, around)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
-        parameters=parameters["found"],
+        parameters={"found": parameters["found"], "walls_in": parameters["walls_in"]},
         inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **({"edits": edits} if edits else {})},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
                    "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen,
@@ -63,7 +99,7 @@ def _found_task(survey: Survey, name: str) -> Task:
 
 def run_found(workspace: Workspace, task: Task) -> Outcome:
     """Outlines of the building regions whose representative point the tile owns."""
-    parameters = FindParameters.model_validate(task.parameters)
+    parameters = FindParameters.model_validate(task.parameters["found"])
     x_min, y_min = task.arguments["bounds"][:2]
     size, cell = task.arguments["tile_m"], task.arguments["cell_m"]
     tile = Tile(round(x_min / size), round(y_min / size), size)
@@ -83,12 +119,13 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
         layers["dtm"],
         highest=not task.arguments["sees_walls"],
     )
-    found = find_outlines(region, parameters)
+    walls_in = WallsInParameters.model_validate(task.parameters["walls_in"])
+    found = found_walls_in(find_outlines(region, parameters), region, walls_in)
     kept, refused = apply_to_outlines(found, Edits.from_lines(task.arguments["edits"]))
     mine = owned(kept, size, task.arguments["tiles"]).get(tile.name, [])
     own = {s.outline.id for s in owned(found, size, task.arguments["tiles"]).get(tile.name, [])}
     text = lines(mine)
-    workspace.write("outlines.jsonl", text)
+    workspace.write(OUTLINES, text)
     refused = [r for r in refused if r.id in own]
     if refused:
         workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in refused))
@@ -96,7 +133,7 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(
         Status.DEGRADED if without else Status.DONE, without,
         {
-            "units": entries(text, workspace.path("outlines.jsonl")),
+            "units": entries(text, workspace.path(OUTLINES)),
             "refused": [[r.id, r.reason] for r in refused],
         },
     )  # fmt: skip

@@ -16,6 +16,7 @@ from shapely import LineString
 from cityflow.core.building import Direction, Outline, OutlineEdge
 from cityflow.core.grid import tile_at
 from cityflow.flow.task import Json
+from cityflow.outlines.adjacency import party_edges
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,18 +64,6 @@ def touching(outlines: Sequence[Outline]) -> dict[str, set[str]]:
     return found
 
 
-def party_edges(outlines: Sequence[Outline]) -> dict[str, tuple[LineString, ...]]:
-    """For each outline its edges that another one has, too, in its own direction; noded outlines share both vertices bit for bit."""
-    rings = {o.id: [shapely.get_coordinates(r) for r in shapely.get_rings(o.polygon)] for o in outlines}
-    edges = {i: [e for xy in mine for e in zip(map(tuple, xy[:-1].tolist()), map(tuple, xy[1:].tolist()), strict=True)]
-             for i, mine in rings.items()}  # fmt: skip
-    owners: dict[tuple[tuple[float, ...], ...], set[str]] = defaultdict(set)
-    for i, mine in edges.items():
-        for edge in mine:
-            owners[tuple(sorted(edge))].add(i)
-    return {i: tuple(LineString(e) for e in mine if len(owners[tuple(sorted(e))]) > 1) for i, mine in edges.items()}
-
-
 def encode(standing: Standing) -> bytes:
     """One line of UTF-8 text with a line feed at its end."""
     outline = standing.outline
@@ -94,11 +83,11 @@ def encode(standing: Standing) -> bytes:
 def decode(line: bytes) -> Standing:
     tree = json.loads(line)
     roof = shapely.geometry.shape(tree["roof"]) if "roof" in tree else None
-    edges, inner = (tuple(map(_edge, tree.get(name, ()))) for name in ("edges", "inner_edges"))
+    edges, rims, inner = (tuple(map(_edge, tree.get(name, ()))) for name in ("edges", "rims", "inner_edges"))
     aspects, slopes = (tuple(Direction(*d) for d in tree.get(name, ())) for name in ("aspects", "slopes"))
     outline = Outline(
         tree["id"], shapely.geometry.shape(tree["geometry"]), tree["properties"], tree["remark"],
-        roof, edges, inner, aspects, slopes, tuple(map(LineString, tree.get("party", ()))),
+        roof, edges, inner, aspects, slopes, tuple(map(LineString, tree.get("party", ()))), rims,
     )  # fmt: skip
     return Standing(outline, tuple(tree["neighbours"]), tuple(tree["neighbour_tiles"]))
 
@@ -108,7 +97,7 @@ def _known_of(outline: Outline) -> dict[str, Json]:
     tree: dict[str, Json] = {}
     if outline.roof is not None:
         tree["roof"] = shapely.geometry.mapping(outline.roof)
-    for name, edges in (("edges", outline.edges), ("inner_edges", outline.inner_edges)):
+    for name, edges in (("edges", outline.edges), ("rims", outline.rims), ("inner_edges", outline.inner_edges)):
         if edges:
             tree[name] = [_edge_tree(e) for e in edges]
     for name, directions in (("aspects", outline.aspects), ("slopes", outline.slopes)):

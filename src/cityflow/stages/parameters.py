@@ -13,6 +13,7 @@ from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
 from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.outlines.walls_in import WallsInParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.splitting.split import SplitParameters
 from cityflow.stages.atlas_parameters import AtlasParameters
@@ -44,6 +45,7 @@ class OutlineParameters(Parameters):
         "auto", description="the catalog's outlines, those found in the surface, or the catalog's where it has some"
     )
     found: FindParameters = FindParameters()
+    walls_in: WallsInParameters = WallsInParameters()
     noding_tolerance_m: float = Field(
         0.05, ge=1e-4, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from math import isfinite
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import shapely
 
@@ -27,7 +27,7 @@ from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntr
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
-VERSION = 18
+VERSION = 19
 CANDIDATES = "candidates.city.jsonl"
 
 
@@ -38,7 +38,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
     return Task(
         STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
-        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.reconstruct),
+        parameters=_parameters(survey, unit.id),
         inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
                 **({"edits": digest_of(roofs)} if roofs else {})},
         arguments={
@@ -48,6 +48,15 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
         },
         limits=survey.limits(STAGE),
     )  # fmt: skip
+
+
+def _parameters(survey: Survey, unit: str) -> dict[str, Json]:
+    """Those of the stage, with how exact the survey's outlines are where nobody states it."""
+    parameters = survey.parameters_for(STAGE, unit, survey.parameters.reconstruct)
+    overhangs: Any = parameters["overhangs"]
+    if overhangs["outline_sigma_m"] is None:
+        overhangs["outline_sigma_m"] = survey.outline_sigma_m
+    return parameters
 
 
 def refused_task(survey: Survey, unit: str, reason: str) -> Task:

@@ -9,7 +9,7 @@ from typing import Any
 
 import shapely
 
-from cityflow.core.building import Status
+from cityflow.core.building import OUTLINE_SIGMA_M, Status
 from cityflow.core.edits import Edits
 from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, grown, tiles_over
 from cityflow.core.parameters import Parameters, merged
@@ -31,6 +31,8 @@ LIDAR, IMAGES, RASTERS = "lidar", "images", "rasters"
 """The doors into a run."""
 
 STAGE_MATCH = "match"
+ACCURACY = "outline_accuracy"
+"""Unit of the stage ``ingest`` that says how exact given outlines are."""
 HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""
 
@@ -90,11 +92,18 @@ class Survey:
         self._boxes = shapely.STRtree([shapely.box(*f.bounds) for f in self.files.values()])
         self._pieces: dict[tuple[str, str], tuple[str, str]] = {}
         self._given: dict[str, dict[str, str]] = {}
+        self._sampled_from = ""
+        self._outline_sigma_m: float | None = None
+        self._beside: dict[str, list[str]] = {}
 
     def learn(self, record: Record) -> None:
         """Keep what later tasks ask of a record, and no more: a city has very many."""
         if record.stage == "ingest" and record.unit == "outlines":
             self._given = {_stem(path): {path: digest} for path, digest in record.outputs.items()}
+            self._sampled_from = str(record.result.get("sampled_from", ""))
+            self._beside = {str(t): list(map(str, near)) for t, near in record.result.get("beside", {}).items()}
+        elif record.stage == "ingest" and record.unit == ACCURACY:
+            self._outline_sigma_m = record.result.get("sigma_m")
         elif record.stage == self._indexed_by:
             for path, digest in record.outputs.items():
                 if path.startswith("work/") and path.endswith(".laz"):
@@ -136,6 +145,11 @@ class Survey:
     def sees_walls(self) -> bool:
         """Whether façades take part in finding outlines."""
         return self.door == IMAGES and not self.outlines_given
+
+    @property
+    def sees_facades(self) -> bool:
+        """Whether points on façades may tell where walls stand: those of images, or a laser's echoes."""
+        return self.door in (LIDAR, IMAGES)
 
     @property
     def reads_own_orthos(self) -> bool:
@@ -299,6 +313,26 @@ class Survey:
         """Path → digest of the given outlines that a tile owns; empty where there are none."""
         return self._given.get(tile, {})
 
+    def given_outlines_beside(self, tile: str) -> dict[str, str]:
+        """Path → digest of the files of those tiles whose given outlines touch ones of this tile."""
+        return {p: d for t in self._beside.get(tile, []) for p, d in self.given_outlines(t).items()}
+
+    @property
+    def outline_sample(self) -> tuple[str, dict[str, str]]:
+        """The LiDAR file that tells how exact given outlines are, and path → digest of outlines that stand in it."""
+        return self._sampled_from, self._given.get("sample", {})
+
+    @property
+    def outline_sigma_m(self) -> float:
+        """How exact given outlines are (standard deviation): as the workflow says, else by the survey's own buildings, else as outlines are in general."""
+        stated = self.parameters.reconstruct.overhangs.outline_sigma_m
+        own = OUTLINE_SIGMA_M if self._outline_sigma_m is None else self._outline_sigma_m
+        return own if stated is None else stated
+
+    def pieces_of_file(self, name: str) -> dict[str, str]:
+        """Path → digest of the index pieces of one LiDAR file."""
+        return dict(sorted(piece for (part, _), piece in self._pieces.items() if part == name))
+
     def unread(self, bounds: Bounds) -> dict[str, str]:
         """Name → why: the files that should hold points within `bounds` but could not be read."""
         found = {}
@@ -362,8 +396,9 @@ class Survey:
 
     def _files_of(self, stage: str, tile: str) -> dict[str, str]:
         record = self.records.get((stage, tile))
-        known = {**(record.inputs if stage == "outline" else {}), **record.outputs} if record else {}
-        return {p: d for p, d in sorted(known.items()) if p.endswith(".jsonl")}
+        known = (record.outputs, record.inputs if stage == "outline" else {}) if record else ()
+        files = ({p: d for p, d in sorted(paths.items()) if p.endswith(".jsonl")} for paths in known)
+        return next(filter(None, files), {})
 
     def hull(self, unit: str) -> dict[str, Json]:
         """Where a unit's hull is written, or why there is none."""

@@ -122,6 +122,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
+        rims=outline.rims,
     )  # fmt: skip
 
 

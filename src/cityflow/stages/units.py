@@ -18,17 +18,18 @@ from cityflow.core.splitting import Splitting
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.outlines.adjacency import party_edges
 from cityflow.outlines.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
-from cityflow.stages.outline_lines import Standing, decode, entries, lines, party_edges, touching
+from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
 from cityflow.stages.pieces import read_text
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.split_lines import decode_splitting
 from cityflow.stages.survey import Survey, UnitEntry
 
 STAGE = "units"
-VERSION = 2
+VERSION = 3
 UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
 SHORTEST_EDGE_M = 0.1
@@ -140,6 +141,7 @@ def units_of(outline: Outline, splitting: Splitting) -> list[Outline]:
             polygon=polygon,
             roof=None,
             edges=_along(polygon, outline.edges),
+            rims=outline.rims,
             inner_edges=_inside(polygon, outline.inner_edges),
             **directions,
         )

@@ -238,7 +238,7 @@ def _defaults(record: Record) -> dict[str, Any]:
     """The stage's parameters where a workflow says nothing; of several kinds of tasks those that are most like the record's."""
     city = CityParameters()
     known: dict[str, list[Parameters]] = {
-        "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline.found], "walls": [city.walls],
+        "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline], "walls": [city.walls],
         "surface": [city.surface, city.image_surface], "fuse": [city.image_surface.fuse], "ortho": [city.ortho], "match": [city.match],
         "texture": [city.texture], "atlas": [city.atlas], "windows": [city.windows], "export": [city.export],
     }  # fmt: skip

@@ -20,7 +20,7 @@ Node = tuple[str, str]
 
 CITY_WIDE: Mapping[str, tuple[str, ...]] = {
     "surface": ("cell_m",),
-    "outline": ("source", "noding_tolerance_m"),
+    "outline": ("source", "noding_tolerance_m", "walls_in"),
     "split": ("when",),
     "texture": ("when",),
     "windows": ("when",),

@@ -14,11 +14,11 @@ from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.overlap import overlap_volume
 from cityflow.geometry.polyhedron import volume
+from cityflow.geometry.straight_edges import wall_edges
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
-from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.reconstruction.partition.partition_values import RoofCell, RoofPartition
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls
 from cityflow.reconstruction.solids.assemble import assemble

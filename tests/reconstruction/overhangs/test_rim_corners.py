@@ -14,9 +14,9 @@ from cityflow.core.building import EdgeOverhang, Polyhedron, Semantic
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.polyhedron import rings_of
+from cityflow.geometry.straight_edges import wall_edges
 from cityflow.geometry.validity import check_polygons, check_polyhedron
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
-from cityflow.reconstruction.overhangs.wall_edges import wall_edges
 from cityflow.reconstruction.partition.partition_values import RoofCell, RoofPartition
 from cityflow.reconstruction.solids.assemble import assemble
 

@@ -10,9 +10,10 @@ from cityflow.core.building import EdgeOverhang, OutlineEdge
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.wall_points import WallPoints, joined_walls
+from cityflow.geometry.facade_line import facade_place
+from cityflow.geometry.straight_edges import WallEdge
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
-from cityflow.reconstruction.overhangs.standing_wall import at_outline, facade_place, standing_wall
-from cityflow.reconstruction.overhangs.wall_edges import WallEdge
+from cityflow.reconstruction.overhangs.standing_wall import at_outline, standing_wall
 
 EDGE = WallEdge(np.array([[0.0, 0.0], [6.0, 0.0]]), False)
 ROOF, SIGMA = 6.0, 0.03

@@ -25,5 +25,5 @@ def outline_sigma(rims: Sequence[RimOfEdge], p: OverhangParameters) -> float:
         for r in rims
         if not r.edge.party and r.seen >= p.least_seen and -OTHER_ROOF_M < r.reach_m <= 0.0  # no rim: NaN
     ]
-    squares = p.outline_weight * p.outline_sigma_m**2 + float(np.sum(np.square(short)))
+    squares = p.outline_weight * p.general_sigma_m**2 + float(np.sum(np.square(short)))
     return float(np.sqrt(squares / (p.outline_weight + len(short))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from cityflow.core.building import OUTLINE_SIGMA_M
 from cityflow.core.parameters import Parameters
 
 
@@ -61,11 +62,12 @@ class OverhangParameters(Parameters):
     wall_sigma_m: float = Field(
         0.03, ge=0, le=2, description="a façade's line is known no better than this (standard deviation, m)"
     )
-    outline_sigma_m: float = Field(
-        0.09,
+    outline_sigma_m: float | None = Field(
+        None,
         ge=0,
         le=2,
-        description="an outline of which nothing is said stands so far from its walls (standard deviation, m), before its own edges tell",
+        description="an outline of which nothing is said stands so far from its walls (standard deviation, m), before its own edges tell; "
+        "null: as the survey's façades show, 0.1 where none do",
     )
     outline_weight: float = Field(
         2.0, gt=0, le=100, description="what is known of outlines in general counts as so many edges of the unit"
@@ -83,3 +85,8 @@ class OverhangParameters(Parameters):
         0.25, gt=0, le=5, description="how much eaves of one building differ from each other (standard deviation, m)"
     )
     least_seen: float = Field(0.45, ge=0, le=1, description="share of an edge along which its rim has to be seen")
+
+    @property
+    def general_sigma_m(self) -> float:
+        """`outline_sigma_m`, where nobody has looked for it what outlines are in general."""
+        return OUTLINE_SIGMA_M if self.outline_sigma_m is None else self.outline_sigma_m

@@ -13,7 +13,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.core.reconstruction import Evidence
-from cityflow.reconstruction.overhangs.wall_edges import WallEdge
+from cityflow.geometry.straight_edges import WallEdge
 
 INSIDE_M = 1.0
 """The density is that of the roof points this near to the wall."""

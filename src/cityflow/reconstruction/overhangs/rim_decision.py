@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.building import EdgeOverhang
+from cityflow.geometry.straight_edges import WallEdge
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.standing_wall import StandingWall, line_of_wall
-from cityflow.reconstruction.overhangs.wall_edges import WallEdge
 
 SEEN_WELL = 0.5
 NAN = float("nan")

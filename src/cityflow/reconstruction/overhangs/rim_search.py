@@ -11,6 +11,9 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import EdgeOverhang
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.geometry.straight_edges import WallEdge, wall_edges
+from cityflow.reconstruction.overhangs.faces_at_edges import BESIDE_M, face_planes, faces_beside
+from cityflow.reconstruction.overhangs.known_rims import with_known_rim
 from cityflow.reconstruction.overhangs.outline_uncertainty import outline_sigma
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.picture_rims import Colours, colour_rim, colours_over
@@ -18,7 +21,6 @@ from cityflow.reconstruction.overhangs.point_rims import NOT_SEEN, point_rim, ro
 from cityflow.reconstruction.overhangs.rim_decision import RimOfEdge, decided, unseen
 from cityflow.reconstruction.overhangs.standing_wall import standing_wall
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
-from cityflow.reconstruction.overhangs.wall_edges import BESIDE_M, WallEdge, face_planes, faces_beside, wall_edges
 
 INWARD_M = 0.4
 """A rim may lie so far inside an outline that stands too far out."""
@@ -45,6 +47,7 @@ def find_overhangs(
         return tuple(EdgeOverhang(edge.line, 0.0) for edge in edges)
     scanned = evidence.heights is None or evidence.heights.grid.cell > p.coarsest_cell_m
     rims = (_rims_of_points if scanned else _rims_of_surface)(evidence, candidate, edges, p)
+    rims = [with_known_rim(rim, evidence.rims, p) for rim in rims]
     lowest = [_roof_along(edge, candidate) for edge in edges]
     unsaid = outline_sigma(rims, p)
     walls = [

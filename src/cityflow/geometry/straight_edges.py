@@ -1,4 +1,4 @@
-"""The straight edges of an outline, which of them touch a neighbour, and the roof plane beside every place of them."""
+"""The straight edges of an outline, and which of them touch a neighbour."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 import shapely
 from shapely import LineString, Polygon
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import OutlineEdge
 
 STRAIGHT_DEG = 2.0
 """Pieces of an outline that turn less than this are one edge, as long as their ends stay `STRAIGHT_M` near its line."""
 STRAIGHT_M = 0.03
 ON_PARTY_M = 0.01
-BESIDE_M = 0.02
-"""The roof beside a wall is the one this far inside."""
+ON_OUTLINE_M = 0.05
+"""What is said of a line is said of an edge whose middle is this near to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,30 +109,8 @@ def _is_straight(points: Sequence[FloatArray]) -> bool:
     return bool(np.abs(off).max() <= STRAIGHT_M)
 
 
-def face_planes(solid: Polyhedron, origin: FloatArray) -> tuple[list[Polygon], FloatArray]:
-    """Roof faces in plan and (F, 3) a, b, c of z = a·x + b·y + c; both local to `origin` (3,), metres."""
-    polygons, planes = [], []
-    for face in solid.of_semantic(Semantic.ROOF):
-        rings = [solid.ring(r) - origin for r in face.rings]
-        shell, *holes = (r[:, :2] for r in rings)
-        points = np.concatenate(rings)
-        middle = points.mean(axis=0)
-        near = points - middle
-        a, b = np.linalg.lstsq(near[:, :2], near[:, 2], rcond=None)[0]
-        polygons.append(Polygon(shell, holes))
-        planes.append((a, b, middle[2] - a * middle[0] - b * middle[1]))
-    return polygons, np.asarray(planes, np.float64).reshape(-1, 3)
-
-
-def faces_beside(polygons: Sequence[Polygon], xy: FloatArray) -> IntArray:
-    """(N,) the face that each place (N, 2) lies in, or the nearest one; -1 where there is none."""
-    if not polygons:
-        return np.full(len(xy), -1)
-    found = np.full(len(xy), -1)
-    for number, polygon in enumerate(polygons):
-        inside = (found < 0) & shapely.contains_xy(polygon, xy[:, 0], xy[:, 1])
-        found[inside] = number
-    lost = np.flatnonzero(found < 0)
-    if len(lost):
-        found[lost] = shapely.STRtree(list(polygons)).nearest(shapely.points(xy[lost]))
-    return found
+def known_part(edge: WallEdge, known: Sequence[OutlineEdge]) -> OutlineEdge | None:
+    """What is said of the part of the outline that the edge lies on."""
+    middle = shapely.Point((edge.xy[0] + edge.xy[-1]) / 2)
+    near = [(float(shapely.distance(e.line, middle)), k) for k, e in enumerate(known)]
+    return known[min(near)[1]] if near and min(near)[0] <= ON_OUTLINE_M else None

@@ -1,0 +1,46 @@
+"""Outlines that were found, with walls moved in where only the roof's edge gave them and façades are known inside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Outline
+from cityflow.outlines.adjacency import party_edges
+from cityflow.outlines.facades_inside import SeenHouses, facade_inside
+from cityflow.outlines.regions import RegionSurface
+from cityflow.outlines.walls_in import WallsInParameters, walls_moved_in
+
+ROOF_EDGE_M = 0.25
+"""Standard deviation of a roof's edge of which nothing is known: half a cell of the surface that outlines are found in."""
+
+
+def found_walls_in(outlines: Sequence[Outline], surface: RegionSurface, parameters: WallsInParameters) -> list[Outline]:
+    """The same outlines where nobody looked for façades.
+
+    Parameters
+    ----------
+    outlines : noded, with what is known of their edges
+    surface : the one that they were found in
+    """
+    if surface.walls is None or surface.dtm is None or not len(surface.walls):
+        return list(outlines)
+    seen = SeenHouses.of(_tops(surface), surface.walls)
+    party = party_edges(outlines)
+    return walls_moved_in(
+        [replace(o, party=party[o.id]) for o in outlines],
+        lambda outline, edge: facade_inside(outline, edge, seen, ROOF_EDGE_M),
+        parameters,
+    )
+
+
+def _tops(surface: RegionSurface) -> FloatArray:
+    """(N, 3) middles of the cells, at the height of what stands there."""
+    assert surface.dtm is not None
+    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    z = surface.dtm.astype(np.float64) + surface.ndsm
+    known = np.isfinite(z)
+    return np.column_stack([x[known], y[known], z[known]])
