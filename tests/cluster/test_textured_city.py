@@ -98,6 +98,9 @@ def test_an_area_keeps_the_pages_of_the_rest(
     told = {u["id"] for u in report(run)["units"]}
     assert told == {"b"}, "what stands around is modelled, since it hides walls, and is nobody's wish"
     assert len(newest(run, "reconstruct")) > len(told)
+    status = json.loads(cityflow("status", run, "--json").out)
+    assert sum(status["verdicts"].values()) == 1, "and counts in no verdict"
+    assert status["beyond"] == len(newest(run, "reconstruct")) - 1
 
 
 def test_one_unit_again_with_wishes_of_its_own(

@@ -19,7 +19,7 @@ from cityflow.workflow.known_keys import sources_digest
 
 NOTE = "asked.json"
 DESCRIPTION, OVERRIDES = "run.json", "overrides"
-VERSION = 1
+VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +32,7 @@ class Asked:
     tasks : stage → units that have a record or are at work, stages in the order of the flow
     expected : stage → tasks in all; None where nobody can know yet
     stale : stage → units whose record is of other inputs, parameters or versions than those of today, or has lost an output
+    beyond : buildings outside the area of interest, modelled for what they share with those inside, or hide of them
     edits : what a person has drawn without effect, each with its remedy
     records : files of records when this was written
     under : digest of the circumstances
@@ -43,6 +44,7 @@ class Asked:
     tasks: Mapping[str, Sequence[str]]
     expected: Mapping[str, int | None]
     stale: Mapping[str, int]
+    beyond: Sequence[str] = ()
     edits: Sequence[tuple[str, str]] = ()
     records: int = 0
     under: str = ""

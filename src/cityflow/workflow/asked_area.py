@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.grid import tiles_over
+from cityflow.stages import outline, units
 from cityflow.stages.area import Area
 from cityflow.stages.catalog_check_images import wanted_area
 from cityflow.stages.survey import Survey
+from cityflow.workflow.current import CurrentRecords
 
 
 def asked_area(survey: Survey, area: Area) -> BaseGeometry:
@@ -29,3 +33,15 @@ def surveyed_share(survey: Survey, asked: BaseGeometry) -> float | None:
         if tile.name in survey.images.tiles:
             surveyed += int((chosen & survey.images.is_surveyed(places, [tile])).sum())
     return surveyed / inside if inside else None
+
+
+def tile_entries(records: CurrentRecords) -> dict[str, list[dict[str, Any]]]:
+    """Tile → what it owns: id, point inside and file of each unit, or of each outline where those have not been split yet."""
+    owners = {**{r.unit: r for r in records.of(outline.STAGE)}, **{r.unit: r for r in records.of(units.STAGE)}}
+    return {tile: record.result.get("units", []) for tile, record in sorted(owners.items())}
+
+
+def units_beyond(records: CurrentRecords, area: Area) -> list[str]:
+    """Units that were not asked for: they are modelled for what they share with those of the area of interest, or hide of them."""
+    entries = [] if area.is_everywhere else [e for owned in tile_entries(records).values() for e in owned]
+    return sorted({e["id"] for e in entries if not area.holds(tuple(e["point"]))})

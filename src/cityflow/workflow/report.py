@@ -31,6 +31,7 @@ from cityflow.viewer.report import listed_units, write_report
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.viewer.view_page import FOLDER as VIEW
 from cityflow.viewer.worth_a_look import worth_a_look
+from cityflow.workflow.asked_area import tile_entries, units_beyond
 from cityflow.workflow.checkpoint_rows import checkpoint_rows
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.differences import changed
@@ -182,7 +183,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides=_overrides(run),
         changed=_changed(run),
-        waiting={unit: outlines.rings[unit] for unit in sorted(outlines.asked - known)},
+        waiting={unit: outlines.rings[unit] for unit in sorted(outlines.tiles.keys() - outlines.beyond - known)},
         pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
         images=image_figures(survey, records, run.area),
         checkpoints=checkpoint_rows(run.store),
@@ -220,7 +221,7 @@ def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Itera
     exported = export.read_rows(run.store, [p for r in records.of(export.STAGE) for p in r.outputs])
     for record in records.of(reconstruct.STAGE):
         tile = outlines.tiles.get(record.unit, "")
-        if not tile or record.unit in outlines.asked:
+        if record.unit not in outlines.beyond:
             yield _unit(record, tile, outlines.rings.get(record.unit, ()), exported.get(record.unit, {}))
 
 
@@ -248,21 +249,16 @@ def _judged(record: Record) -> tuple[str, str, float | None]:
 
 @dataclass(frozen=True, slots=True)
 class _Outlines:
-    """Rings of every unit and refused outline that is a polygon, the tiles that own the units, and the units that are asked for."""
+    """Rings of every unit and refused outline that is a polygon, the tiles that own the units, and the units that were not asked for."""
 
     rings: dict[str, tuple[FloatArray, ...]]
     tiles: dict[str, str]
-    asked: set[str]
+    beyond: frozenset[str]
 
 
 def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
-    found = _Outlines({}, {}, set())
-    split = {r.unit: r for r in records.of(units.STAGE)}
-    # where a tile's outlines have not been split yet they stand for their units
-    owners = {**{r.unit: r for r in records.of(outline.STAGE)}, **split}
-    for tile, record in sorted(owners.items()):
-        entries = record.result.get("units", [])
-        found.asked.update(e["id"] for e in entries if run.area.holds(tuple(e["point"])))
+    found = _Outlines({}, {}, frozenset(units_beyond(records, run.area)))
+    for tile, entries in tile_entries(records).items():
         for path in sorted({entry["path"] for entry in entries}):
             for standing in decode_all(run.store.read_bytes(path)):
                 found.rings[standing.outline.id] = _rings(standing.outline.polygon)

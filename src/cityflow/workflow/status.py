@@ -60,7 +60,12 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """How a run stands."""
+    """How a run stands.
+
+    Attributes
+    ----------
+    verdicts : of the buildings that were asked for;  beyond : number of buildings outside the area of interest that were modelled, too
+    """
 
     run: str
     workflow: str
@@ -69,6 +74,7 @@ class Standing:
     is_complete: bool
     stages: Sequence[StageStanding]
     verdicts: Mapping[str, int]
+    beyond: int
     problems: Sequence[Problem]
     unused_edits: Sequence[tuple[str, str]]
     next: Sequence[str]
@@ -103,7 +109,8 @@ def print_units(url: str, console: Console, wanted: str = "", as_json: bool = Fa
     store = Store.open(url)
     with Ledger.open(store) as ledger:
         asked = asked_of(url, store, ledger)
-        units = [u for u in asked.tasks.get(BUILDINGS, ()) if wanted.lower() in u.lower()]
+        beyond = frozenset(asked.beyond)
+        units = [u for u in asked.tasks.get(BUILDINGS, ()) if u not in beyond and wanted.lower() in u.lower()]
         rows = [_unit_row(record) for u in units if (record := ledger.latest(BUILDINGS, u)) is not None]
     if not rows:
         what = f"no building has '{wanted}' in its id" if wanted else "no building has been worked on yet"
@@ -154,10 +161,11 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
         stages.append(_stage(stage, records, expected, asked.stale.get(stage, 0)))
         problems.extend(_problems(stage, records))
         if stage == BUILDINGS:
-            verdicts.update(v for r in records if (v := verdict_of(r)))
+            beyond = frozenset(asked.beyond)
+            verdicts.update(v for r in records if r.unit not in beyond and (v := verdict_of(r)))
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
-        store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, problems,
+        store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, len(asked.beyond), problems,
         [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, told, problems)),
     )  # fmt: skip
 
@@ -177,7 +185,14 @@ def print_standing(standing: Standing, console: Console) -> None:
     """Verdicts, a line per stage, the reasons of what did not end as asked, and the next step."""
     if standing.verdicts:
         told = ", ".join(f"{n:,} {SAID.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
-        console.print(f"Buildings by verdict: {told}. {GOOD_MEANS}", markup=False, highlight=False, soft_wrap=True)
+        more = (
+            f" {standing.beyond:,} more outside the area are modelled for what they share with these."
+            if standing.beyond
+            else ""
+        )
+        console.print(
+            f"Buildings by verdict: {told}.{more} {GOOD_MEANS}", markup=False, highlight=False, soft_wrap=True
+        )
     console.print(_table(standing.stages))
     for problem in standing.problems:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)
