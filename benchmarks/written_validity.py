@@ -2,8 +2,8 @@
 
     python benchmarks/written_validity.py RUN [RUN…] [--judge val3dity]
 
-Reads `products/cityjson/*.city.jsonl` and `products/citygml/*.gml`. With `--judge` the same CityJSON is given to val3dity (tudelft3d/val3dity),
-and what it finds is printed, too.
+Reads `products/cityjson/*.city.jsonl`, `products/citygml/*.gml` and `products/obj/*.obj`.
+With `--judge` the same CityJSON is given to val3dity (tudelft3d/val3dity), and what it finds is printed, too.
 """
 
 from __future__ import annotations
@@ -22,12 +22,17 @@ from cityflow.evaluation.written import counted, faulty
 from cityflow.io.cityjson_sequence import document
 from cityflow.io.written_citygml import written_in_citygml
 from cityflow.io.written_cityjson import written_in_cityjson
+from cityflow.io.written_obj import written_in_obj
 
 
 def geometries(run: Path, form: str) -> Iterator[WrittenGeometry]:
     if form == "CityJSON":
         for path in sorted((run / "products" / "cityjson").glob("*.city.jsonl")):
             yield from written_in_cityjson(path.read_bytes().splitlines())
+        return
+    if form == "OBJ":
+        for path in sorted((run / "products" / "obj").glob("*.obj")):
+            yield from written_in_obj(path.read_bytes().splitlines())
         return
     for path in sorted((run / "products" / "citygml").glob("*.gml")):
         with path.open("rb") as source:
@@ -59,7 +64,7 @@ def main() -> None:
     chosen = options.parse_args()
     write = sys.stdout.write
     for run in chosen.runs:
-        for form in ("CityJSON", "CityGML"):
+        for form in ("CityJSON", "CityGML", "OBJ"):
             read = list(geometries(run, form))
             broken = faulty(read)
             owners = {f.geometry.owner for f in broken}

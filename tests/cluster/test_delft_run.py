@@ -19,7 +19,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 
 from cityflow.core.written import GeometryKind
 from cityflow.evaluation.written import faulty
@@ -116,6 +118,17 @@ def test_every_exported_geometry_keeps_the_rules(reference: Path, form: str) -> 
     assert kinds[GeometryKind.SOLID] >= 2 * BUILDINGS
     assert kinds[GeometryKind.COMPOSITE_SURFACE] > 0
     assert [(f.geometry.owner, f.geometry.lod, str(f.faults[0])) for f in faulty(read)] == []
+
+
+def test_every_object_of_obj_and_every_triangle_of_3d_tiles_keeps_the_rules(reference: Path) -> None:
+    read = [g for path in sorted((reference / "products" / "obj").glob("*.obj")) for g in written(path)]
+    assert len(read) >= BUILDINGS
+    assert [(f.geometry.owner, str(f.faults[0])) for f in faulty(read)] == []
+    for path in sorted((reference / "products" / "tiles3d").rglob("*.glb")):
+        for mesh in trimesh.load_scene(str(path), process=False).geometry.values():
+            edges = mesh.triangles - np.roll(mesh.triangles, 1, axis=1)
+            heights = 2 * mesh.area_faces / np.linalg.norm(edges, axis=2).max(axis=1)
+            assert heights.min() > 0.001, f"{path}: a triangle without area"
 
 
 def test_no_model_that_is_far_off_is_called_good(reference: Path) -> None:
