@@ -12,7 +12,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
 from cityflow.surface.ortho_visibility import block_maxima
-from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
+from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from ortho_scene import WALL, Blocks, looking, paint, photograph
 
 STREET = Blocks(np.array([[10, 10, 30, 22, 0, 12.0], [10, 28, 30, 40, 0, 18.0], [38, 12, 46, 40, 0, 25.0]], float))
@@ -178,3 +178,23 @@ def test_blocks_keep_walls_thinner_than_themselves_and_lie_on_the_worlds_lattice
     same, plain = block_maxima(grid, heights, 1)
     assert same == grid
     np.testing.assert_array_equal(plain, heights)
+
+
+def test_slanting_images_colour_what_the_others_do_not_see() -> None:
+    """A nadir image over one half; beside it and in its blind spots the ground is coloured from the side, and nothing else changes."""
+    above = looking("above", (12.0, 25.0, 60.0), 0.0, 0.0)
+    aside = [looking(f"s{k}", (95.0, -5.0 + 30 * k, 90.0), 42.0, 270.0) for k in range(3)]
+    first = _ortho([ColourImage(above, photograph(STREET, above))])
+    slanting = [ColourImage(i, photograph(STREET, i)) for i in aside]
+    around = (AROUND, STREET.heights(AROUND))
+    left = np.where(first.mask, np.float32(np.nan), STREET.heights(GRID))
+    made = completed(first, true_ortho(GRID, left, around, slanting), 1)
+    assert first.mask.mean() < 0.8
+    assert made.mask.mean() > first.mask.mean() + 0.1
+    assert np.array_equal(made.colour[first.mask], first.colour[first.mask])
+    assert np.array_equal(made.source[first.mask], first.source[first.mask])
+    won = made.mask & ~first.mask
+    assert set(np.unique(made.source[won])) <= {1, 2, 3}
+    assert (made.source[~made.mask] == -1).all()
+    clear = won & _away_from_steps(GRID, 1.0)
+    assert np.median(np.abs(made.colour[clear].astype(float) - _truth(GRID)[clear])) <= 2.0

@@ -161,18 +161,28 @@ class ImageSurvey:
         return self._units[unit]
 
     def ortho_images(self, tile: Tile) -> list[str]:
-        """For every few metres of a ground tile the images that look down on it steepest; their names, sorted."""
-        most = np.radians(self.parameters.images.most_ortho_tilt)
-        near = [v for v in self._views_over(tile.bounds) if v.image.tilt <= most] or self._views_over(tile.bounds)
+        """For every few metres of a ground tile those that look down on it steepest, of slanting images and of the others; names, sorted."""
+        near = self._views_over(tile.bounds)
+        slanting = [v for v in near if self.is_slanting(v.name)]
+        chosen = self._steepest([v for v in near if not self.is_slanting(v.name)], tile) | self._steepest(
+            slanting, tile
+        )
+        # what the survey's edge leaves of a tile may lie between the places of the lattice
+        return sorted(chosen) or sorted(v.name for v in near)
+
+    def is_slanting(self, name: str) -> bool:
+        """Whether an image colours only what of an ortho no others see."""
+        return bool(self.flown[name].image.tilt > np.radians(self.parameters.images.most_ortho_tilt))
+
+    def _steepest(self, views: Sequence[View], tile: Tile) -> set[str]:
+        """Names of the views that see a place of the tile's lattice along the steepest rays."""
         x, y = np.meshgrid(
             *(np.arange(lo + CELL_M / 2, hi, CELL_M) for lo, hi in zip(tile.bounds[:2], tile.bounds[2:], strict=True))
         )
         ground = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.heights_over(tile.bounds)[0])])
-        steepness = np.array([_steepness(v, ground) for v in near]).reshape(len(near), -1)
+        steepness = np.array([_steepness(v, ground) for v in views]).reshape(len(views), x.size)
         order = np.argsort(-steepness, axis=0, kind="stable")[:IMAGES_A_CELL]
-        chosen = {int(i) for column in order.T for i in column}
-        # what the survey's edge leaves of a tile may lie between the places of the lattice
-        return sorted(near[i].name for i in chosen if np.isfinite(steepness[i]).any()) or sorted(v.name for v in near)
+        return {views[i].name for i in np.unique(order).tolist() if np.isfinite(steepness[i]).any()}
 
     def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
         """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Any
 
 import numpy as np
 
+from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
@@ -18,28 +19,28 @@ from cityflow.stages.pieces import open_pixels
 from cityflow.stages.rasters import publish_rasters, store_layers
 from cityflow.stages.survey import ZARR, Survey
 from cityflow.surface.ortho_visibility import block_maxima
-from cityflow.surface.true_ortho import Ortho, OrthoParameters, true_ortho
+from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 
 STAGE = "ortho"
-VERSION = 4
-UNSEEN = "no image of the nadir views could be read over this tile"
+VERSION = 5
+UNSEEN = "no image over this tile could be read"
 
 
 def task(survey: Survey, name: str) -> Task:
-    """The ortho of one tile, from its surface, that of its ring, and the steepest views of it."""
+    """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
     tile, ring = survey.tiles[name], survey.ring(name)
     images = [n for n in survey.images.ortho_images(tile) if survey.tiled_image(n) is not None]
-    shown = shown_images(survey, images)
+    shown, slanting = shown_images(survey, images), [n for n in images if survey.images.is_slanting(n)]
     return Task(
         STAGE, name, "cityflow.stages.ortho:run", VERSION,
         parameters=survey.parameters_for(STAGE, name, survey.parameters.ortho),
         inputs={
             **{f"surface {t}": survey.digest_of_result("surface", t) for t in ring},
-            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of(shown), "grid": survey.place,
+            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of([shown, slanting]), "grid": survey.place,
         },
         arguments={
             "bounds": list(tile.bounds), "product_grid": list(survey.product_grid.bounds), "cell_m": survey.product_grid.cell,
-            "working_cell_m": survey.cell_m, "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
+            "working_cell_m": survey.cell_m, "images": shown, "slanting": slanting, "pixels": {n: survey.tiled_image(n) for n in images},
             "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(STAGE),
@@ -62,13 +63,27 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     surface = layers["dsm_filled"]
     blocking = block_maxima(wide, surface, round(a["working_cell_m"] / a["cell_m"]))
     own = surface[wide.slices(grid)]
-    made = true_ortho(grid, own, blocking, ortho_images(workspace, task), parameters)
+    made = _ortho(grid, own, blocking, ortho_images(workspace, task), frozenset(a["slanting"]), parameters)
     digest = write_ortho(workspace, ZARR, tuple(a["product_grid"]), grid, made)
     publish_rasters(workspace, task, grid, {"ortho": with_alpha(made)})
     surveyed = np.isfinite(own)
     return workspace.outcome(
         result={"digest": digest, "seen": float(made.mask[surveyed].mean()) if surveyed.any() else None}
     )
+
+
+def _ortho(
+    grid: Grid, heights: Float32Array, around: tuple[Grid, Float32Array], images: list[ColourImage], slanting: Set[str],
+    parameters: OrthoParameters,
+) -> Ortho:  # fmt: skip
+    """Slanting images colour only what no other sees: they look at what hides in streets and beyond the others' edge."""
+    steep = [i for i in images if i.image.name not in slanting]
+    others = [i for i in images if i.image.name in slanting]
+    made = true_ortho(grid, heights, around, steep or others, parameters)
+    left = np.where(made.mask, np.float32(np.nan), heights)
+    if not steep or not others or np.isnan(left).all():
+        return made
+    return completed(made, true_ortho(grid, left, around, others, parameters), len(steep))
 
 
 def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:

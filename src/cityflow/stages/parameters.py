@@ -98,7 +98,7 @@ class ImagesParameters(Parameters):
         35.0,
         ge=0,
         le=80,
-        description="images tilted more than this do not colour the ortho where others see the tile, degrees",
+        description="images tilted more than this colour only what of the ortho no others see, degrees",
     )
     frames: bool = Field(True, description="tilted DSMs and oblique orthos of clusters of oblique views")
     least_frame_tilt: float = Field(12.0, ge=0, le=90, description="clusters steeper than this get no frame, degrees")

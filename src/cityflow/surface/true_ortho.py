@@ -125,6 +125,15 @@ def true_ortho(
     return Ortho(colour, source, np.asarray(source >= 0))
 
 
+def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
+    """`first` with the colours of `later` where it has none; images of `later` are numbered from `images_before` on."""
+    source = np.where(later.mask, later.source + np.int16(images_before), np.int16(-1))
+    own = first.mask
+    return Ortho(
+        np.where(own[..., None], first.colour, later.colour), np.where(own, first.source, source), own | later.mask
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class _Choice:
     """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block."""
