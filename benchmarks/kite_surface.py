@@ -1,6 +1,6 @@
 """The DSM of a kite survey at labelled places: how far it stands above the terrain on lawn and street, or off the plane on roofs.
 
-    python benchmarks/kite_surface.py RUN                                  # squares of benchmarks/data/boruszyn_places.geojson
+    python benchmarks/kite_surface.py RUN                                  # squares of benchmarks/data/boruszyn_places.geojson; ochota_places beside it
     python benchmarks/kite_surface.py RUN --places FILE --against OTHER    # another run beside it
 
 No truth is known here. The terrain is the run's own; a roof's plane is the one that its cells lie nearest to in the median.
@@ -15,12 +15,14 @@ from pathlib import Path
 import numpy as np
 import shapely
 import zarr
+from scipy import ndimage
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.io.surface_zarr import read_layers
 
 OFF_M = 1.0
+SPIKE_M, SPIKE_M2 = 3.0, 4.0
 PLACES = Path(__file__).with_name("data") / "boruszyn_places.geojson"
 TRIES = 400
 
@@ -57,7 +59,11 @@ def _report(run: Path, places: list[tuple[str, int, shapely.Polygon]]) -> None:
             f"  {label:<7} {len(chosen):>6} cells: {np.mean(chosen > OFF_M):8.3%} off by more than {OFF_M:g} m, "
             f"{np.isfinite(chosen).mean():8.3%} measured, 95 % within {np.percentile(np.abs(known), 95):.2f} m"
         )
-    print(f"  the whole run: {_measured(run):.3%} of the cells of its terrain are measured")
+    number, cells = _spikes(run)
+    print(
+        f"  the whole run: {_measured(run):.3%} of the cells of its terrain are measured; {number} things of less than {SPIKE_M2:g} m² "
+        f"stand {SPIKE_M:g} m and more above it, {cells} cells"
+    )
 
 
 def _difference(run: Path, label: str, polygon: shapely.Polygon) -> FloatArray:
@@ -95,6 +101,15 @@ def _whole(run: Path) -> Grid:
     a = dict(zarr.open_group(run / "surface.zarr", mode="r", use_consolidated=False).attrs)
     x_min, y_max, cell = (float(str(a[k])) for k in ("x_min", "y_max", "cell"))
     return Grid(x_min, y_max, cell, int(str(a["rows"])), int(str(a["cols"])))
+
+
+def _spikes(run: Path) -> tuple[int, int]:
+    """Number and cells of what is high and small: spikes of matching, lamps, lone crowns; to compare two runs of one survey by."""
+    grid, layers = _layers(run, _whole(run).bounds)
+    label, _ = ndimage.label(layers["dsm"] - layers["dtm"] > SPIKE_M, np.ones((3, 3)))
+    size = np.bincount(label.ravel())[1:]
+    small = size[size * grid.cell**2 < SPIKE_M2]
+    return len(small), int(small.sum())
 
 
 def _measured(run: Path) -> float:

@@ -37,6 +37,8 @@ def test_tiles_frames_and_cells_follow_from_the_flight(tmp_path: Path) -> None:
     assert [f.name for f in survey.frames] == ["nadir", "north_45"]
     assert survey.cell_m == GSD_M
     assert all(survey.flight_tiles(t) and survey.ortho_images(t) for t in survey.tiles.values())
+    asked = {n for t in survey.tiles.values() for n in survey.ortho_images(t)}
+    assert {survey.is_slanting(n) for n in asked} == {False, True}, "slanting images colour what the others do not see"
 
 
 @pytest.mark.parametrize("cell_m", [0.06, 0.13, 0.3])
