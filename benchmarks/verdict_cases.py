@@ -21,13 +21,14 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.reconstruction.model import ModelParameters
+from cityflow.synthetic.inner_city import InnerCityParameters, OldHouse, inner_city
 from cityflow.synthetic.roofs import CHIMNEY
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_lidar import TownLidar, TownLidarParameters, town_lidar
 from cityflow.synthetic.town_units import Unit
 
 EDGE_M, SCAN_M2 = 220.0, 20.0
-DENSITIES = (0.7, 1.4, 2.5, 4.0, 8.0, 8.0, 16.0)
+DENSITIES = (0.7, 1.4, 2.5, 4.0, 8.0, 8.0, 20.0)
 """Points per square metre, each as often as the others; airborne surveys of towns have about eight."""
 SPOILS = (
     "outline moved", "outline turned", "outline too large", "outline too small", "two in one", "flattened", "few planes",
@@ -35,6 +36,8 @@ SPOILS = (
 )  # fmt: skip
 SOUND = 0.5
 """Share of the units that are left alone."""
+RELIEFS, STREET_TREES, OLD_HOUSES, OLD_CLUTTER = (0.0, 0.4, 1.0), (0.4, 0.8), 8, (0.5, 1.5)
+"""Polders and slopes, few trees and many; old houses of an inner city beside each town, with this much clutter on their roofs."""
 AROUND_M, HIGH_M, WITHIN_M, GOOD_SHARE = 2.0, 1.5, 0.2, 0.95
 PLACES, STEP_M = 5000, (0.1, 0.5)
 EAVES_M = 0.6
@@ -50,18 +53,36 @@ class Case:
     density: float
     evidence: Evidence
     parameters: ModelParameters
-    classified: bool
     places: FloatArray
 
 
-def cases_of(seed: int, every: int = 1) -> Iterator[Case]:
-    """The cases of a town, the same for the same seed; `every`: each so manieth unit."""
-    town = make_town(seed, TownParameters(width_m=EDGE_M, height_m=EDGE_M))
+def cases_of(seed: int) -> Iterator[Case]:
+    """The cases of a town and of some old houses, the same for the same seed."""
+    land = np.random.default_rng([seed, 92])
+    relief, trees = float(land.choice(RELIEFS)), float(land.choice(STREET_TREES))
+    town = make_town(seed, TownParameters(width_m=EDGE_M, height_m=EDGE_M, relief=relief, street_tree_share=trees))
     scan = town_lidar(town, seed, TownLidarParameters(density_m2=SCAN_M2))
     tree = shapely.STRtree([u.roof_outline for u in town.units])
     rng = np.random.default_rng([seed, 91])
-    for unit in town.units[::every]:
+    for unit in town.units:
         yield _case(town, scan, tree, unit, np.random.default_rng([seed, unit.index, int(rng.integers(1 << 30))]))
+    yield from _old_houses(seed, land)
+
+
+def _old_houses(seed: int, rng: np.random.Generator) -> Iterator[Case]:
+    """Cluttered roofs of many levels, each row of houses at a density of its own; the truth is without the clutter."""
+    for row in range(OLD_HOUSES // 4):
+        density = float(rng.choice(DENSITIES))
+        how = InnerCityParameters(houses=4, density_m2=density, clutter=float(rng.uniform(*OLD_CLUTTER)))
+        for house in inner_city(1000 * seed + row, how):
+            yield _old_house(house, f"{row}_{house.evidence.id}", density)
+
+
+def _old_house(house: OldHouse, name: str, density: float) -> Case:
+    points = _ordered(house.evidence.points)
+    evidence = replace(house.evidence, points=points, around=points)
+    usual = ModelParameters(with_overhangs=False)
+    return Case(name, "old and cluttered", density, evidence, usual, house.roof_points(STEP_M[1] / 2, 0.0))
 
 
 def _case(town: Town, scan: TownLidar, tree: shapely.STRtree, unit: Unit, rng: np.random.Generator) -> Case:
@@ -89,9 +110,7 @@ def _case(town: Town, scan: TownLidar, tree: shapely.STRtree, unit: Unit, rng: n
         unit.id, outline, _ordered(points.take(inside)), floor, around=_ordered(points.take(beside)), party=party
     )
     truth = None if spoil in ("crown only", "ground for roof") else unit
-    return Case(
-        unit.id, spoil, density, evidence, _parameters(spoil, rng), classified, _true_places(truth, outline, near)
-    )
+    return Case(unit.id, spoil, density, evidence, _parameters(spoil, rng), _true_places(truth, outline, near))
 
 
 def _classes(scan: TownLidar, there: BoolArray) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron
+from cityflow.geometry.recent import remembered
 from cityflow.geometry.triangulation import triangulate_faces
 
 
@@ -153,6 +154,7 @@ def bounds_3d(polyhedron: Polyhedron) -> tuple[FloatArray, FloatArray]:
     return used.min(axis=0), used.max(axis=0)
 
 
+@remembered
 def triangulate(polyhedron: Polyhedron) -> Mesh:
     """Constrained Delaunay triangles of every face; they use every corner, collinear ones too, so neighbours fit."""
     arrays = face_arrays(polyhedron)

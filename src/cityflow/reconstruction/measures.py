@@ -13,8 +13,8 @@ from cityflow.geometry.polyhedron import face_areas, volume
 from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.roof_type import roof_type
 from cityflow.reconstruction.choose import Choice
-from cityflow.reconstruction.verdicts.figures import RoofFit, fit_of
 from cityflow.reconstruction.verdicts.no_roof import NAMES
+from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
 
 DECIMALS = 3
 """Millimetres, square decimetres: beyond the accuracy of any survey."""

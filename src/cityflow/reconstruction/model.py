@@ -31,7 +31,7 @@ class ModelParameters(ReconstructParameters):
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""
     choice = choose(evidence, parameters)
-    best = with_precision(choice.candidate, evidence, parameters.precision)
+    best = with_precision(_with_blocks(choice.candidate), evidence, parameters.precision)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         best = _with_eaves(best, evidence, parameters.overhangs)
     unseen = best.notes.get("unseen_share")
@@ -39,6 +39,14 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
         reason = f"{100 * unseen:.0f} % of the roof was not seen: its planes are extended"
         return replace(choice, candidate=best, status=Status.DEGRADED, reason=reason)
     return replace(choice, candidate=best)
+
+
+def _with_blocks(best: Candidate) -> Candidate:
+    """The candidate with its lower levels of detail made; without, and with the reason, where that comes to nothing."""
+    try:
+        return replace(best, blocks=dict(best.blocks))
+    except NUMERICAL_TROUBLE as error:
+        return replace(best, blocks={}, notes={**best.notes, "blocks_reason": f"{type(error).__name__}: {error}"})
 
 
 def _with_eaves(best: Candidate, evidence: Evidence, parameters: OverhangParameters) -> Candidate:

@@ -27,7 +27,7 @@ from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntr
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
-VERSION = 19
+VERSION = 20
 CANDIDATES = "candidates.city.jsonl"
 
 
@@ -79,7 +79,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outline = decode(read_text(workspace.store, path)[start : start + length]).outline
     wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
     evidence = gather(workspace, task, outline, wanted)
-    judged = judged_model(evidence, parameters, task.arguments["classified"])
+    judged = judged_model(evidence, parameters)
     choice = _obeying(_admitting(judged.choice, task.arguments["unread"]), wanted)
     measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
     result = {

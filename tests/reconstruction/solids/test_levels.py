@@ -1,12 +1,15 @@
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
-from shapely import box
+from shapely import Polygon, box
 from shapely.affinity import translate
 
 from cityflow.core.building import Lod, Polyhedron, Semantic
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 from roof_cases import ORIGIN, roof_cases
@@ -14,7 +17,7 @@ from roof_cases import ORIGIN, roof_cases
 CASES = roof_cases()
 
 
-def levels_of(name: str, jump: float = 2.0) -> dict[Lod, Polyhedron]:
+def levels_of(name: str, jump: float = 2.0) -> Mapping[Lod, Polyhedron]:
     case = CASES[name]
     segments = case.segments(0)
     partition = partition_roof(case.outline, segments, PartitionParameters())
@@ -47,3 +50,19 @@ def test_blocks_have_their_own_heights() -> None:
     tops = sorted(solid.ring(f.rings[0])[0, 2] for f in solid.of_semantic(Semantic.ROOF))
     assert tops == pytest.approx([5.0, 8.0], abs=1e-3)
     assert volume(solid) == pytest.approx(box(0, 0, 5, 8).area * 4 + box(5, 0, 12, 8).area * 7, rel=0.01)
+
+
+def test_blocks_are_made_when_somebody_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[float] = []
+
+    def counted(outline: Polygon, floor: float, top: float) -> Polyhedron:
+        made.append(top)
+        return extrude(outline, floor, top)
+
+    monkeypatch.setattr("cityflow.reconstruction.solids.levels.extrude", counted)
+    blocks = levels_of("gable")
+    assert set(blocks) == {Lod.LOD12, Lod.LOD13}
+    assert not made
+    assert volume(blocks[Lod.LOD12]) > 0
+    assert check_polyhedron(blocks[Lod.LOD12]) == []
+    assert len(made) == 1

@@ -12,8 +12,8 @@ from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
-from cityflow.reconstruction.verdicts.figures import fit_of
 from cityflow.reconstruction.verdicts.no_roof import Kind
+from cityflow.reconstruction.verdicts.roof_fit import fit_of
 from roof_scenes import ORIGIN, OUTLINE, gable, scan
 
 PLAIN = scan(gable, OUTLINE, 8.0, 0.02, 1)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, partial
+
 import numpy as np
 import shapely
 from pydantic import Field
@@ -24,6 +27,28 @@ class LevelParameters(Parameters):
     min_area_m2: float = Field(4.0, ge=0, le=1000, description="smaller blocks join their highest neighbour")
 
 
+class BlockLevels(Mapping[Lod, Polyhedron]):
+    """Blocks that are made when somebody looks at them: models that are only compared need none."""
+
+    LODS = (Lod.LOD12, Lod.LOD13)
+
+    def __init__(self, make: Callable[[], dict[Lod, Polyhedron]]) -> None:
+        self._make = make
+
+    @cached_property
+    def _made(self) -> dict[Lod, Polyhedron]:
+        return self._make()
+
+    def __getitem__(self, lod: Lod) -> Polyhedron:
+        return self._made[lod]
+
+    def __iter__(self) -> Iterator[Lod]:
+        return iter(self.LODS)
+
+    def __len__(self) -> int:
+        return len(self.LODS)
+
+
 def block_levels(
     partition: RoofPartition,
     coefficients: FloatArray,
@@ -31,8 +56,19 @@ def block_levels(
     origin: tuple[float, float, float],
     outline: Polygon,
     parameters: LevelParameters,
-) -> dict[Lod, Polyhedron]:
+) -> BlockLevels:
     """LoD1.2 and LoD1.3 of a unit, from its LoD2.2 partition (arguments as of `assemble`)."""
+    return BlockLevels(partial(_made, partition, coefficients, floor, origin, outline, parameters))
+
+
+def _made(
+    partition: RoofPartition,
+    coefficients: FloatArray,
+    floor: float,
+    origin: tuple[float, float, float],
+    outline: Polygon,
+    parameters: LevelParameters,
+) -> dict[Lod, Polyhedron]:
     division, planes = partition.subdivision()
     heights = {cell: _heights(division, cell, coefficients[plane]) for cell, plane in planes.items()}
     every = np.concatenate(list(heights.values()))

@@ -22,32 +22,35 @@ class Logistic(NamedTuple):
 
 
 GOOD = Logistic(
-    0.95, 4.755, (
-        Term("off", 0.01, 0.997),
-        Term("loose", 0.01, 0.105),
-        Term("strange", 0.01, 0.376),
-        Term("unsure", 0.01, 0.260),
-        Term("foreign", 0.1, 0.007),
-        Term("beside", 0.05, 2.906),
-        Term("rim", 0.02, 0.397),
-        Term("rim", 0.2, 1.085),
-        Term("error_m", 0.05, 0.967),
-        Term("error_m", 0.3, 0.312),
-        Term("few", 0.05, 0.569),
+    0.95, 6.591, (
+        Term("off", 0.01, 1.516),
+        Term("worst", 0.02, 0.414),
+        Term("unseen", 0.01, 0.494),
+        Term("loose", 0.01, 0.113),
+        Term("unsure", 0.01, 0.328),
+        Term("missed", 0.01, 0.698),
+        Term("misplaced", 0.05, 1.006),
+        Term("misplaced", 0.5, 0.185),
+        Term("beside", 0.05, 1.524),
+        Term("error_m", 0.05, 0.933),
+        Term("error_m", 0.3, 0.285),
+        Term("few", 0.1, 1.367),
+        Term("few", 0.5, 0.499),
     ),
 )  # fmt: skip
 FAIR = Logistic(
-    0.8, 4.135, (
-        Term("off", 0.01, 0.264),
-        Term("off", 0.1, 1.180),
-        Term("unseen", 0.1, 0.353),
-        Term("loose", 0.1, 0.503),
-        Term("unsure", 0.1, 0.256),
-        Term("rim", 0.02, 0.333),
-        Term("rim", 0.2, 0.421),
-        Term("error_m", 0.3, 0.377),
-        Term("few", 0.05, 0.935),
+    0.8, 6.209, (
+        Term("off", 0.1, 0.652),
+        Term("worst", 0.2, 1.278),
+        Term("unseen", 0.1, 0.233),
+        Term("loose", 0.1, 0.983),
+        Term("missed", 0.01, 0.868),
+        Term("missed", 0.05, 0.083),
+        Term("misplaced", 0.05, 0.464),
+        Term("error_m", 0.3, 0.680),
+        Term("few", 0.1, 1.605),
+        Term("few", 0.5, 0.912),
     ),
 )  # fmt: skip
-GOOD_FROM, POOR_BELOW = 0.91, 0.5
+GOOD_FROM, POOR_BELOW = 0.85, 0.5
 """A unit is good from this probability of `GOOD`, and poor below this one of `FAIR`."""

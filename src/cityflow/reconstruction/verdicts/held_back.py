@@ -26,9 +26,10 @@ class HeldBackParameters(Parameters):
         30,
         ge=1,
         le=10_000,
-        description="where fewer would be held back, the model is made from all points, and each is held against a model made without it",
+        description="where fewer would be held back, the model is made from all points, and others without some of them test it",
     )
-    folds: int = Field(4, ge=2, le=20, description="models that test such a unit, each without one of so many points")
+    folds: int = Field(4, ge=2, le=20, description="each model that tests such a unit lacks one of so many points")
+    tests: int = Field(2, ge=1, le=20, description="models that test such a unit, each without other points")
 
 
 def groups_of(xyz: FloatArray, groups: int) -> IntArray:

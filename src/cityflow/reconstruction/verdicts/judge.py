@@ -12,8 +12,9 @@ from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import Choice, solid_of_method
 from cityflow.reconstruction.model import ModelParameters, model
-from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, RoofFit, figures_of, fit_of
+from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, figures_of
 from cityflow.reconstruction.verdicts.held_back import groups_of, without_group
+from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
 from cityflow.reconstruction.verdicts.verdict import judgement_of
 
 
@@ -27,11 +28,11 @@ class Judged:
     held: HeldBack | None = None
 
 
-def judged_model(evidence: Evidence, parameters: ModelParameters, classified: bool = False) -> Judged:
+def judged_model(evidence: Evidence, parameters: ModelParameters) -> Judged:
     """The model of a unit, and what points that it was not made from say of it.
 
     Where a unit has points enough, a part of them is held back and the model made from the others. Where points are scarce each of them matters: the
-    model is made from all, and every point is held against a model that was made without it.
+    model is made from all, and other models, each without a part of the points, test it by that part.
     """
     how = parameters.held_back
     mine = groups_of(evidence.points.xyz, how.groups) == 0
@@ -44,7 +45,7 @@ def judged_model(evidence: Evidence, parameters: ModelParameters, classified: bo
     held = HeldBack(mine, fit.distance) if enough else _crossed(choice, evidence, parameters)
     claim = choice.candidate.notes.get("claimed_rmse_m")
     known = float(claim) if isinstance(claim, int | float) else None
-    return Judged(choice, fit, figures_of(solid, evidence, fit, held, known, classified), held)
+    return Judged(choice, fit, figures_of(solid, evidence, fit, held, known), held)
 
 
 def attributes_of(judged: Judged) -> dict[str, Scalar]:
@@ -63,15 +64,15 @@ def attributes_of(judged: Judged) -> dict[str, Scalar]:
 
 
 def _crossed(choice: Choice, evidence: Evidence, parameters: ModelParameters) -> HeldBack:
-    """Each point's distance from a model that the method of the choice made without it."""
-    folds, method = parameters.held_back.folds, choice.scores[choice.kept].method
-    group = groups_of(evidence.points.xyz, folds)
+    """Distances of some of the points from models that the method of the choice made without them."""
+    how, method = parameters.held_back, choice.scores[choice.kept].method
+    group = groups_of(evidence.points.xyz, how.folds)
     distance, others = np.full(len(group), np.nan), []
-    for fold in range(folds):
-        solid = solid_of_method(method, without_group(evidence, fold, folds), parameters)
+    for fold in range(min(how.tests, how.folds)):
+        solid = solid_of_method(method, without_group(evidence, fold, how.folds), parameters)
         if solid is None:
             continue
         others.append(solid)
         mine = group == fold
         distance[mine] = distances_to_roof(solid, evidence.points.xyz[mine])
-    return HeldBack(np.ones(len(group), bool), distance, tuple(others))
+    return HeldBack(group < how.tests, distance, tuple(others))

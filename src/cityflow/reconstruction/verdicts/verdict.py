@@ -77,16 +77,18 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "off": lambda f: (
         f"the points around {_percent(f.off)} of the roof are more than 20 cm off it: a part is missing or at a wrong height"
     ),
+    "worst": lambda f: f"{_percent(f.worst)} of the points on one roof plane are more than 20 cm off it",
     "unseen": lambda f: f"no point is near {_percent(f.unseen)} of the roof",
     "loose": lambda f: f"{_percent(f.loose)} of the points held back are more than 20 cm off the roof",
     "strange": lambda f: f"{_percent(f.strange)} of the points held back are further off than three times their noise",
     "unsure": lambda f: f"{_percent(f.unsure)} of the roof come out elsewhere when a quarter of the points is left out",
-    "no_roof": lambda f: f"{_percent(f.no_roof)} of the points are no roof",
-    "foreign": lambda f: (
-        f"{_percent(f.foreign)} of the points on the roof are not classified as building, or let the pulse through"
+    "missed": lambda f: (
+        f"{_percent(f.missed)} of the roof may be outside the outline, or of the outline outside the roof, by the ends of the roof and by façades"
     ),
-    "rim": lambda f: f"the points end before {_percent(f.rim)} of the outline: it may be too large or out of place",
+    "misplaced": lambda f: (
+        f"the outline is out of place with a probability of {_percent(f.misplaced)}, by the ends of the roof and by façades"
+    ),
     "beside": lambda f: f"the roof goes on beyond the outline (points there, by those on it: {_percent(f.beside)})",
     "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
-    "few": lambda f: f"there are only {round(1 / f.few**2)} roof points",
+    "few": lambda f: f"only some {round(1 / f.few**2)} points speak for a roof plane",
 }

@@ -1,0 +1,96 @@
+"""What stands around a unit, held against its roof's planes as they go on: eaves, a roof that goes on, façades."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.building import Polyhedron
+from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.roof_distances import NEAR
+from cityflow.reconstruction.verdicts.roof_fit import RoofFit
+
+BESIDE_M = (1.0, 2.0)
+"""Where a roof that goes on beyond the outline would have points; nearer are eaves."""
+SEEN_SPACINGS, SEEN_M = 1.2, (0.3, 3.0)
+"""A place is seen where a roof point is within this many spacings of points, within bounds; evenly strewn points leave out one place of a hundred."""
+LEAST_UPWARD = 1e-3
+BELOW_M = 0.5
+"""What is so far below the roof's plane may be its wall."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The points in and around an outline.
+
+    Attributes
+    ----------
+    xyz : (N, 3) world
+    above : (N,) metres above the plane of the nearest roof, which may end before; NaN where there is none
+    outside : (N,) metres from the outline; 0 within it
+    roof : (M, 3) the points that the roof explains
+    """
+
+    xyz: FloatArray
+    above: FloatArray
+    outside: FloatArray
+    roof: FloatArray
+
+    @property
+    def continuing(self) -> BoolArray:
+        """(N,) points beyond the outline in the plane of the roof."""
+        return np.asarray((self.outside > 0) & (np.abs(self.above) <= NEAR))
+
+    @property
+    def below(self) -> BoolArray:
+        """(N,) points that may be a façade's."""
+        return np.asarray(self.above < -BELOW_M)
+
+
+def surroundings_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit) -> Surroundings:
+    """The surroundings of a unit whose own points are held against its model already."""
+    roof, xyz = evidence.points.xyz[fit.explained], evidence.around.xyz
+    if not len(roof) or not len(xyz):
+        none = np.empty(0)
+        return Surroundings(np.empty((0, 3)), none, none, roof)
+    face = fit.face[fit.explained][cKDTree(roof[:, :2]).query(xyz[:, :2])[1]]
+    outside = shapely.distance(shapely.points(xyz[:, :2]), evidence.outline)
+    return Surroundings(xyz, xyz[:, 2] - _planes_at(solid, face, xyz[:, :2]), outside, roof)
+
+
+def beside_of(evidence: Evidence, around: Surroundings, density: float) -> float:
+    """Density of points that continue the roof beyond the outline, where no other unit stands, by that of the roof's."""
+    on = around.continuing & (around.outside <= BESIDE_M[1])
+    bridge, outside = (
+        around.xyz[m, :2] for m in (on & (around.outside <= BESIDE_M[0]), on & (around.outside > BESIDE_M[0]))
+    )
+    if not len(bridge) or not len(outside):
+        return 0.0
+    ring = evidence.outline.buffer(BESIDE_M[1]).difference(evidence.outline.buffer(BESIDE_M[0]))
+    if evidence.party:
+        ring = ring.difference(shapely.union_all([p.buffer(BESIDE_M[1] + 1.0) for p in evidence.party]))
+        outside = outside[shapely.contains_xy(ring, outside[:, 0], outside[:, 1])]
+    if ring.area < 1.0 or not len(outside):
+        return 0.0
+    # what goes on without a gap; a neighbour across a gap of the same shape does not
+    reach = max(BESIDE_M[1] - BESIDE_M[0], SEEN_SPACINGS / math.sqrt(density))
+    joined = cKDTree(bridge).query(outside)[0] <= reach
+    return min(float(joined.sum()) / ring.area / density, 2.0)
+
+
+def _planes_at(solid: Polyhedron, faces: IntArray, xy: FloatArray) -> FloatArray:
+    """(N,) heights of the planes of some faces at places that may lie beyond them, metres."""
+    z = np.full(len(xy), np.nan)
+    for face in np.unique(faces[faces >= 0]):
+        corners = solid.ring(solid.faces[face].rings[0])
+        middle = corners.mean(axis=0)
+        normal = np.linalg.svd(corners - middle, full_matrices=False)[2][-1]
+        here = faces == face
+        if abs(normal[2]) > LEAST_UPWARD:
+            z[here] = middle[2] - ((xy[here] - middle[:2]) @ normal[:2]) / normal[2]
+    return z
