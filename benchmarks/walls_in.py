@@ -158,7 +158,7 @@ def _edges_of(unit: Unit, model: Building, others: list[Unit]) -> FloatArray:
         ends = edge.xy[[0, -1]]
         inner = _further_in(ends)
         rim = true_overhang(inner[0], inner[1], roof) - FROM_INSIDE_M
-        rows.append((true if true > NONE_M else 0.0, _place_of_wall(ends, walls), rim - true))
+        rows.append((true if true > NONE_M else 0.0, place_of_wall(ends, walls), rim - true))
     return np.array(rows, np.float64).reshape(-1, 3)
 
 
@@ -183,7 +183,7 @@ def _wall_feet(solid: Polyhedron) -> FloatArray:
     return np.concatenate(feet)
 
 
-def _place_of_wall(ends: FloatArray, walls: FloatArray) -> float:
+def place_of_wall(ends: FloatArray, walls: FloatArray) -> float:
     """Median distance outside an edge of the walls before and behind it, by places along it; NaN where less than half has one."""
     length = float(np.hypot(*(ends[1] - ends[0])))
     along = (ends[1] - ends[0]) / length

@@ -204,3 +204,40 @@ def test_the_same_walls_in_another_window_give_the_same_outline(monkeypatch: pyt
     (a,), (b,) = (outlines_of(s, walls_of(walls), monkeypatch) for s in (whole, part))
     assert a.id == b.id
     assert shapely.hausdorff_distance(a.polygon, b.polygon) < 1e-3
+
+
+def bridged(surface: RegionSurface, gap: Polygon, height: float, share: float) -> RegionSurface:
+    """A gap as matching leaves it: that share of its cells, in patches of a metre, at the height of the roofs."""
+    x, y = np.meshgrid(GRID.x_centres(), GRID.y_centres())
+    patch = np.random.default_rng(2).random((60, 60))[(y - GRID.y_max).astype(int), (x - GRID.x_min).astype(int)]
+    ndsm = np.where(shapely.contains_xy(gap, x, y) & (patch < share), height, surface.ndsm).astype(np.float32)
+    return replace(surface, ndsm=ndsm, klass=np.where(ndsm > 2, 6, 2).astype(np.uint8))
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5])
+def test_blocks_a_metre_apart_are_two_where_the_gap_is_bridged_in_patches(
+    share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody sees the walls in the gap; fronts and backs end before it."""
+    x, y = GRID.bounds[0], GRID.bounds[1]
+    blocks = [box(x + 10, y + 20, x + 26, y + 32), box(x + 26.8, y + 20, x + 44, y + 32)]
+    gap = box(x + 26, y + 20, x + 26.8, y + 32)
+    surface = bridged(surface_of([(b, 6.0) for b in blocks]), gap, 6.0, share)
+    walls = [w for b in blocks for w in walls_of(b) if shapely.distance(w.line.centroid, gap) > 2]
+    found = [o.polygon for o in outlines_of(surface, walls, monkeypatch)]
+    assert len(found) == 2
+    for block in blocks:
+        nearest = max(found, key=lambda p: p.intersection(block).area)
+        assert nearest.intersection(block).area / nearest.union(block).area > 0.93
+
+
+def test_a_block_without_a_gap_stays_one_though_its_facade_is_seen_in_two_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    x, y = GRID.bounds[0], GRID.bounds[1]
+    whole, halves = box(x + 10, y + 20, x + 44, y + 32), [
+        box(x + 10, y + 20, x + 26, y + 32), box(x + 27, y + 20, x + 44, y + 32)
+    ]  # fmt: skip
+    gap = box(x + 26, y + 20, x + 27, y + 32)
+    walls = [w for b in halves for w in walls_of(b) if shapely.distance(w.line.centroid, gap) > 2]
+    assert len(outlines_of(surface_of([(whole, 6.0)]), walls, monkeypatch)) == 1

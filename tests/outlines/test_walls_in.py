@@ -8,6 +8,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.building import Outline, OutlineEdge
+from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
 from cityflow.outlines.adjacency import party_edges
 from cityflow.outlines.edited import LOCKED
@@ -166,3 +167,28 @@ def test_a_corner_beside_an_old_vertex_is_that_vertex() -> None:
     assert (6.0, 0.4) not in set(map(tuple, shapely.get_coordinates(moved[0].polygon).tolist()))
     assert (6.0, 0.42) in set(map(tuple, shapely.get_coordinates(moved[0].polygon).tolist()))
     assert moved[1].polygon.equals(other)
+
+
+def facade_points(lean_m: float, scatter_m: float) -> WallPoints:
+    """Points of images on a façade 0.5 m inside the south edge, which leans by so much from foot to top."""
+    rng = np.random.default_rng(6)
+    z = rng.uniform(0.5, 5.5, 600)
+    y = 0.5 + lean_m * (z / 5.5 - 0.5) + rng.normal(0, scatter_m, 600)
+    normal = np.tile(np.array([0.0, -1.0], np.float32), (600, 1))
+    xyz = np.column_stack([rng.uniform(0, 8, 600), y, z])
+    return WallPoints(xyz, normal, np.full(600, 0.05, np.float32), np.full(600, 3, np.uint8))
+
+
+def test_images_show_a_facade_only_where_it_is_upright() -> None:
+    """Matching smears narrow gaps and what it sees aslant: a line through that is no wall, or an uncertain one."""
+    edge = WallEdge(np.array([(0.0, 0.0), (8.0, 0.0)]), False)
+
+    def found(lean_m: float, scatter_m: float) -> Facade | None:
+        return facade_inside(Outline("o", BOX), edge, SeenHouses.of(ROOF, facade_points(lean_m, scatter_m)), 0.05)
+
+    clear, smeared = found(0.0, 0.05), found(0.0, 0.2)
+    assert clear is not None
+    assert smeared is not None
+    assert clear.place_m == pytest.approx(-0.5, abs=0.02)
+    assert clear.sigma_m < 0.05 < 0.08 < smeared.sigma_m
+    assert found(0.6, 0.05) is None

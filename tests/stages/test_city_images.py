@@ -13,11 +13,13 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
-from cityflow.io.stac_assets import Catalog, ImageAsset
+from cityflow.io.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
+from cityflow.stages import ingest
 from cityflow.stages.area import EVERYWHERE, Area
 from cityflow.stages.city import CitySource
 from cityflow.stages.parameters import CityParameters, TileParameters
+from cityflow.stages.survey import ACCURACY
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
 
@@ -114,6 +116,33 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
         == {t.unit for t in by_stage["surface"]}
         == {t.unit for t in by_stage["ortho"]}
     )
+
+
+def test_given_outlines_wait_for_the_facades_around_them() -> None:
+    given = replace(CATALOG, outlines=OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, AREA, 9))
+    source = CitySource(given, parameters())
+    tiles = list(source.survey.tiles)
+    order, place, ready = np.random.default_rng(1), dict[tuple[str, str], int](), list(source.initial())
+    outlines = []
+    while ready:
+        task = ready.pop(int(order.integers(len(ready))))
+        assert (task.stage, task.unit) not in place
+        place[task.stage, task.unit] = len(place)
+        record = record_of(task)
+        if task.unit == ingest.OUTLINES:
+            record = replace(record, outputs={f"work/ingest/outlines/{t}.jsonl": t for t in tiles})
+        if task.stage == "outline":
+            outlines.append(task)
+        ready.extend(source.after(task, record))
+    assert {t.unit for t in outlines} == set(tiles)
+    for task in outlines:
+        assert f"work/walls/{task.unit}/out" in task.arguments["walls"]
+        assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
+        read = [k.split()[1] for k in task.inputs if k.startswith("surface ")]
+        assert task.unit in read
+        assert all(place["surface", t] < place["outline", task.unit] for t in read)
+    assert ("ingest", ACCURACY) not in place
+    assert max(place, key=lambda k: place[k]) == ("export", "city")
 
 
 def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:

@@ -9,7 +9,15 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.wall_points import WallPoints
-from cityflow.geometry.facade_line import INSIDE_M, LEAST_RISE_M, OUTSIDE_M, facade_place, laser_place
+from cityflow.geometry.facade_line import (
+    BELOW_ROOF_M,
+    INSIDE_M,
+    LEAST_RISE_M,
+    OUTSIDE_M,
+    TURN_DEG,
+    facade_place,
+    laser_place,
+)
 from cityflow.geometry.straight_edges import WallEdge, known_part
 from cityflow.outlines.walls_in import ROOF, Facade
 
@@ -22,6 +30,8 @@ DROP_M, RISE_M = 1.25, 0.5
 """Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves."""
 LEAST_COLUMNS, LEAST_ROOFED = 0.4, 0.5
 WALL_SIGMA_M = 0.03
+SMEARED_M, LEANING_M = 0.6, 0.15
+"""So far around a line points are looked at; the upper and the lower half of a wall stand no farther apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +76,27 @@ def facade_beside(edge: WallEdge, seen: SeenHouses, least_rise_m: float = LEAST_
         return None
     if walls is None:
         return laser_place(edge, tops, roof, WALL_SIGMA_M, least_rise_m)
-    return facade_place(edge, walls, roof, WALL_SIGMA_M)
+    found = facade_place(edge, walls, roof, WALL_SIGMA_M)
+    return None if found is None else _upright(edge, walls, roof, found)
+
+
+def _upright(
+    edge: WallEdge, walls: WallPoints, roof_m: float, found: tuple[float, float]
+) -> tuple[float, float] | None:
+    """A line of points of images, if what is around it is a wall: matching smears narrow gaps and façades seen aslant over half a metre, leaning.
+
+    Half of the scatter across the line may be an error of the whole façade.
+    """
+    place, sigma = found
+    offset = walls.xyz[:, :2] - edge.start
+    s, t, z = offset @ edge.along, offset @ edge.outward - place, walls.xyz[:, 2]
+    own = (s > 0) & (s < edge.length) & (np.abs(t) < SMEARED_M) & (z < roof_m - BELOW_ROOF_M)
+    own &= walls.normal.astype(np.float64) @ edge.outward > np.cos(np.radians(TURN_DEG))
+    upper = z[own] > np.median(z[own])
+    if abs(float(np.median(t[own][upper]) - np.median(t[own][~upper]))) > LEANING_M:
+        return None
+    scatter = 1.4826 * float(np.median(np.abs(t[own] - np.median(t[own]))))
+    return place, float(np.hypot(sigma, scatter / 2))
 
 
 def facade_inside(outline: Outline, edge: WallEdge, seen: SeenHouses, outline_sigma_m: float) -> Facade | None:

@@ -57,20 +57,24 @@ def find_outlines(surface: RegionSurface, parameters: FindParameters | None = No
 
 def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outline]:
     """Outlines where nobody looked for façades."""
-    whole = building_regions(surface, parameters.regions)
-    regions = [
-        part for r in whole for part in parts_of(r, surface, orientations_of(r), parameters.regions.minimum_area_m2)
-    ]
+    regions = _parted_regions(surface, parameters)
     found = [Footprint(p, None, how) for r in regions for p, how in _outlines_of(r, surface, parameters)]
     known = KnownLines([], _boundary_points(regions, surface), surface.grid.cell)
     return [replace(o, edges=known.edges_of(o.polygon)) for o in _named(found)]
+
+
+def _parted_regions(surface: RegionSurface, parameters: FindParameters) -> list[Region]:
+    """Building regions, parted where narrow gaps go through them."""
+    whole = building_regions(surface, parameters.regions)
+    least = parameters.regions.minimum_area_m2
+    return [part for r in whole for part in parts_of(r, surface, orientations_of(r), least)]
 
 
 def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParameters) -> list[Outline]:
     """Outlines where façades were seen: walls before roofs."""
     ground = _terrain(surface)
     lines = find_wall_lines(walls, ground, parameters.walls)
-    regions, mask = building_regions(surface, parameters.regions), building_mask(surface, parameters.regions)
+    regions, mask = _parted_regions(surface, parameters), building_mask(surface, parameters.regions)
     places = Places(surface, mask, known_walls(lines, walls, ground), parameters.regions)
     known = KnownLines(lines, _boundary_points(regions, surface), surface.grid.cell)
     found = [

@@ -28,7 +28,7 @@ def found_walls_in(outlines: Sequence[Outline], surface: RegionSurface, paramete
     """
     if surface.walls is None or surface.dtm is None or not len(surface.walls):
         return list(outlines)
-    seen = SeenHouses.of(_tops(surface), surface.walls)
+    seen = SeenHouses.of(tops_of(surface), surface.walls)
     party = party_edges(outlines)
     return walls_moved_in(
         [replace(o, party=party[o.id]) for o in outlines],
@@ -37,7 +37,7 @@ def found_walls_in(outlines: Sequence[Outline], surface: RegionSurface, paramete
     )
 
 
-def _tops(surface: RegionSurface) -> FloatArray:
+def tops_of(surface: RegionSurface) -> FloatArray:
     """(N, 3) middles of the cells, at the height of what stands there."""
     assert surface.dtm is not None
     x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())

@@ -21,7 +21,7 @@ from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 5
+VERSION = 6
 OUTLINES = "outlines.jsonl"
 
 
