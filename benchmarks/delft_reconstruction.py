@@ -3,7 +3,8 @@
 Run it on an idle machine: ``python benchmarks/delft_reconstruction.py DATA [--out FOLDER]``, DATA being a folder with the
 survey's LAZ files and a GeoPackage of outlines. Points of class 6 inside the outlines shrunk by 0.3 m are measured
 vertically against the topmost roof polygon at their x, y. Times are of one core, after a first unit. With ``--out`` the
-table of all units goes to a CSV file. With ``--thin 2 0.7`` models are made from so many points of fifteen, drawn by seed, and judged against all.
+table of all units goes to a CSV file. With ``--thin 2 0.7`` models are made from so many points of fifteen, drawn by seed, and judged against all;
+``--of 8.88`` says how many points per m² the roofs themselves have. ``--verdicts`` counts what such models are called.
 """
 
 from __future__ import annotations
@@ -24,11 +25,14 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Lod, Semantic
 from cityflow.core.points import BUILDING, GROUND, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.core.verdicts import VERDICT_KEY
 from cityflow.evaluation.roof_points import roof_point_score, unit_distances
 from cityflow.geometry.roof_distances import RoofDistances, summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.orientation_histogram import find_planes, reconstruct
+from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
 
 PARAMETERS = ReconstructParameters()
@@ -94,15 +98,36 @@ def report_delft(units: list[Evidence], out: Path | None) -> None:
                 writer.writerow(row)
 
 
-def report_thinned(units: list[Evidence], per_m2: float) -> None:
-    """Models from `per_m2` of `FULL_M2` points, judged against all of them."""
+def thinned(units: list[Evidence], share: float) -> list[Evidence]:
+    """The same units with a share of their points."""
     rng = np.random.default_rng(5)
-    kept = [np.flatnonzero(rng.random(len(u.points)) < per_m2 / FULL_M2) for u in units]
-    choices = [choose(replace(u, points=u.points.take(k)), PARAMETERS) for u, k in zip(units, kept, strict=True)]
+    kept = [np.flatnonzero(rng.random(len(u.points)) < share) for u in units]
+    return [replace(u, points=u.points.take(k)) for u, k in zip(units, kept, strict=True)]
+
+
+def report_verdicts(units: list[Evidence], per_m2: float, full_m2: float) -> None:
+    """What models from few points are called, and how much of all the points they really meet."""
+    called: dict[str, list[float]] = {}
+    for unit, few in zip(units, thinned(units, per_m2 / full_m2), strict=True):
+        judged = judged_model(few, ModelParameters(with_overhangs=False), classified=True)
+        share = summarise(unit_distances(unit.outline, judged.choice.candidate.solid, unit.points.xyz)).within_20cm
+        called.setdefault(str(attributes_of(judged)[VERDICT_KEY]), []).append(share)
+    for verdict, shares in sorted(called.items()):
+        of = np.array(shares)
+        print(
+            f"  {verdict}: {len(of)} units, {np.sum(of < 0.95)} below 95 % of all points, {np.sum(of < 0.8)} below 80 %"
+        )
+
+
+def report_thinned(units: list[Evidence], per_m2: float, full_m2: float) -> None:
+    """Models from `per_m2` of `full_m2` points, judged against all of them."""
+    few = thinned(units, per_m2 / full_m2)
+    choices = [choose(unit, PARAMETERS) for unit in few]
     solids = [c.candidate.solid for c in choices]
     valid = sum(s is not None and not check_polyhedron(s) for s in solids)
     planes = sum(len(c.candidate.planes) for c in choices)
-    print(f"thinned to {per_m2:g} per m²: valid {valid}, planes {planes}")
+    density = sum(len(u.points) for u in few) / sum(u.outline.area for u in few)
+    print(f"thinned to {per_m2:g} of {full_m2:g}, {density:.2f} per m² of outline: valid {valid}, planes {planes}")
     for found in (Counter(str(c.status.value) for c in choices), Counter(c.candidate.method for c in choices)):
         print("  " + ", ".join(f"{name} {n}" for name, n in sorted(found.items())))
     print("  " + line_of(roof_point_score([(u.outline, s, u.points.xyz) for u, s in zip(units, solids, strict=True)])))
@@ -156,11 +181,15 @@ def main() -> None:
     parser.add_argument("data", type=Path)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--thin", type=float, nargs="*", default=[], help="points per m² (and no towns)")
+    parser.add_argument("--of", type=float, default=FULL_M2, help="points per m² that these are drawn from")
+    parser.add_argument("--verdicts", action="store_true", help="verdicts of the models of few points")
     arguments = parser.parse_args()
     units = read_units(arguments.data)
     report_delft(units, arguments.out)
     for per_m2 in arguments.thin:
-        report_thinned(units, per_m2)
+        report_thinned(units, per_m2, arguments.of)
+        if arguments.verdicts:
+            report_verdicts(units, per_m2, arguments.of)
     if arguments.thin:
         return
     for seed, density, noise in ((1, 8.0, 0.025), (2, 3.0, 0.025), (3, 15.0, 0.06), (4, 8.0, 0.025)):

@@ -153,8 +153,16 @@ def test_structure_that_a_model_lacks_is_no_noise() -> None:
 def test_whole_shapes_are_tried_where_points_are_sparse(density: float, seed: int) -> None:
     evidence = scan(SCENES["hip"][0], OUTLINE, density, 0.03, seed)
     choice = choose(evidence, DEFAULT)
-    assert "roof_types" in [s.method for s in choice.scores]
+    assert {"roof_types", "primitives"} <= {s.method for s in choice.scores}
     assert choice.candidate.solid is not None
     dense = scan(SCENES["hip"][0], OUTLINE, 30.0, 0.0, seed)
     assert summarise(distances_to_roof(choice.candidate.solid, dense.points.xyz)).within_20cm > 0.9
-    assert "roof_types" not in [s.method for s in choose(scan(gable, OUTLINE, 8.0, 0.03, seed), DEFAULT).scores]
+    dense_enough = choose(scan(gable, OUTLINE, 8.0, 0.03, seed), DEFAULT)
+    assert {"roof_types", "primitives"}.isdisjoint(s.method for s in dense_enough.scores)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_eight_points_on_a_gable_are_no_block(seed: int) -> None:
+    choice = choose(scan(gable, OUTLINE, 0.09, 0.03, seed), DEFAULT)
+    assert choice.candidate.solid is not None
+    assert len(choice.candidate.solid.of_semantic(Semantic.ROOF)) == 2

@@ -127,4 +127,8 @@ def test_candidates_are_a_line_each_with_the_face_price() -> None:
         "volumetric (kept): 0.4369 = 0.2000 (20.0 % of the points off the roof) + 0.1000 (10.0 % under no roof)" in text
     )
     assert "+ 0.0369 (3 roof faces)\n" in text
+    shape = {**score("primitives", 4, 0.0123), "numbers": 2}
+    assert "+ 0.0082 (4 roof faces told by 2 numbers)" in said(
+        record("reconstruct", ModelParameters().model_dump(mode="json"), [shape])
+    )
     assert "+ 0.0123 (1 roof face) + 0.1000 (simpler than asked for)" in text

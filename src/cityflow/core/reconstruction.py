@@ -113,6 +113,7 @@ class Candidate:
     overhangs : as far as they are known
     beyond : surfaces of the roof beyond the walls, an open polyhedron beside the solid, which ends at the walls
     roof_type : what the method itself found, by the names of `core.roof_types`; empty where it does not know
+    numbers : how many numbers describe its roof; None: three for each face
     """
 
     method: str
@@ -125,3 +126,4 @@ class Candidate:
     overhangs: tuple[EdgeOverhang, ...] = ()
     beyond: Polyhedron | None = None
     roof_type: str = ""
+    numbers: int | None = None

@@ -23,12 +23,14 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction import extruded, monolithic, orientation_histogram, roof_types, volumetric
+from cityflow.reconstruction import extruded, monolithic, orientation_histogram, primitives, roof_types, volumetric
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.monolithic import MonolithicParameters
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 from cityflow.reconstruction.planes.plane_labels import OUTLIER
 from cityflow.reconstruction.precision import NO_PART_M
+from cityflow.reconstruction.primitives import PrimitivesParameters
 from cityflow.reconstruction.roof_types import RoofTypesParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters
 
@@ -37,6 +39,7 @@ MODULES: Mapping[str, ModuleType] = {
     "monolithic": monolithic,
     "volumetric": volumetric,
     "roof_types": roof_types,
+    "primitives": primitives,
     "extruded": extruded,
 }
 """Every method is a module with ``reconstruct``; one that can do with less has ``simpler``, which gives parameters for it."""
@@ -49,8 +52,8 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 BY_TYPE = "roof_types"
 """The method that is asked where a person has set a roof type, and beside that of planes where points are sparse: whole shapes need fewer."""
 
-LEAST_SPARSE = 12
-"""So many points of a cloud tell one shape from another: a whole roof has some six numbers, and half as many again have to agree."""
+WHOLE_SHAPES = ("roof_types", "primitives")
+"""Methods that are asked beside that of planes where points are sparse: whole shapes need fewer."""
 
 ABOUT_AS_GOOD = 0.2
 """A candidate is about as good as the best where it explains less by no more than this share of the points."""
@@ -89,12 +92,13 @@ class ReconstructParameters(Parameters):
     monolithic: MonolithicParameters = MonolithicParameters()
     volumetric: VolumetricParameters = VolumetricParameters()
     roof_types: RoofTypesParameters = RoofTypesParameters()
+    primitives: PrimitivesParameters = PrimitivesParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
     sparse_per_m2: float = Field(
         4.0, ge=0, le=100, description="with no more roof points per m² than this, roof_types is tried, too; 0: never"
     )
-    min_points: int = Field(6, ge=1, le=1000, description="units with fewer roof points become a block")
+    min_points: int = Field(3, ge=1, le=1000, description="units with fewer roof points become a block")
     min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
 
     @field_validator("methods")
@@ -116,8 +120,9 @@ class Score:
     valid : closed, oriented, without faults;  fault : the first fault, or why there is no solid
     covered, within_20cm : shares of all roof points;  nmad : metres
     faces : number of roof faces
+    numbers : that describe the roof: three for each face, or as many as the method says: whole shapes have fewer
     penalty : less is better; infinite without a solid
-    face_price : what a roof face costs; the same for all candidates of a unit, by the points that speak for them
+    face_price : what three numbers cost, those of a roof face; the same for all candidates of a unit, by the points that speak for them
     """
 
     method: str
@@ -127,6 +132,7 @@ class Score:
     within_20cm: float = 0.0
     nmad: float = float("nan")
     faces: int = 0
+    numbers: int = 0
     penalty: float = float("inf")
     face_price: float = float("nan")
 
@@ -197,9 +203,9 @@ def _methods(evidence: Evidence, parameters: ReconstructParameters) -> tuple[str
         return methods
     if evidence.wanted_type:
         return (BY_TYPE, *methods)
-    sparse = LEAST_SPARSE <= len(evidence.points) <= parameters.sparse_per_m2 * evidence.outline.area
+    sparse = len(evidence.points) <= parameters.sparse_per_m2 * evidence.outline.area
     made_by_planes = "orientation_histogram" in methods
-    return (*methods, BY_TYPE) if sparse and made_by_planes else methods
+    return (*methods, *WHOLE_SHAPES) if sparse and made_by_planes else methods
 
 
 def _rank(candidate: Candidate, score: Score, evidence: Evidence) -> tuple[bool, bool, float]:
@@ -253,7 +259,10 @@ def _scored(name: str, candidate: Candidate, evidence: Evidence, weights: ScoreP
         + weights.degraded * (candidate.status is not Status.DONE)
     )
     fault = f"{faults[0].code} {faults[0].name} {faults[0].where}".strip() if faults else ""
-    return Score(name, not faults, fault, distances.covered, distances.within_20cm, distances.nmad, faces, penalty)
+    numbers = PLANE_NUMBERS * faces if candidate.numbers is None else candidate.numbers
+    return Score(
+        name, not faults, fault, distances.covered, distances.within_20cm, distances.nmad, faces, numbers, penalty
+    )
 
 
 def _with_faces(
@@ -269,7 +278,7 @@ def _with_faces(
         )
         n = min(n, independent_points(evidence.points.xyz, distances_to_roof(simplest, evidence.points.xyz)))
     price = max(weights.face, least_face_penalty(n))
-    return [(c, replace(s, penalty=s.penalty + price * s.faces, face_price=price)) for c, s in tried]
+    return [(c, replace(s, penalty=s.penalty + price * s.numbers / PLANE_NUMBERS, face_price=price)) for c, s in tried]
 
 
 def independent_points(xyz: FloatArray, distance: FloatArray) -> float:

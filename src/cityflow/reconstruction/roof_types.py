@@ -44,6 +44,8 @@ from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "roof_types"
+PART_NUMBERS = 3
+"""Eave, rise, and what is free besides in the usual case."""
 LADDER = 4
 """So many roofs are tried until one gives a valid solid."""
 DORMERS_WITHIN = 6.0
@@ -303,7 +305,8 @@ def _candidate(
         "noise": round(reading.clues.sigma, 3),
     }
     planes = _roof_planes(reading, model)
-    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=roof.type.value), ""
+    numbers = PART_NUMBERS * len(roof.standing)
+    return Candidate(METHOD, solid, planes, blocks, notes=notes, roof_type=roof.type.value, numbers=numbers), ""
 
 
 def _roof_planes(reading: Reading, model: RoofModel) -> tuple[RoofPlane, ...]:

@@ -35,6 +35,7 @@ METHOD_TEXTS = {
     "monolithic": "walls and roof planes found together in a grid of cells",
     "volumetric": "surfaces intersected in space; steps, passages and set-backs",
     "roof_types": "known shapes of roofs fitted to edges in the picture and to heights",
+    "primitives": "straight cuts and simple shapes, for few points",
     "extruded": "a block with a level top",
 }
 

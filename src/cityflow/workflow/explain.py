@@ -20,6 +20,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
 from cityflow.reconstruction.choose import ScoreParameters
+from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 from cityflow.stages import export, reconstruct, windows
 from cityflow.stages.parameters import CityParameters
 from cityflow.stages.window_files import wall_lines
@@ -190,10 +191,16 @@ def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:
         (part.unexplained, f"{100 * (1 - score['within_20cm']):.1f} % of the points off the roof"),
         (part.uncovered, f"{100 * (1 - score['covered']):.1f} % under no roof"),
         (part.distance, "scatter" if score["nmad"] is None else f"NMAD {100 * score['nmad']:.1f} cm"),
-        (part.faces, f"{score['faces']} roof face{'' if score['faces'] == 1 else 's'}"),
+        (part.faces, _described(score)),
         *([(part.simpler, "simpler than asked for")] if part.simpler else []),
     ]
     return f"{score['penalty']:.4f} = " + " + ".join(f"{value:.4f} ({text})" for value, text in terms)
+
+
+def _described(score: Mapping[str, Any]) -> str:
+    faces, numbers = score["faces"], score.get("numbers")
+    plain = numbers is None or numbers == PLANE_NUMBERS * faces
+    return f"{faces} roof face{'' if faces == 1 else 's'}" + ("" if plain else f" told by {numbers} numbers")
 
 
 def _parameters(record: Record, every: bool) -> Iterator[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cityflow.reconstruction.choose import ScoreParameters
+from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 
 EQUAL = 1e-9
 
@@ -35,6 +36,7 @@ def score_parts(score: Mapping[str, Any], weights: ScoreParameters) -> ScorePart
     scatter = score["nmad"] if score["covered"] and score["nmad"] is not None else 1.0
     unexplained = weights.unexplained * (1 - score["within_20cm"])
     uncovered = weights.uncovered * (1 - score["covered"])
-    distance, faces = weights.distance_per_m * scatter, score["face_price"] * score["faces"]
+    faces = score["face_price"] * score.get("numbers", PLANE_NUMBERS * score["faces"]) / PLANE_NUMBERS
+    distance = weights.distance_per_m * scatter
     simpler = score["penalty"] - unexplained - uncovered - distance - faces
     return ScoreParts(unexplained, uncovered, distance, faces, simpler if abs(simpler) > EQUAL else 0.0)
