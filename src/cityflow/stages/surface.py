@@ -16,7 +16,7 @@ from cityflow.stages.survey import UNREAD, ZARR, Survey
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 
 STAGE = "surface"
-VERSION = 2
+VERSION = 3
 
 
 def task(survey: Survey, name: str) -> Task:

@@ -2,13 +2,12 @@
 
 A window of growing size is shifted over the lowest heights; what stands above the opening by more than a slope allows
 is an object of that size. Beyond the paper: an object must have steps around it. A hill top or a dike that a large
-window cuts off flows into its surroundings and is given back.
+window cuts off flows into its surroundings and is given back, and so is terrain on walls (`terraces`).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 from scipy.ndimage import grey_opening, maximum_filter, minimum_filter
 
@@ -19,6 +18,8 @@ from cityflow.core.points import PointCloud
 from cityflow.surface.gridding import bridge_gaps
 from cityflow.surface.ground_points import lowest_surface, refine, work_grid
 from cityflow.surface.rasterise import count_points
+from cityflow.surface.smooth_regions import smooth_regions
+from cityflow.surface.terraces import TerraceRule, without_terraces
 
 
 class WindowsParameters(Parameters):
@@ -43,6 +44,15 @@ class WindowsParameters(Parameters):
     step_share: float = Field(0.3, ge=0, le=1, description="share of an object's border that has such steps")
     least_contact: float = Field(0.2, ge=0, le=1, description="share of terrain's border that flows into the ground")
     rounds: int = Field(8, ge=0, le=100, description="rounds in which terrain is given back")
+    way_up_slope: float = Field(0.6, gt=0, le=2, description="a way up to a terrace is no steeper (rise over run)")
+    way_up_m: float = Field(5.0, ge=1, le=50, description="a way up to a terrace is as wide, metres")
+    least_terrace_m2: float = Field(25.0, ge=1, le=1000, description="smaller terraces are not looked for, m²")
+    widest_bridge_m: float = Field(
+        25.0,
+        ge=0,
+        le=300,
+        description="a narrower structure with steps on both sides is no terrace even with a way up, metres",
+    )
     near_m: float = Field(0.15, gt=0, le=5, description="a point this near to the rough terrain is ground, metres")
     near_slope: float = Field(0.6, ge=0, le=5, description="and that much further per unit of slope, metres")
 
@@ -66,8 +76,18 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Wi
     low = lowest_surface(points, work)
     measured = count_points(points, work) > 0
     objects = without_terrain(low, objects_by_windows(low, parameters), measured, parameters)
+    if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
+        objects = without_terraces(low, objects, _rule(parameters))
     rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
     return refine(points, rough, work, grid, (parameters.near_m, parameters.near_slope))
+
+
+def _rule(p: WindowsParameters) -> TerraceRule:
+    cell = p.work_cell_m
+    return TerraceRule(
+        p.step_m, p.way_up_slope * cell, max(round(p.way_up_m / cell) - 2, 1), round(p.least_terrace_m2 / cell**2),
+        p.widest_bridge_m / cell, p.largest_window_m / cell,
+    )  # fmt: skip
 
 
 def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
@@ -108,35 +128,6 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
             break
         labels[flows[labels]] = 0
     return np.asarray(labels > 0)
-
-
-@njit(cache=True, nogil=True)
-def smooth_regions(heights: FloatArray, kind: IntArray, step: float) -> IntArray:
-    """(rows, cols) labels 1, 2, … of connected cells (4 neighbours) of one kind without a step; 0 where kind is 0."""
-    rows, cols = heights.shape
-    labels = np.zeros((rows, cols), np.int64)
-    stack = np.empty((rows * cols, 2), np.int64)
-    count = 0
-    for r in range(rows):
-        for c in range(cols):
-            if kind[r, c] == 0 or labels[r, c]:
-                continue
-            count += 1
-            labels[r, c] = count
-            stack[0, 0], stack[0, 1] = r, c
-            n = 1
-            while n:
-                n -= 1
-                i, j = stack[n, 0], stack[n, 1]
-                for d in range(4):
-                    k, m = i + (d == 0) - (d == 1), j + (d == 2) - (d == 3)
-                    if k < 0 or k >= rows or m < 0 or m >= cols or labels[k, m] or kind[k, m] != kind[i, j]:
-                        continue
-                    if abs(heights[k, m] - heights[i, j]) <= step:
-                        labels[k, m] = count
-                        stack[n, 0], stack[n, 1] = k, m
-                        n += 1
-    return labels
 
 
 def _borders(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import shapely
@@ -19,21 +19,32 @@ BLOCK_M = (54.0, 36.0)
 STREET_M = 10.0
 MAX_FALL_M = 4.0
 """Terrain under one building falls no more than this."""
+HILL_FALL_M = 8.0
+"""The same where houses are cut into a hill: its roof is above the ground all the same."""
+LEAST_EAVE_M = 1.0
 
 Ring = tuple[tuple[float, float], ...]
 Draft = tuple[str, Ring, list[LocalFace]]
 """Shape name, outline and faces in the frame of a block."""
+Block = Callable[[np.random.Generator], list[list[Draft]]]
 
 
-def place_buildings(rng: np.random.Generator, terrain: Terrain, bounds: Bounds) -> tuple[TruthBuilding, ...]:
-    """Buildings of a scene, block after block; ids count from ``b0001``."""
+def place_buildings(
+    rng: np.random.Generator,
+    terrain: Terrain,
+    bounds: Bounds,
+    blocks: Sequence[Block] | None = None,
+    most_fall_m: float = MAX_FALL_M,
+) -> tuple[TruthBuilding, ...]:
+    """Buildings of a scene, block after block; ids count from ``b0001``. `most_fall_m`: of the ground under one of them."""
+    blocks = blocks or BLOCKS
     heading = rng.uniform(-0.6, 0.6)
     buildings: list[TruthBuilding] = []
     for number, (x, y) in enumerate(_block_corners(bounds, heading)):
-        block = BLOCKS[(number + int(rng.integers(2))) % len(BLOCKS)]
+        block = blocks[(number + int(rng.integers(2))) % len(blocks)]
         placement = Placement(x, y, heading, 0.0)
         for group in block(rng):
-            buildings += _build_group(group, placement, terrain, bounds, len(buildings))
+            buildings += _build_group(group, placement, (terrain, most_fall_m), bounds, len(buildings))
     return tuple(buildings)
 
 
@@ -54,22 +65,34 @@ def _block_corners(bounds: Bounds, heading: float) -> list[tuple[float, float]]:
 
 
 def _build_group(
-    group: list[Draft], block: Placement, terrain: Terrain, bounds: Bounds, count: int
+    group: list[Draft], block: Placement, ground: tuple[Terrain, float], bounds: Bounds, count: int
 ) -> list[TruthBuilding]:
     """Buildings that touch each other; a unit that the terrain does not allow is left out."""
+    terrain, most_fall_m = ground
     built: list[TruthBuilding] = []
     for shape, ring, local_faces in group:
         outline = orient(Polygon(block.to_world(ring)))
         x, y = shapely.get_coordinates(outline.segmentize(2.0)).T
         inside = (x > bounds[0] + 2) & (x < bounds[2] - 2) & (y > bounds[1] + 2) & (y < bounds[3] - 2)
         z = terrain.z(x, y)
-        if not inside.all() or not terrain.is_buildable(x, y).all() or np.ptp(z) > MAX_FALL_M:
+        if not inside.all() or not terrain.is_buildable(x, y).all() or np.ptp(z) > most_fall_m:
             continue
         placement = Placement(block.x, block.y, block.heading, round(float(z.mean()), 2))
+        if most_fall_m > MAX_FALL_M and _buried(local_faces, placement, terrain):
+            continue
         prisms = tuple(placement.face(f) for f in local_faces)
         name = f"b{count + len(built) + 1:04d}"
         built.append(TruthBuilding(name, shape, outline, roofs.visible_faces(prisms), prisms, float(z.min())))
     return built
+
+
+def _buried(faces: list[LocalFace], placement: Placement, terrain: Terrain) -> bool:
+    """Whether the ground comes nearer than `LEAST_EAVE_M` to a roof's corner."""
+    corners = np.concatenate([shapely.get_coordinates(placement.face(f).polygon) for f in faces])
+    planes = np.concatenate(
+        [placement.face(f).plane.z(*shapely.get_coordinates(placement.face(f).polygon).T) for f in faces]
+    )
+    return bool((planes < terrain.z(*corners.T) + LEAST_EAVE_M).any())
 
 
 def _moved(faces: list[LocalFace], u: float, v: float) -> list[LocalFace]:
@@ -203,4 +226,22 @@ def _stepped(rng: np.random.Generator) -> list[list[Draft]]:
     ]
 
 
-BLOCKS: tuple[Callable[[np.random.Generator], list[list[Draft]]], ...] = (_houses, _terraces, _hall, _houses, _stepped)
+def _large_hall(rng: np.random.Generator) -> list[list[Draft]]:
+    """A hall of 60 m."""
+    depth, eave = rng.uniform(24, 30), rng.uniform(9, 12)
+    return [[("hall", roofs.rectangle(0, 0, 60, depth), roofs.gable(0, 60, (0, depth), eave, rng.uniform(0.03, 0.12)))]]
+
+
+def _towers(rng: np.random.Generator) -> list[list[Draft]]:
+    """Two towers, one of them 60 m high, and a house."""
+    high, low = roofs.flat(18, 16, 60.0), roofs.flat(14, 14, rng.uniform(20, 40))
+    high.append(LocalFace(roofs.rectangle(6, 6, 11, 10), 0, 0, 63.0, roofs.DORMER))
+    return [
+        [("tower", roofs.rectangle(0, 0, 18, 16), high)],
+        [("tower", tuple((a + 36, b + 4) for a, b in roofs.rectangle(0, 0, 14, 14)), _moved(low, 36, 4))],
+        [_house(rng, "gable", 8.0, 22.0)],
+    ]
+
+
+BLOCKS: tuple[Block, ...] = (_houses, _terraces, _hall, _houses, _stepped)
+HILL_BLOCKS: tuple[Block, ...] = (_houses, _large_hall, _terraces, _towers, _houses, _stepped)

@@ -18,11 +18,11 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.synthetic import scanner
 from cityflow.synthetic.foliage import foliage_hits
-from cityflow.synthetic.layout import place_buildings
+from cityflow.synthetic.layout import HILL_BLOCKS, HILL_FALL_M, place_buildings
 from cityflow.synthetic.planting import plant
 from cityflow.synthetic.roofs import MAIN, TruthBuilding, TruthFace
 from cityflow.synthetic.scanner import Scene
-from cityflow.synthetic.terrain import Terrain, make_terrain
+from cityflow.synthetic.terrain import Terrain, make_terrain, terraced
 
 SPOT_RADIUS_M = 0.15
 MAX_RETURNS = 4
@@ -37,6 +37,9 @@ class LidarSceneParameters(Parameters):
     width_m: float = Field(250.0, ge=100, le=5000, description="extent eastwards, metres")
     height_m: float = Field(250.0, ge=100, le=5000, description="extent northwards, metres")
     relief: float = Field(1.0, ge=0, le=3, description="scale of tilt, waves and hills; 0 is a polder, 1 a hilly town")
+    terraces: Literal["none", "tracks", "closed", "hillside"] = Field(
+        "none", description="hills in steps of 1 to 4 m: with tracks up that have none; without; one side of a valley"
+    )
     trees_per_ha: float = Field(14.0, ge=0, le=500, description="free-standing trees per hectare")
     density_m2: float = Field(8.0, gt=0.2, le=100, description="pulses per square metre, all strips together")
     flying_height_m: float = Field(450.0, ge=100, le=5000, description="above ground, metres")
@@ -95,7 +98,11 @@ def lidar_scene(seed: int, parameters: LidarSceneParameters | None = None) -> Li
     town, flight = (np.random.default_rng([seed, i]) for i in range(2))
     bounds = (p.origin_x, p.origin_y, p.origin_x + p.width_m, p.origin_y + p.height_m)
     terrain = make_terrain(town, bounds, p.relief)
-    buildings = place_buildings(town, terrain, bounds)
+    if p.terraces == "none":
+        buildings = place_buildings(town, terrain, bounds)
+    else:
+        terrain = terraced(np.random.default_rng([seed, 2]), terrain, bounds, p.terraces)
+        buildings = place_buildings(town, terrain, bounds, HILL_BLOCKS, HILL_FALL_M)
     bridge = _bridge(terrain, bounds)
     scene = Scene(terrain, buildings, plant(town, terrain, bounds, buildings, p.trees_per_ha), bridge)
     cloud, truth_class, owner, wall = _survey(flight, scene, bounds, p)

@@ -115,9 +115,7 @@ def _strip_rays(
 
 def cast(scene: Scene, rays: Rays) -> Hits:
     """First opaque hit of every ray."""
-    z = np.full(len(rays), float(scene.terrain.base_m))
-    for _ in range(12):
-        z = scene.terrain.z(*rays.at(z))
+    z = _ground_height(scene.terrain, rays)
     kind = np.where(scene.terrain.is_water(*rays.at(z)), WATER, EARTH).astype(np.int64)
     hits = Hits(z, kind, np.full(len(rays), -1, np.int64))
     tree = shapely.STRtree(shapely.points(*rays.at(z)))
@@ -130,6 +128,23 @@ def cast(scene: Scene, rays: Rays) -> Hits:
         _cast_prism(deck, (floor, DECK, -1), rays, hits, tree)
     _cast_cars(scene, rays, hits)
     return hits
+
+
+def _ground_height(terrain: Terrain, rays: Rays) -> FloatArray:
+    """(R,) heights at which rays meet the ground. Beside a wall heights do not settle: there they are closed in from both sides."""
+    z = np.full(len(rays), float(terrain.base_m))
+    for _ in range(12):
+        z, before = terrain.z(*rays.at(z)), z
+    open_rays = np.flatnonzero(np.abs(z - before) > 0.01)
+    if len(open_rays):
+        part = rays.take(open_rays)
+        low, high = (f(z[open_rays], before[open_rays]) for f in (np.minimum, np.maximum))
+        for _ in range(16):
+            middle = (low + high) / 2
+            above = middle > terrain.z(*part.at(middle))
+            low, high = np.where(above, low, middle), np.where(above, middle, high)
+        z[open_rays] = high
+    return z
 
 
 def _cast_prism(prism: TruthFace, what: tuple[float, int, int], rays: Rays, hits: Hits, tree: shapely.STRtree) -> None:

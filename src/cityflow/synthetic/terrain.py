@@ -1,8 +1,8 @@
-"""A made terrain whose height is known exactly everywhere: tilt, waves, hills, a scarp, a dike, a river."""
+"""A made terrain whose height is known exactly everywhere: tilt, waves, hills, a scarp, a dike, a river, terraces."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -38,6 +38,37 @@ class WavyLine:
 
 
 @dataclass(frozen=True, slots=True)
+class Terraces:
+    """A hillside cut into steps: treads that follow its contours, retaining walls between them.
+
+    Attributes
+    ----------
+    levels : (L,) rising heights at which a wall ends and a tread begins, metres
+    rest : share of a tread's rise that is left to it as a slope
+    band : share of the rise in which the wall stands: its width in plan is that share of the tread's
+    tracks : lines up the hill along which there are no walls: a track, the half width of its level part, and the width over which walls run out beside it
+    """
+
+    levels: FloatArray
+    rest: float
+    band: float
+    tracks: tuple[tuple[WavyLine, float, float], ...]
+
+    def cut(self, z: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Heights (metres) of a smooth hill with its terraces."""
+        k = np.clip(np.searchsorted(self.levels, z, side="right") - 1, 0, len(self.levels) - 2)
+        low, rise = self.levels[k], self.levels[k + 1] - self.levels[k]
+        t = (z - low) / rise
+        wall = np.clip((t - 1 + self.band) / self.band, 0, 1)
+        stepped = low + rise * (self.rest * t + (1 - self.rest) * wall)
+        inside = (z >= self.levels[0]) & (z <= self.levels[-1])
+        share = np.where(inside, 1.0, 0.0)
+        for line, half_width, run_out in self.tracks:
+            share = share * smoothstep((np.abs(line.signed_distance(x, y)) - half_width) / run_out)
+        return np.asarray(z + share * (stepped - z))
+
+
+@dataclass(frozen=True, slots=True)
 class Terrain:
     """Bare earth and water surface of a scene.
 
@@ -51,6 +82,7 @@ class Terrain:
     scarp : line of a terrain step, its height and width in metres
     dike : line of a dike, its height and half width of the crown; its sides fall 1 in 2
     river : line of a river, its half width, the width of its banks and its water level
+    terraces : how tilt, waves and hills are terraced; None: not at all
     """
 
     origin: tuple[float, float]
@@ -61,6 +93,7 @@ class Terrain:
     scarp: tuple[WavyLine, float, float]
     dike: tuple[WavyLine, float, float]
     river: tuple[WavyLine, float, float, float]
+    terraces: Terraces | None = None
 
     def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height of bare earth, or of the water surface on water; metres. Shape as x."""
@@ -77,6 +110,8 @@ class Terrain:
             z = z + amplitude * np.sin(k_u * u + k_v * v + phase)
         for hill_x, hill_y, sigma, height in self.hills:
             z = z + height * np.exp(-((x - hill_x) ** 2 + (y - hill_y) ** 2) / (2 * sigma**2))
+        if self.terraces is not None:
+            z = self.terraces.cut(z, x, y)
         line, height, width = self.scarp
         z = z + height * np.clip(line.signed_distance(x, y) / width + 0.5, 0, 1)
         line, height, crown = self.dike
@@ -101,10 +136,12 @@ class Terrain:
         return np.asarray(on_dike | (np.abs(line.signed_distance(x, y)) < width / 2 + margin_m))
 
     def is_buildable(self, x: FloatArray, y: FloatArray, margin_m: float = 4.0) -> BoolArray:
-        """Neither water nor bank nor break."""
+        """Neither water nor bank nor break nor track."""
         line, half_width, _, _ = self.river
-        dry = np.abs(line.signed_distance(x, y)) > half_width + 6 + margin_m
-        return np.asarray(dry & ~self.is_break(x, y, margin_m))
+        free = np.abs(line.signed_distance(x, y)) > half_width + 6 + margin_m
+        for track, half_width, _ in self.terraces.tracks if self.terraces else ():
+            free &= np.abs(track.signed_distance(x, y)) > half_width + margin_m
+        return np.asarray(free & ~self.is_break(x, y, margin_m))
 
     def water_polygon(self, bounds: Bounds, step_m: float = 1.0) -> Polygon:
         """The river inside `bounds`."""
@@ -143,3 +180,34 @@ def make_terrain(rng: np.random.Generator, bounds: Bounds, relief: float) -> Ter
         dike=(line(river_x + np.sign(0.5 - river_x) * 0.16, 4.0), rng.uniform(2.5, 3.5), 2.0),
         river=(line(river_x, 5.0), rng.uniform(7, 10), 18.0, level),
     )
+
+
+def terraced(rng: np.random.Generator, terrain: Terrain, bounds: Bounds, kind: str) -> Terrain:
+    """A terrain with retaining walls of 1 to 4 m.
+
+    `kind` is ``tracks`` (two ways lead up without a step, one of them over the first hill), ``closed`` (none does), or
+    ``hillside`` (none does, and the whole scene is one side of a valley, whose walls run from border to border).
+    """
+    lines: tuple[tuple[WavyLine, float, float], ...] = ()
+    width = bounds[2] - bounds[0]
+    if kind == "hillside":
+        heading, slope = rng.uniform(0, 2 * np.pi), rng.uniform(0.18, 0.28)
+        line, half_width, bank, level = terrain.river
+        scarp, _, width_m = terrain.scarp
+        far = replace(line, x_0=bounds[0] - 10 * width)
+        tilt = slope * np.array([np.cos(heading), np.sin(heading)])
+        terrain = replace(
+            terrain,
+            tilt=tilt,
+            hills=terrain.hills[:0],
+            river=(far, half_width, bank, level),
+            scarp=(scarp, 0.0, width_m),
+        )
+    if kind == "tracks":
+        at = float(terrain.hills[0, 0]), bounds[0] + rng.uniform(0.35, 0.65) * width
+        lines = tuple((WavyLine(a, 8.0, rng.uniform(150, 300), rng.uniform(0, 2 * np.pi)), 2.0, 4.0) for a in at)
+    x, y = np.meshgrid(np.linspace(bounds[0], bounds[2], 80), np.linspace(bounds[1], bounds[3], 80))
+    z = terrain.z(x, y)
+    low, high = float(z.min()) - 1.0, float(z.max()) + 5.0
+    levels = low + np.cumsum(rng.uniform(1.0, 4.0, int(high - low) + 1))
+    return replace(terrain, terraces=Terraces(levels[: int(np.searchsorted(levels, high)) + 1], 0.1, 0.04, lines))
