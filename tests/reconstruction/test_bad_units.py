@@ -9,13 +9,14 @@ import shapely
 from bad_units import HOUSE, ORIGIN, bad_units, gable, large_units, scanned, unit
 from cityflow.core.building import Semantic, Status
 from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.choose import DEFAULT_METHODS, MODULES, Choice
 from cityflow.reconstruction.model import ModelParameters, model
 
 UNITS, LARGE = bad_units(), large_units()
 METHODS = {"default": DEFAULT_METHODS, "all": tuple(MODULES)}
-NOT_KNOWN = ("ten points", "one point", "on one line", "at one place", "half a roof missing", "below the floor")
+NOT_KNOWN = ("one point", "on one line", "at one place", "half a roof missing", "below the floor")
 """Units whose roof nobody can know from their points: they must say so."""
 KNOWN = ("chimneys and antenna", "tower of 200 m", "two roofs in one outline", "outline shifted by a metre")
 """Units whose roof is known: nothing is to be excused."""
@@ -50,6 +51,14 @@ def test_says_that_the_roof_is_not_known(name: str) -> None:
 @pytest.mark.parametrize("name", KNOWN)
 def test_nothing_to_excuse(name: str) -> None:
     assert modelled(UNITS[name], "default").status is Status.DONE
+
+
+def test_ten_points_tell_a_gable() -> None:
+    solid = modelled(UNITS["ten points"], "default").candidate.solid
+    assert solid is not None
+    assert len(solid.of_semantic(Semantic.ROOF)) == 2
+    dense = unit(scanned(gable, HOUSE, 10.0, 0.0, 0)).points.xyz
+    assert np.mean(np.abs(distances_to_roof(solid, dense)) <= 0.2) > 0.9
 
 
 @pytest.mark.parametrize(
