@@ -161,6 +161,12 @@ def main() -> None:
     parser.add_argument("--run", type=Path, required=True)
     parser.add_argument("--geometry", nargs="+", default=["truth", "run"], choices=("truth", "run"))
     parser.add_argument("--units", type=int, default=12)
+    parser.add_argument(
+        "--inset",
+        type=float,
+        default=5.0,
+        help="how far inside the surveyed area units have to stand, metres; negative: outside",
+    )
     parser.add_argument("--picture", type=Path)
     parser.add_argument("--exposures", action="store_true")
     parser.add_argument("--stage", action="store_true")
@@ -178,7 +184,7 @@ def main() -> None:
         asked.picture.mkdir(parents=True, exist_ok=True)
     for world in worlds(asked):
         label = "truth" if world.true_hulls else "run"
-        numbers = chosen(world.houses, world.town, world.area, asked.units)
+        numbers = chosen(world.houses, world.town, world.area, asked.units, asked.inset)
         if asked.exposures:
             print(label, json.dumps(exposures(world, numbers, p, 5), ensure_ascii=False), flush=True)
             continue

@@ -152,11 +152,15 @@ def around(houses: Sequence[House], k: int, reach: float) -> list[Polyhedron]:
     return [s for n, h in enumerate(houses) if n != k and h.outline.distance(houses[k].outline) < reach for s in h.all]
 
 
-def chosen(houses: Sequence[House], town: Town, area: Bounds, count: int) -> list[int]:
-    """Units well inside the area, each n-th of them."""
-    inner = shapely.box(*grown(area, -5.0))
+def chosen(houses: Sequence[House], town: Town, area: Bounds, count: int, inset_m: float = 5.0) -> list[int]:
+    """Units inside the area by at least `inset_m`, each n-th of them."""
+    inner = shapely.box(*grown(area, -inset_m))
     held = [k for k, h in enumerate(houses) if inner.contains(town.units[h.index].roof_outline)]
     held.sort(key=lambda k: houses[k].index)
+    if not held:
+        raise SystemExit(
+            f"no unit stands inside the surveyed area by {inset_m:g} m: try --inset with less, or a larger town"
+        )
     return held[:: max(1, len(held) // count)][:count]
 
 
