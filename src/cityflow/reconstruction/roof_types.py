@@ -163,8 +163,11 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     lines, detected = find_lines(evidence, origin, outline, levels, parameters)
     fitted = fitted_outline(evidence, origin, outline, lines, parameters)
     if fitted is not outline:
-        cells = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
-        levels = heights_of.roof_levels(evidence, fitted, origin, cells)
+        inside = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
+        if len(inside) >= parameters.least_cells:
+            cells, levels = inside, heights_of.roof_levels(evidence, fitted, origin, inside)
+        else:  # of few points, those at the rim may all lie beyond sides that have moved
+            fitted = outline
     z = heights_of.height_at(evidence, origin, lines.ends.reshape(-1, 2)).reshape(-1, 2)
     kinds = categorise(lines, z, fitted, levels, parameters.categories)
     inner = kinds.lines.take(kinds.category != Category.EAVE)
