@@ -36,7 +36,7 @@ def test_headline_says_what_is_missing_and_no_more() -> None:
 def test_an_answer_names_areas_and_is_silent_before_there_is_a_surface() -> None:
     made = image_summary(figures(0.9, TileRow("1_1", 0.996, None, None, 9, 15_000.0)))
     said = what_was_surveyed(made)
-    assert said.startswith("90 % of the 2.00 ha asked for. 1.50 ha")
+    assert said.startswith("90 % of the 2.00 ha asked for. Of the tiles worked on, 1.50 ha")
     assert "99.6 % has a height" in said
     assert "ortho" not in said
     assert what_was_surveyed(image_summary(figures(0.9))) == ""

@@ -33,7 +33,12 @@ def local_file(href: str) -> Iterator[Path]:
     if "://" not in href:
         path = Path(href)
         if not path.is_file():
-            raise CatalogError("no such file", where=href, remedy="run `cityflow catalog check`")
+            problem = "is a folder, not a file" if path.is_dir() else "no such file"
+            raise CatalogError(
+                problem,
+                where=href,
+                remedy="check the path; of a catalog's own files `cityflow catalog check` names all that are missing",
+            )
         yield path
         return
     with tempfile.TemporaryDirectory(prefix="cityflow-") as folder:

@@ -193,8 +193,8 @@ def _refuse_unless_polygons(source: Layer) -> None:
     if np.isin(shapely.get_type_id(source.geometry), (POLYGON, MULTIPOLYGON)).any():
         return
     found = _kinds(source.geometry)
-    remedy = "give a layer of polygons, or leave the file out to have outlines found from the points"
-    raise CatalogError(f"no polygon in layer {source.name!r}; it holds {found}", where=source.path, remedy=remedy)
+    problem = f"no polygon in layer {source.name!r}; it holds {found}"
+    raise CatalogError(problem, where=source.path, remedy="name a layer or a file of polygons")
 
 
 def _kinds(geometry: NDArray[np.object_]) -> str:

@@ -36,7 +36,7 @@ def what_was_surveyed(images: Mapping[str, Any] | None) -> str:
     known = [(images["completeness_mean"], "a height"), (images["ortho_seen_mean"], "a colour in the true ortho")]
     of = f"{_percent(shown)} of the {_hectares(asked)} asked for" if asked and shown is not None else ""
     have = " and ".join(f"{_percent(share)} has {what}" for share, what in known if share is not None)
-    surveyed = f"{_hectares(images['surveyed_m2'])} are seen by enough images and worked on"
+    surveyed = f"Of the tiles worked on, {_hectares(images['surveyed_m2'])} are seen by enough images"
     return ". ".join([part for part in (of, surveyed + (f": {have}" if have else "")) if part]) + "."
 
 

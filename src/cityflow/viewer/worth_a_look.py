@@ -21,7 +21,16 @@ class Suspect:
 
 
 def worth_a_look(units: Sequence[UnitRow]) -> list[Suspect]:
-    """Buildings that are poor or should be looked at: those without a model, then the least probable first, of those alike the one furthest from its points."""
+    """Buildings that are poor or should be looked at: those without a model, then the poor ones, then the others; each from the least probable on,
+    of those alike the one furthest from its points first."""
     found = [u for u in units if u.verdict in (Verdict.LOOK, Verdict.POOR) or u.status is Status.FAILED]
-    found.sort(key=lambda u: (u.status is not Status.FAILED, u.good_probability or 0.0, -(u.rmse or 0.0), u.id))
+    found.sort(
+        key=lambda u: (
+            u.status is not Status.FAILED,
+            u.verdict != Verdict.POOR,
+            u.good_probability or 0.0,
+            -(u.rmse or 0.0),
+            u.id,
+        )
+    )
     return [Suspect(u, u.verdict_reason or u.reason or NO_REASON) for u in found]

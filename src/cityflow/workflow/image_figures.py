@@ -92,7 +92,7 @@ def _refused(matched: Iterable[Record]) -> list[RefusedPairs]:
 
 
 def _tiles(records: CurrentRecords) -> list[TileRow]:
-    """Ground tiles with a surface; before there is one, those that have been fused (rings of asked-for tiles among them)."""
+    """Ground tiles with an ortho, which are those asked for; before there is one, those with a surface or fused (rings of asked-for tiles among them)."""
     good = (Status.DONE, Status.DEGRADED)
     fused, made, shown = (
         {r.unit: r.result for r in records.of(stage) if r.status in good}
@@ -108,7 +108,7 @@ def _tiles(records: CurrentRecords) -> list[TileRow]:
             int(made.get(tile, nothing).get("points") or 0),
             float(made.get(tile, nothing).get("surveyed_m2") or 0.0),
         )
-        for tile in sorted(made or fused)
+        for tile in sorted(shown or made or fused)
     ]
 
 

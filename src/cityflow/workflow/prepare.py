@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -114,4 +115,4 @@ def _own_catalog(workflow: Workflow, path: Path) -> str:
         )
     if "://" in workflow.catalog or Path(workflow.catalog).is_absolute():
         return workflow.catalog
-    return str(path.parent / workflow.catalog)
+    return os.path.normpath(path.parent / workflow.catalog)

@@ -153,7 +153,7 @@ class ReferenceFile:
 
 
 def within(shapes: Sequence[Polygon], window: BaseGeometry, reference: ReferenceFile) -> list[Polygon]:
-    """What of the reference stands in the run's area, by a point inside each.
+    """What of the reference reaches into the run's area, whole: a building that the survey's edge cuts is found as far as it was surveyed.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def within(shapes: Sequence[Polygon], window: BaseGeometry, reference: Reference
         Nothing does.
     """
     every = np.array(list(shapes), dtype=object)
-    kept = every[shapely.intersects(window, shapely.point_on_surface(every))] if len(every) else every
+    kept = every[shapely.area(shapely.intersection(every, window)) > 0] if len(every) else every
     if not len(kept):
         extent = "nothing" if not len(every) else _extent(shapely.total_bounds(every))
         raise CatalogError(

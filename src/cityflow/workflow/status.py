@@ -155,17 +155,20 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
     stages: list[StageStanding] = []
     problems: list[Problem] = []
     verdicts: Counter[str] = Counter()
+    beyond = 0
     for stage in in_flow_order([*asked.expected, *asked.tasks]):
         records = [r for u in asked.tasks.get(stage, ()) if (r := ledger.latest(stage, u)) is not None]
         expected = len(records) if is_complete else asked.expected.get(stage, len(records))
         stages.append(_stage(stage, records, expected, asked.stale.get(stage, 0)))
         problems.extend(_problems(stage, records))
         if stage == BUILDINGS:
-            beyond = frozenset(asked.beyond)
-            verdicts.update(v for r in records if r.unit not in beyond and (v := verdict_of(r)))
+            outside = frozenset(asked.beyond)
+            judged = [r for r in records if r.unit not in outside]
+            beyond = len(records) - len(judged)
+            verdicts.update(v for r in judged if (v := verdict_of(r)))
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
-        store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, len(asked.beyond), problems,
+        store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
         [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, told, problems)),
     )  # fmt: skip
 
