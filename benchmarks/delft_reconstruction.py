@@ -109,7 +109,7 @@ def report_verdicts(units: list[Evidence], per_m2: float, full_m2: float) -> Non
     """What models from few points are called, and how much of all the points they really meet."""
     called: dict[str, list[float]] = {}
     for unit, few in zip(units, thinned(units, per_m2 / full_m2), strict=True):
-        judged = judged_model(few, ModelParameters(with_overhangs=False), classified=True)
+        judged = judged_model(few, ModelParameters(with_overhangs=False))
         share = summarise(unit_distances(unit.outline, judged.choice.candidate.solid, unit.points.xyz)).within_20cm
         called.setdefault(str(attributes_of(judged)[VERDICT_KEY]), []).append(share)
     for verdict, shares in sorted(called.items()):
