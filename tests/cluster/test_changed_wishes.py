@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -140,3 +141,18 @@ def test_an_override_is_kept_by_later_runs_until_it_is_cleared(
     assert "for this unit alone: methods" in cityflow("explain", copied_run, "b0003").out
     assert cityflow("rerun", copied_run, "--unit", "b0003", "--clear-overrides").code == 0
     assert contents(copied_run) == contents(small_run)
+
+
+def test_status_shows_what_stands_where_a_task_is_new(cityflow: Commands, copied_run: Path) -> None:
+    """As after an update of the program that brings a task: what lies behind it cannot be asked for, and all of it is still there."""
+    before = json.loads(cityflow("status", copied_run, "--json").out)
+    shutil.rmtree(copied_run / "records" / "ingest")
+    (copied_run / "ledger.sqlite").unlink()
+    (copied_run / "asked.json").unlink()
+    now = json.loads(cityflow("status", copied_run, "--json").out)
+    done = {s["stage"]: s["done"] for s in before["stages"]}
+    assert {s["stage"]: s["done"] for s in now["stages"]} == {**done, "ingest": 0}
+    assert now["verdicts"] == before["verdicts"]
+    assert not now["is_complete"]
+    assert {s["stage"] for s in now["stages"] if s["to_do"]} >= {"surface", "reconstruct", "export"}
+    assert "makes them anew" in now["next"][0]

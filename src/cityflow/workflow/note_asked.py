@@ -7,6 +7,7 @@ from collections import Counter
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.task import Record, Task
+from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.asked import Asked, circumstances, write_asked
 from cityflow.workflow.asked_area import units_beyond
 from cityflow.workflow.current import walked
@@ -23,8 +24,13 @@ def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
         stale[task.stage] += ledger.state(task) is not State.DONE
 
     records = walked(source, ledger, count)
+    tasks, expected = {s: [r.unit for r in records.of(s)] for s in records.stages()}, source.expected_units()
+    # behind a task without a record, such as one that an earlier version did not have, nobody knows what is asked for: what stands there is of before
+    unreached = {s: units for s in expected if s not in tasks and (units := ledger.units(s))}
+    stale.update({s: len(units) for s, units in unreached.items()})
+    tasks |= unreached
     asked = Asked(
-        wanted.catalog.title, wanted.workflow.name, {s: [r.unit for r in records.of(s)] for s in records.stages()}, source.expected_units(),
+        wanted.catalog.title, wanted.workflow.name, {s: tasks[s] for s in in_flow_order(tasks)}, expected,
         {s: n for s, n in sorted(stale.items()) if n}, units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
         ledger.count_files(), circumstances(wanted.store),
     )  # fmt: skip

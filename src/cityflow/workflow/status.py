@@ -169,7 +169,7 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
-        [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, told, problems)),
+        [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, sum(asked.stale.values()), told, problems)),
     )  # fmt: skip
 
 
@@ -251,7 +251,7 @@ def _line(problem: Problem) -> str:
 
 
 def _next(
-    named: str, at_work: bool, is_complete: bool, verdicts: Mapping[str, int], problems: Sequence[Problem]
+    named: str, at_work: bool, is_complete: bool, stale: int, verdicts: Mapping[str, int], problems: Sequence[Problem]
 ) -> Iterator[str]:
     """What to do, the most urgent first."""
     run = shlex.quote(named)
@@ -260,7 +260,12 @@ def _next(
         return
     if any(p.status == Status.FAILED for p in problems):
         yield f"mend what failed, or give it other parameters: cityflow rerun {run} --failed"
-    if not is_complete:
+    if stale:
+        yield (
+            f"{stale:,} tasks are of an earlier version of cityflow, or of other inputs or settings: the command that began the run "
+            "makes them anew; what stands here and in the products is of before"
+        )
+    elif not is_complete:
         yield "the run did not come to its end: the command that began it goes on where it stopped"
     doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
     if doubtful:
