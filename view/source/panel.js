@@ -6,7 +6,7 @@ import { byId, centimetres, copy, element, percent, say } from './elements.js';
 
 const LEAST_SHARE = 0.001;
 const SCORES = [
-  ['within_20cm', 'within 20 cm', percent],
+  ['within_20cm', 'of all points, within 20 cm', percent],
   ['covered', 'covered', percent],
   ['nmad', 'NMAD', centimetres],
   ['faces', 'faces', String],
@@ -84,7 +84,7 @@ export class Panel {
       ['Method', hasModel && known.method ? words(known.method) : null], ['Level of detail', known.lod], ['Roof planes', hasModel ? known.planes : null],
       ['NMAD, scatter without outliers', unit.nmad === null ? null : centimetres(unit.nmad)], ['Probability of being good', known.good_probability === null || known.good_probability === undefined ? null : percent(known.good_probability)],
       ['RMSE, missed parts count', unit.rmse === null ? null : centimetres(unit.rmse)],
-      ['Points within 20 cm of the model', known.share_explained === null ? null : percent(known.share_explained)],
+      ['Roof points within 20 cm of the model', known.share_explained === null ? null : percent(known.share_explained)],
       ['Time of reconstruction', known.seconds === undefined ? null : `${known.seconds.toFixed(2)} s`],
     ];
     return hasModel ? section('Quality', list(rows), true) : null;

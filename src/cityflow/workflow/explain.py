@@ -118,7 +118,7 @@ def _figures(score: Mapping[str, Any]) -> tuple[str, ...]:
     nmad = "unknown" if score["nmad"] is None else f"{100 * score['nmad']:.1f} cm"
     return (
         score["method"], f"penalty {score['penalty']:.3f}, {score['faces']} roof faces",
-        f"{100 * score['within_20cm']:.1f} % of points within 20 cm",
+        f"{100 * score['within_20cm']:.1f} % of all points within 20 cm",
         f"NMAD {nmad}, {100 * score['covered']:.1f} % covered", *fault,
     )  # fmt: skip
 
