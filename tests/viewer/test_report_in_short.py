@@ -111,3 +111,10 @@ def test_the_map_is_coloured_by_verdict() -> None:
     assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'poor')]")) == 1
     assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'good')]")) == 40
     assert "the roof goes on beyond the outline" in page.xpath("//ol[@class='looks']")[0].text_content()
+
+
+def test_buildings_that_may_be_good_are_expected_though_not_called_so() -> None:
+    doubtful = [replace(good(f"u{k}"), verdict="look", good_probability=0.5) for k in range(4)]
+    told = answers(run_of(replace(good("a"), good_probability=0.98), *doubtful))
+    assert "By their probabilities about 3 of 5 are" in told["How good?"]
+    assert "probabilities" not in answers(run_of(replace(good("a"), good_probability=0.98)))["How good?"]

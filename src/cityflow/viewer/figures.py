@@ -73,6 +73,7 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
         "units": len(units),
         **{s.value: sum(u.status is s for u in units) for s in Status},
         "verdicts": verdicts_of(units),
+        "good_expected": round(math.fsum(u.good_probability or 0.0 for u in units)),
         "by_lod": _counts(u.lod for u in units if u.lod),
         "by_method": _counts(u.method for u in units if u.method),
         "planes": sum(u.planes for u in units),

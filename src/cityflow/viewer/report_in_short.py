@@ -70,7 +70,9 @@ def _how_good(figures: Mapping[str, Any]) -> str:
     summary, checks = figures["summary"], figures["checkpoints"]
     if summary["nmad_median"] is None:
         return "No model has been held against measured points yet."
-    text = GOOD_MEANS if summary["verdicts"]["good"] else ""
+    text, expected = GOOD_MEANS if summary["verdicts"]["good"] else "", summary["good_expected"]
+    if expected > summary["verdicts"]["good"]:
+        text += f"By their probabilities about {expected:,} of {summary['units'] - summary['refused']:,} are; only those are called so that nearly surely are. "
     text += f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
     if summary["nmad_95"] is not None and summary["done"] > 1:
         text += f", by less than {cm(summary['nmad_95'])} at 95 % of them"
