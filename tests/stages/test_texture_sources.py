@@ -177,7 +177,8 @@ def assert_true_colours(made: Run, most: float = 14.0, sides: Iterable[str] = SI
 
 
 def test_a_lidar_city_wears_its_photographs(flown_run: Run) -> None:
-    assert {u for s, u in flown_run.records if s == "ingest"} == {"town", "outlines", *(i.name for i in FLOWN)}
+    ingested = {u for s, u in flown_run.records if s == "ingest"}
+    assert ingested == {"town", "outlines", "outline_accuracy", *(i.name for i in FLOWN)}
     assert not {s for s, _ in flown_run.records} & {"match", "fuse", "ortho", "frame", "walls"}
     assert_true_colours(flown_run)
 
