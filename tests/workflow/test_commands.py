@@ -139,3 +139,14 @@ def test_a_plan_writes_nothing(cityflow: Run, tmp_path: Path) -> None:
     assert "160" in done.stdout
     assert "Expected with 2 workers" in done.stdout
     assert not run.exists()
+
+
+def test_a_reference_that_cannot_be_right_is_said_before_anything_runs(cityflow: Run, tmp_path: Path) -> None:
+    laz = CATALOG / "data" / "ahn3_cropped_1.laz"
+    made = cityflow("catalog", "create", tmp_path / "elsewhere", "--lidar", laz, "--crs", "EPSG:2180")
+    assert made.returncode == 0, made.stderr
+    workflow = ROOT / "workflows" / "lidar_city_no_outlines.yaml"
+    told = cityflow("plan", workflow, "--catalog", tmp_path / "elsewhere", "--out", tmp_path / "run")
+    assert "Look out: the coordinates lie outside the area of use" in told.stdout
+    right = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run")
+    assert "Look out" not in right.stdout

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from typing import Any
 from cityflow.errors import WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.io.reference import suspicion
 from cityflow.io.stac import read_catalog
 from cityflow.io.stac_assets import Catalog
 from cityflow.stages.area import Area, parse_area
@@ -73,6 +75,8 @@ def prepared(
     if known:
         limited = " and its area" if known.get("area") and not aoi else ""
         notes = (f"Catalog{limited} as in the RUN: {found.href}",)
+    if doubt := suspicion(found.reference, found.bounds):
+        notes += (f"Look out: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
     return Prepared(workflow, found, area, store, notes)
 
 

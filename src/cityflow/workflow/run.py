@@ -72,6 +72,8 @@ def run_workflow(
     if not allow_outside:
         refuse_outside(wanted.catalog)
     check_run(wanted)
+    for note in wanted.notes:
+        console.print(note, markup=False, highlight=False, soft_wrap=True)
     if not trust:
         refuse_untrusted(wanted, settings, of_the_run=False)
     wanted.source().tiles_of_area()
