@@ -88,7 +88,7 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     "misplaced": lambda f: (
         f"the outline is out of place with a probability of {_percent(f.misplaced)}, by the ends of the roof and by façades"
     ),
-    "beside": lambda f: f"the roof goes on beyond the outline (points there, by those on it: {_percent(f.beside)})",
+    "beside": lambda f: f"the roof goes on beyond the outline: {100 * f.beside:.0f} points there for every 100 on it",
     "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
     "few": lambda f: f"only some {round(1 / f.few**2)} points speak for a roof plane",
 }
