@@ -234,12 +234,13 @@ def _first_pair(ends: FloatArray, parameters: LineParameters) -> tuple[int, int,
     step = ends[:, 1] - ends[:, 0]
     length, angle = np.hypot(*step.T), np.arctan2(step[:, 1], step[:, 0])
     limit = math.radians(parameters.join_deg)
-    gaps = np.linalg.norm(ends[:, None, :, None] - ends[None, :, None, :], axis=-1)
-    near = (gaps.min(axis=(2, 3)) <= parameters.join_m) & (turn_between(angle[:, None], angle[None]) <= limit)
-    for i, j in np.argwhere(np.triu(near, 1)):
-        p, q = np.unravel_index(int(np.argmax(gaps[i, j])), (2, 2))
+    rows, cols = np.nonzero(np.triu(turn_between(angle[:, None], angle[None]) <= limit, 1))
+    gaps = np.linalg.norm(ends[rows][:, :, None] - ends[cols][:, None, :], axis=-1)
+    near = np.flatnonzero(gaps.min(axis=(1, 2), initial=np.inf) <= parameters.join_m)
+    for i, j, gap in zip(rows[near], cols[near], gaps[near], strict=True):
+        p, q = np.unravel_index(int(np.argmax(gap)), (2, 2))
         new = np.stack([ends[i, p], ends[j, q]])
-        reach = float(gaps[i, j, p, q])
+        reach = float(gap[p, q])
         turn = math.atan2(new[1, 1] - new[0, 1], new[1, 0] - new[0, 0])
         straight = max(float(turn_between(turn, angle[i])), float(turn_between(turn, angle[j]))) <= limit
         if straight and reach > max(length[i], length[j]) + 1e-6:
