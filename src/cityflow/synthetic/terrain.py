@@ -39,13 +39,13 @@ class WavyLine:
 
 @dataclass(frozen=True, slots=True)
 class Terraces:
-    """A hillside cut into steps: treads that follow its contours, retaining walls between them.
+    """A hillside cut into steps: terraces that follow its contours, retaining walls between them.
 
     Attributes
     ----------
-    levels : (L,) rising heights at which a wall ends and a tread begins, metres
-    rest : share of a tread's rise that is left to it as a slope
-    band : share of the rise in which the wall stands: its width in plan is that share of the tread's
+    levels : (L,) rising heights at which a wall ends and a terrace begins, metres
+    rest : share of a terrace's rise that is left to it as a slope
+    band : share of the rise in which the wall stands: its width in plan is that share of the terrace's
     tracks : lines up the hill along which there are no walls: a track, the half width of its level part, and the width over which walls run out beside it
     """
 
