@@ -226,12 +226,12 @@ export class City {
 
   /** Lines along the edges of buildings without photographs: planes of one colour cannot be told apart by their light alone. */
   #crease(model, mode) {
-    const isPlain = ({ material }) => mode !== PHOTOGRAPHS || !material.defines.HAS_MAP;
-    if (model.tables && !model.creases && model.meshes.some(isPlain)) {
+    const isPlain = mode !== PHOTOGRAPHS || !model.meshes.some(({ material }) => material.defines.HAS_MAP);
+    if (model.tables && !model.creases && isPlain) {
       model.creases = model.meshes.map((mesh) => creasesOf(mesh.geometry));
       model.meshes.forEach((mesh, i) => mesh.add(model.creases[i]));
     }
-    model.creases?.forEach((lines, i) => (lines.visible = isPlain(model.meshes[i])));
+    for (const lines of model.creases ?? []) lines.visible = isPlain;
   }
 
   #paint(model) {
