@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from cityflow import __version__
 from cityflow.core.credentials import without_credentials
@@ -46,6 +46,23 @@ class PointsFirst(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = not args or args[0] in self.commands or args[0] == "--help"
         return super().parse_args(ctx, args if named else ["points", *args])
+
+
+class FilesUnquoted(TyperCommand):
+    """``--lidar *.laz`` without quotes: the shell writes one file after the other, each of which is a value of the option before it."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        told: list[str] = []
+        option, suffix = "", ""
+        for k, arg in enumerate(args):
+            if arg.startswith("-"):
+                option = ""
+            elif k and args[k - 1] in ("--lidar", "--ortho"):
+                option, suffix = args[k - 1], Path(arg).suffix.lower()
+            elif option and suffix and Path(arg).suffix.lower() == suffix:
+                told.append(option)
+            told.append(arg)
+        return super().parse_args(ctx, told)
 
 
 evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a run against what is known better.")
@@ -417,10 +434,10 @@ def parameters(
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-@catalog_app.command("create")
+@catalog_app.command("create", cls=FilesUnquoted)
 def catalog_create(
     out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
-    lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files; a glob, repeatable")] = None,
+    lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files, globs of them; repeatable")] = None,
     images: Annotated[Path | None, typer.Option(help="Folder of oriented images")] = None,
     colmap: Annotated[Path | None, typer.Option(help="Orientation: folder of a COLMAP model, text or binary")] = None,
     opk: Annotated[

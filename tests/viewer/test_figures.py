@@ -4,7 +4,8 @@ import shlex
 from dataclasses import replace
 
 from cityflow.core.building import Status
-from cityflow.viewer.figures import finite, problem_groups, rerun_command, summary
+from cityflow.core.json_values import finite
+from cityflow.viewer.figures import problem_groups, rerun_command, summary
 from cityflow.viewer.rows import ReportData, UnitRow
 
 

@@ -150,3 +150,16 @@ def test_a_reference_that_cannot_be_right_is_said_before_anything_runs(cityflow:
     assert "Look out: the coordinates lie outside the area of use" in told.stdout
     right = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run")
     assert "Look out" not in right.stdout
+
+
+def test_a_glob_that_the_shell_has_spread_is_taken_as_its_files(cityflow: Run, tmp_path: Path) -> None:
+    first, second = tmp_path / "west.laz", tmp_path / "east.LAZ"
+    for copy in (first, second):
+        copy.write_bytes((CATALOG / "data" / "ahn3_cropped_1.laz").read_bytes())
+    made = cityflow("catalog", "create", tmp_path / "two", "--lidar", first, second, "--crs", "EPSG:28992")
+    assert made.returncode == 0, made.stderr
+    assert {p.stem for p in (tmp_path / "two" / "items").iterdir()} == {"west", "east"}
+    wrong = cityflow(
+        "catalog", "create", tmp_path / "other", "--lidar", first, tmp_path / "folder", "--crs", "EPSG:28992"
+    )
+    assert wrong.returncode == 2

@@ -65,6 +65,21 @@ class Grid:
         """Decreasing: row 0 is the northernmost."""
         return np.asarray(self.y_max - (np.arange(self.rows) + 0.5) * self.cell, np.float64)
 
+    def centres(self) -> tuple[FloatArray, FloatArray]:
+        """x and y of every cell's centre, (rows, cols) each.
+
+        >>> Grid(0.0, 2.0, 1.0, 2, 2).centres()[1].tolist()
+        [[1.5, 1.5], [0.5, 0.5]]
+        """
+        x, y = np.meshgrid(self.x_centres(), self.y_centres())
+        return x, y
+
+    def points(self, heights: FloatArray) -> FloatArray:
+        """(N, 3) centres of the cells whose height (rows, cols) is finite, row after row, at that height."""
+        x, y = self.centres()
+        known = np.isfinite(heights)
+        return np.column_stack([x[known], y[known], heights[known]])
+
     def indices(self, x: FloatArray, y: FloatArray) -> tuple[IntArray, IntArray]:
         """Row and column of each point; may lie outside the grid."""
         return (

@@ -23,7 +23,7 @@ def terrain_zones(
 
     `slope`, `is_break` and `is_water` are of the true terrain at the cell centres.
     """
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     covered = np.zeros(grid.shape, bool)
     if outlines:
         covered = shapely.contains_xy(shapely.union_all(list(outlines)), x, y)

@@ -88,7 +88,7 @@ class Places:
     def rough_share(self, polygon: Polygon) -> float:
         """Share of the cells in a polygon, its rim left out, that are as rough as foliage; 0 where too few are left."""
         rows, cols, grid = self._window(polygon.bounds)
-        x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+        x, y = grid.centres()
         inside = shapely.contains_xy(shapely.buffer(polygon, -grid.cell), x, y)
         return float(self._rough[rows, cols][inside].mean()) if inside.sum() >= _LEAST_CELLS else 0.0
 

@@ -40,7 +40,4 @@ def found_walls_in(outlines: Sequence[Outline], surface: RegionSurface, paramete
 def tops_of(surface: RegionSurface) -> FloatArray:
     """(N, 3) middles of the cells, at the height of what stands there."""
     assert surface.dtm is not None
-    x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
-    z = surface.dtm.astype(np.float64) + surface.ndsm
-    known = np.isfinite(z)
-    return np.column_stack([x[known], y[known], z[known]])
+    return surface.grid.points(surface.dtm.astype(np.float64) + surface.ndsm)

@@ -49,7 +49,7 @@ def _turned(region: Region, orientation: float) -> tuple[BoolArray, Grid, FloatA
     corners = np.array([(x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max)])
     u, v = _rotated(corners - origin, -orientation).T
     turned = Grid.covering((u.min(), v.min(), u.max(), v.max()), grid.cell / 2)
-    uu, vv = np.meshgrid(turned.x_centres(), turned.y_centres())
+    uu, vv = turned.centres()
     world = _rotated(np.column_stack([uu.ravel(), vv.ravel()]), orientation) + origin
     row, col = grid.indices(world[:, 0], world[:, 1])
     inside = (row >= 0) & (col >= 0) & (row < grid.rows) & (col < grid.cols)

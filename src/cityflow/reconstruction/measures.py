@@ -8,6 +8,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Lod, Polyhedron, RoofPlane, Scalar, Semantic
+from cityflow.core.json_values import rounded
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.polyhedron import face_areas, volume
 from cityflow.geometry.roof_distances import summarise
@@ -15,9 +16,6 @@ from cityflow.geometry.roof_type import roof_type
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.verdicts.no_roof import NAMES
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
-
-DECIMALS = 3
-"""Millimetres, square decimetres: beyond the accuracy of any survey."""
 
 
 def measure(choice: Choice, evidence: Evidence, fit: RoofFit | None = None) -> dict[str, Scalar]:
@@ -29,9 +27,9 @@ def measure(choice: Choice, evidence: Evidence, fit: RoofFit | None = None) -> d
     chosen: dict[str, Scalar] = {
         "method": candidate.method,
         "roof_points": len(evidence.points),
-        "points_per_m2": _rounded(len(evidence.points) / evidence.outline.area),
-        "ground_height_m": _rounded(evidence.ground_height),
-        "footprint_area_m2": _rounded(evidence.outline.area),
+        "points_per_m2": rounded(len(evidence.points) / evidence.outline.area),
+        "ground_height_m": rounded(evidence.ground_height),
+        "footprint_area_m2": rounded(evidence.outline.area),
     }
     if solid is None:
         return chosen
@@ -66,7 +64,7 @@ def _fit(fit: RoofFit) -> dict[str, Scalar]:
         "share_covered": d.covered,
     }
     counts = {f"points_{name}": int((fit.kinds == kind).sum()) for kind, name in NAMES.items()}
-    return {**{name: _rounded(value, 4) for name, value in figures.items()}, **counts}
+    return {**{name: rounded(value, 4) for name, value in figures.items()}, **counts}
 
 
 def _overhangs(candidate: Candidate) -> dict[str, Scalar]:
@@ -76,17 +74,17 @@ def _overhangs(candidate: Candidate) -> dict[str, Scalar]:
     out = [o for o in candidate.overhangs if o.reach_m > 0]
     length = sum(o.line.length for o in out)
     mean = sum(o.reach_m * o.line.length for o in out) / length if length else 0.0
-    return {"overhang_mean_m": _rounded(mean), "overhang_max_m": _rounded(max((o.reach_m for o in out), default=0.0))}
+    return {"overhang_mean_m": rounded(mean), "overhang_max_m": rounded(max((o.reach_m for o in out), default=0.0))}
 
 
 def _heights(solid: Polyhedron, z: FloatArray) -> dict[str, Scalar]:
     """Ridge: highest point of the roof; eave: lowest corner of any roof face."""
     corners = np.concatenate([solid.ring(f.rings[0])[:, 2] for f in solid.of_semantic(Semantic.ROOF)])
-    found: dict[str, Scalar] = {"ridge_height_m": _rounded(corners.max()), "eave_height_m": _rounded(corners.min())}
+    found: dict[str, Scalar] = {"ridge_height_m": rounded(corners.max()), "eave_height_m": rounded(corners.min())}
     finite = z[np.isfinite(z)]
     for percent in (5, 50, 70, 95):
         value = np.percentile(finite, percent) if len(finite) else math.nan
-        found[f"roof_height_p{percent:02d}_m"] = _rounded(value)
+        found[f"roof_height_p{percent:02d}_m"] = rounded(value)
     return found
 
 
@@ -94,11 +92,7 @@ def _sizes(solid: Polyhedron) -> dict[str, Scalar]:
     areas = face_areas(solid)
     kinds = np.array([f.semantic.value for f in solid.faces])
     return {
-        "volume_m3": _rounded(volume(solid)),
-        "roof_area_m2": _rounded(areas[kinds == Semantic.ROOF.value].sum()),
-        "wall_area_m2": _rounded(areas[kinds == Semantic.WALL.value].sum()),
+        "volume_m3": rounded(volume(solid)),
+        "roof_area_m2": rounded(areas[kinds == Semantic.ROOF.value].sum()),
+        "wall_area_m2": rounded(areas[kinds == Semantic.WALL.value].sum()),
     }
-
-
-def _rounded(value: float, decimals: int = DECIMALS) -> float | None:
-    return round(float(value), decimals) if math.isfinite(value) else None

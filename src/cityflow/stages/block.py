@@ -40,7 +40,7 @@ def failed_block(store: Store, a: Mapping[str, Any], outline: Outline, reason: s
     a : as in `surface_over`
     """
     grid, layers = surface_over(store, a, outline.polygon.bounds)
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     inside = shapely.contains_xy(outline.polygon, x, y)
     roof, ground = (z[inside & np.isfinite(z)] for z in (layers["dsm"], layers["dtm"]))
     if not len(roof) or not len(ground):

@@ -171,7 +171,7 @@ def _grid(views: Sequence[View], area: shapely.Polygon, ground: Mapping[str, sha
 
 
 def _cells_in(area: shapely.Polygon, maps: Coverage) -> BoolArray:
-    x, y = np.meshgrid(maps.grid.x_centres(), maps.grid.y_centres())
+    x, y = maps.grid.centres()
     inside = shapely.contains_xy(area, x, y)
     return np.asarray(inside if inside.any() else maps.views > 0)
 

@@ -142,7 +142,7 @@ def raster_points(asset: RasterAsset, reference: Reference) -> FloatArray:
     x_min, y_min, x_max, y_max = asset.bounds
     grid = Grid.covering(asset.bounds, max(asset.cell, (x_max - x_min) / MOST_CELLS, (y_max - y_min) / MOST_CELLS))
     z = read_window(asset.href, grid, reference)
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     known = np.isfinite(z)
     return np.column_stack([x[known], y[known], z[known]])
 

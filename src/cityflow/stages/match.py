@@ -9,6 +9,7 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.core.ground_cells import GroundCells
+from cityflow.core.json_values import rounded
 from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
 from cityflow.flow.task import Outcome, Task, digest_of
@@ -85,12 +86,9 @@ def _figures(found: Matched) -> dict[str, Any]:
         "window": [] if depth_map is None else [depth_map.row, depth_map.col, *depth_map.depth.shape],
         "pairs": {
             p.partner: {"used": p.used, "reason": p.reason, "matched": round(p.matched, 4),
-                         "parallax_px": _finite(p.parallax_px), "parallax_90_px": _finite(p.parallax_90_px), "parallax_rest_px": _finite(p.parallax_rest_px)}
+                         "parallax_px": rounded(p.parallax_px, 4), "parallax_90_px": rounded(p.parallax_90_px, 4),
+                         "parallax_rest_px": rounded(p.parallax_rest_px, 4)}
             for p in found.pairs
         },
         "sgm_seconds": round(found.sgm_seconds, 3),
     }  # fmt: skip
-
-
-def _finite(value: float) -> float | None:
-    return round(value, 4) if np.isfinite(value) else None

@@ -11,7 +11,8 @@ import numpy as np
 
 from cityflow.core.building import Outline
 from cityflow.core.grid import grown, tiles_over
-from cityflow.flow.task import Json, Outcome, Task
+from cityflow.core.json_values import finite
+from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.outlines.accuracy import accuracy_of, facade_offsets
 from cityflow.outlines.facades_inside import SeenHouses
@@ -41,20 +42,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     outlines = [s.outline for path in a["sample"] for s in decode_all(workspace.read(path))]
     offsets: list[tuple[float, float]] = []
     by_cell = {path.rsplit("/", 1)[-1].rsplit(".", 1)[0]: path for path in a["pieces"]}
-    for outline in sorted(outlines, key=_south_west):
+    for outline in sorted(outlines, key=lambda o: _row_of_cells(o, a["index_cell_m"])):
         near = grown(outline.polygon.bounds, NEAR_M)
         cells = [t.name for t in tiles_over(near, a["index_cell_m"])]
         tops = houses_of(workspace.store, [by_cell[c] for c in cells if c in by_cell], near)
         offsets += facade_offsets([outline], SeenHouses.of(tops, None))
-    found = asdict(accuracy_of(offsets))
-    return workspace.outcome(result={k: _json(v) for k, v in found.items()})
+    return workspace.outcome(result=finite(asdict(accuracy_of(offsets))))
 
 
-def _south_west(outline: Outline) -> tuple[float, float]:
+def _row_of_cells(outline: Outline, cell_m: float) -> tuple[float, float]:
     """Neighbours follow each other, so that pieces are read once."""
     x, y = outline.polygon.bounds[:2]
-    return np.floor(y / 50.0), x
-
-
-def _json(value: float) -> Json:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    return np.floor(y / cell_m), x

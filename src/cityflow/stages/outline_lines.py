@@ -7,7 +7,7 @@ import json
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, nan
+from math import nan
 from typing import Any
 
 import shapely
@@ -15,6 +15,7 @@ from shapely import LineString
 
 from cityflow.core.building import Direction, Outline, OutlineEdge
 from cityflow.core.grid import tile_at
+from cityflow.core.json_values import finite
 from cityflow.flow.task import Json
 from cityflow.outlines.adjacency import party_edges
 
@@ -109,8 +110,7 @@ def _known_of(outline: Outline) -> dict[str, Json]:
 
 
 def _edge_tree(edge: OutlineEdge) -> list[Json]:
-    sigma = edge.sigma_m if isfinite(edge.sigma_m) else None
-    return [shapely.get_coordinates(edge.line).tolist(), edge.source, sigma, edge.seen]
+    return [shapely.get_coordinates(edge.line).tolist(), edge.source, finite(edge.sigma_m), edge.seen]
 
 
 def _edge(tree: Sequence[Any]) -> OutlineEdge:

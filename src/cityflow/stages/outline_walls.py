@@ -91,12 +91,7 @@ def _seen(store: Store, arguments: Mapping[str, Any], bounds: Bounds) -> SeenHou
         bounds,
         ("dsm",),
     )
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
-    dsm = layers["dsm"].astype(np.float64)
-    known = np.isfinite(dsm)
-    return SeenHouses.of(
-        np.column_stack([x[known], y[known], dsm[known]]), read_walls(store, arguments["walls"], bounds)
-    )
+    return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, arguments["walls"], bounds))
 
 
 def houses_of(store: Store, pieces: Sequence[str], bounds: Bounds) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from math import isfinite
 from typing import Any, NoReturn
 
 import shapely
@@ -12,6 +11,7 @@ import shapely
 from cityflow.core.building import Building, Lod, Outline, Scalar, Status
 from cityflow.core.edits import Edits
 from cityflow.core.grid import grown
+from cityflow.core.json_values import finite
 from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
 from cityflow.flow.task import Json, Outcome, Task, digest_of
@@ -147,7 +147,4 @@ def with_source(source: Mapping[str, Scalar], own: Mapping[str, Scalar]) -> dict
 
 def scores_of(choice: Choice) -> list[dict[str, Json]]:
     """Every candidate's score, for `explain`; what is not a number becomes null."""
-    return [
-        {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in asdict(s).items()}
-        for s in choice.scores
-    ]
+    return [finite(asdict(s)) for s in choice.scores]

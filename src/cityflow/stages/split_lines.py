@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from math import isfinite, nan
+from math import nan
 from typing import Any
 
 import shapely
 from shapely import LineString
 
 from cityflow.core.building import Direction
+from cityflow.core.json_values import finite
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.flow.task import Json
 
@@ -45,8 +46,7 @@ def decode_splitting(text: bytes) -> Splitting:
 
 def _cut_tree(cut: CutLine) -> dict[str, Json]:
     figures = {name: float(getattr(cut, name)) for name in _FIGURES}
-    known: dict[str, Json] = {name: value if isfinite(value) else None for name, value in figures.items()}
-    return {"line": shapely.get_coordinates(cut.line).tolist(), "kind": cut.kind, **known}
+    return {"line": shapely.get_coordinates(cut.line).tolist(), "kind": cut.kind, **finite(figures)}
 
 
 def _cut(tree: dict[str, Any]) -> CutLine:

@@ -60,5 +60,5 @@ def refine(
 
 def resample(surface: FloatArray, surface_grid: Grid, grid: Grid) -> FloatArray:
     """A raster at the cell centres of another grid."""
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     return sample(surface_grid, surface, x, y)

@@ -178,10 +178,10 @@ def _surveyed(
     if seen_enough is None:
         return np.ones(work.shape, bool), surveyed(count, work, p.surveyed)
     places = Grid.covering(work.bounds, p.surveyed.work_cell_m)
-    rows, cols = work.indices(*np.meshgrid(places.x_centres(), places.y_centres()))
+    rows, cols = work.indices(*places.centres())
     ground = terrain[np.clip(rows, 0, work.rows - 1), np.clip(cols, 0, work.cols - 1)]
     found = seen_enough(places, ground)
-    rows, cols = places.indices(*np.meshgrid(work.x_centres(), work.y_centres()))
+    rows, cols = places.indices(*work.centres())
     seen = np.asarray(found[rows, cols])
     return seen, surveyed(np.where(seen, count, 0), work, p.surveyed)
 

@@ -142,7 +142,7 @@ def _insert(
 ) -> FloatArray:
     """Fixed vertices and those cells that the bound asks for, worst of each neighbourhood first."""
     fixed, lines = given
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     gap = p.least_spacing_m
     inner = (x > bounds[0] + gap) & (x < bounds[2] - gap) & (y > bounds[1] + gap) & (y < bounds[3] - gap)
     inner &= ~np.isnan(dtm)

@@ -136,7 +136,7 @@ def _grown(bounds: tuple[float, float, float, float], by: float) -> tuple[float,
 
 def _cast(prisms: tuple[TruthFace, ...], grid: Grid, ground: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Height, slope and number of the highest face at every cell centre; −1 for ground."""
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     height, slope, top = np.full(x.shape, ground), np.zeros((*x.shape, 2)), np.full(x.shape, -1.0)
     for number, face in enumerate(prisms):
         inside = shapely.intersects_xy(face.polygon, x, y)

@@ -55,7 +55,7 @@ def drawn_surface(town: Town, nadir: DrawnFrame, factor: int = 5, recall: float 
     blocks = _blocks(nadir.rasters.dsm, factor)
     known = np.isfinite(blocks).sum(axis=2)
     median = _upper_median(blocks, known, LEAST_SHARE * factor * factor)
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     dtm = town.dtm(x, y)
     ndsm = (_filled_low(median) - dtm).astype(np.float32)
     green = (_blocks(nadir.kind == LEAVES, factor).mean(axis=2) > 0.5) & (ndsm > HIGH_M)

@@ -52,7 +52,7 @@ class TruthRasters:
 
 def truth_rasters(town: Town, grid: Grid) -> TruthRasters:
     """Cast one ray per cell centre."""
-    x, y = np.meshgrid(grid.x_centres(), grid.y_centres())
+    x, y = grid.centres()
     mesh = town.mesh(grown(grid.bounds, 1.0))
     dsm, triangle = _first_from_above(mesh, x, y)
     bare_mesh = without(mesh, PASSING_PARTS)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.core.json_values import finite
 from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.viewer.image_rows import ImageFigures
 from cityflow.viewer.roof_figures import roof_figures
@@ -27,7 +28,6 @@ EXPORT = "export"
 MOST_UNITS_IN_A_COMMAND = 20
 """A longer command would not be typed or pasted; the one for all failed units takes its place."""
 
-PLAIN = frozenset((str, int, bool, type(None)))
 UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 
 
@@ -230,24 +230,6 @@ def _unit(unit: UnitRow) -> dict[str, Any]:
     )  # fmt: skip
     row = {name: getattr(unit, name) for name in names}
     return {**row, "status": unit.status.value, "attributes": dict(unit.attributes)}
-
-
-def finite(value: Any) -> Any:
-    """The same JSON value with None for numbers that JSON cannot say."""
-    kind = type(value)
-    if kind in PLAIN:
-        return value
-    if kind is float:
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {str(k): finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(v) for v in value]
-    if isinstance(value, np.generic):
-        return finite(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def figures_text(figures: dict[str, Any]) -> str:

@@ -10,8 +10,9 @@ from typing import Any
 from markupsafe import Markup
 
 from cityflow.core.building import Status
+from cityflow.core.json_values import PLAIN, finite
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import PLAIN, figures_text, finite, measured, report_figures
+from cityflow.viewer.figures import figures_text, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.report_in_short import in_short, verdict

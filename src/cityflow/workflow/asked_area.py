@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -26,7 +25,7 @@ def surveyed_share(survey: Survey, asked: BaseGeometry) -> float | None:
     inside = surveyed = 0
     for tile in tiles_over(asked.bounds, survey.parameters.tiles.tile_m) if asked.area else ():
         places = survey.images.places_in(tile.bounds)
-        x, y = np.meshgrid(places.x_centres(), places.y_centres())
+        x, y = places.centres()
         x_min, y_min, x_max, y_max = tile.bounds
         chosen = shapely.contains_xy(asked, x, y) & (x >= x_min) & (x < x_max) & (y >= y_min) & (y < y_max)
         inside += int(chosen.sum())

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.json_values import rounded
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError, RunError
 from cityflow.evaluation.checkpoints import heights_at, ortho_shift
@@ -63,7 +64,7 @@ def evaluate_run(run_url: str, checkpoints: str, console: Console, in_json: bool
         print_json(tree)
         return
     console.print(_table(tree))
-    for note in found.notes:
+    for note in (*found.notes, f"written: {CHECKPOINTS} in {run.store.root}"):
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
 
 
@@ -164,8 +165,8 @@ def as_json(found: Evaluation) -> dict[str, Any]:
     }
     points = [
         {
-            "name": name, "kind": kind, "xyz": xyz, "dsm": _or_none(dz),
-            "ortho_east": _or_none(shift[0]), "ortho_north": _or_none(shift[1]),
+            "name": name, "kind": kind, "xyz": xyz, "dsm": rounded(dz, 5),
+            "ortho_east": rounded(shift[0], 5), "ortho_north": rounded(shift[1], 5),
         }
         for name, kind, xyz, dz, shift in zip(
             found.points.names, found.points.kinds, found.points.xyz.tolist(), found.height, found.place, strict=True
@@ -176,11 +177,7 @@ def as_json(found: Evaluation) -> dict[str, Any]:
 
 def _figures(s: ErrorStatistics) -> dict[str, float | int | None]:
     values = {"bias": s.bias, "mean": s.mean, "nmad": s.nmad, "rmse": s.rmse, "le95": s.le95}
-    return {"n": s.count, "missing": s.missing, **{k: _or_none(v) for k, v in values.items()}}
-
-
-def _or_none(value: float) -> float | None:
-    return round(float(value), 5) if np.isfinite(value) else None
+    return {"n": s.count, "missing": s.missing, **{k: rounded(v, 5) for k, v in values.items()}}
 
 
 def _table(tree: Mapping[str, Any]) -> Table:

@@ -65,7 +65,11 @@ def evaluate_outlines(run_url: str, reference: str, layer: str, console: Console
         print_json(tree)
         return
     console.print(table("Outlines against the reference", ROWS, tree))
-    for note in [*notes, f"edges count as found within {tree['within_m']:.2f} m", f"written: {RESULT}, {MAP}"]:
+    for note in [
+        *notes,
+        f"edges count as found within {tree['within_m']:.2f} m",
+        f"written: {RESULT}, {MAP} in {run.store.root}",
+    ]:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
 
 

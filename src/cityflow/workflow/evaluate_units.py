@@ -67,7 +67,7 @@ def evaluate_units(run_url: str, reference: str, layer: str, console: Console, i
     console.print(table("Single units against the reference", ROWS, tree))
     for trace, of in tree["by_trace"].items() if marked else ():
         console.print(f"  {trace}: {of['hits']} of {of['borders']}", markup=False, highlight=False)
-    for note in [*notes, f"written: {RESULT}, {MAP}"]:
+    for note in [*notes, f"written: {RESULT}, {MAP} in {run.store.root}"]:
         console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
 
 

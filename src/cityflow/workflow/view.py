@@ -12,6 +12,7 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds
+from cityflow.core.json_values import finite
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
@@ -20,7 +21,7 @@ from cityflow.io.tiles3d import PORTABLE, RAW, About
 from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.stages import export
 from cityflow.stages.survey import Survey
-from cityflow.viewer.figures import finite, verdicts_of
+from cityflow.viewer.figures import verdicts_of
 from cityflow.viewer.report import verdict
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_page import FOLDER as REPORT_PAGES

@@ -11,10 +11,10 @@ from urllib.parse import quote
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.core.json_values import finite
 from cityflow.flow.task import Record
 from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.stages import reconstruct, texture
-from cityflow.viewer.figures import finite
 from cityflow.viewer.rows import UnitRow
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.score_parts import ScoreParts, score_parts
