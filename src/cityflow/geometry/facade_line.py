@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
 
@@ -64,7 +64,7 @@ def _line_of(
     column, row = np.floor(s / CELL_M).astype(np.int64), np.floor((z - z.min()) / CELL_M).astype(np.int64)
     cell = column * (int(row.max()) + 1) + row
     places = np.arange(-INSIDE_M, OUTSIDE_M + STEP_M / 2, STEP_M)
-    support = np.array([len(np.unique(cell[np.abs(t - place) < HALF_M])) for place in places])
+    support = _cells_near(cell, t, places)
     best = int(np.argmax(support))
     place = float(np.median(t[np.abs(t - places[best]) < HALF_M]))
     on = np.abs(t - place) < TRIM_M
@@ -78,3 +78,11 @@ def _line_of(
     place = float(np.median(t[on]))
     spread = 1.4826 * float(np.median(np.abs(t[on] - place)))
     return place, float(np.hypot(1.25 * spread / np.sqrt(count / alike), least_sigma_m))
+
+
+def _cells_near(cell: IntArray, t: FloatArray, places: FloatArray) -> IntArray:
+    """(P,) how many cells have a point within `HALF_M` of each place across the edge."""
+    order = np.argsort(cell, kind="stable")
+    starts = np.flatnonzero(np.r_[True, np.diff(cell[order]) != 0])
+    near = np.abs(t[order] - places[:, None]) < HALF_M
+    return np.asarray(np.logical_or.reduceat(near, starts, axis=1).sum(axis=1))

@@ -68,8 +68,13 @@ def outward_rings(outline: Polygon) -> list[FloatArray]:
 
 def wall_edges(outline: Polygon, party: Sequence[LineString]) -> list[WallEdge]:
     """All straight edges of an outline, ring after ring."""
+    return [edge for ring in wall_rings(outline, party) for edge in ring]
+
+
+def wall_rings(outline: Polygon, party: Sequence[LineString]) -> list[list[WallEdge]]:
+    """The straight edges of each ring of an outline, the exterior first."""
     shared = shapely.union_all(list(party)) if party else None
-    return [edge for ring in outward_rings(outline) for edge in _edges_of(ring, shared)]
+    return [_edges_of(ring, shared) for ring in outward_rings(outline)]
 
 
 def _edges_of(ring: FloatArray, shared: shapely.Geometry | None) -> list[WallEdge]:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
 from shapely import LineString
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Outline
 from cityflow.outlines.rings import Rings
 from cityflow.outlines.snapping import distinct
@@ -41,10 +41,7 @@ def shared_boundaries(outlines: Sequence[Outline]) -> list[SharedBoundary]:
     if not outlines:
         return []
     rings = Rings.of([outline.polygon for outline in outlines])
-    _, place = distinct(rings.xy)
-    ends = np.column_stack([place, place[rings.following()]])
-    low, high, owner = ends.min(axis=1), ends.max(axis=1), rings.vertex_owner
-    order = np.lexsort((owner, high, low))
+    low, high, owner, order = _by_ends(rings, rings.following())
     same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
     a, b = order[:-1][same], order[1:][same]
     apart = owner[a] != owner[b]
@@ -68,11 +65,30 @@ def _by_pair(rings: Rings, a: np.ndarray, b: np.ndarray) -> list[SharedBoundary]
 
 def party_edges(outlines: Sequence[Outline]) -> dict[str, tuple[LineString, ...]]:
     """For each outline its edges that another one has, too, in its own direction; noded outlines share both vertices bit for bit."""
-    rings = {o.id: [shapely.get_coordinates(r) for r in shapely.get_rings(o.polygon)] for o in outlines}
-    edges = {i: [e for xy in mine for e in zip(map(tuple, xy[:-1].tolist()), map(tuple, xy[1:].tolist()), strict=True)]
-             for i, mine in rings.items()}  # fmt: skip
-    owners: dict[tuple[tuple[float, ...], ...], set[str]] = defaultdict(set)
-    for i, mine in edges.items():
-        for edge in mine:
-            owners[tuple(sorted(edge))].add(i)
-    return {i: tuple(LineString(e) for e in mine if len(owners[tuple(sorted(e))]) > 1) for i, mine in edges.items()}
+    if not outlines:
+        return {}
+    rings = Rings.of([outline.polygon for outline in outlines])
+    following, owner = rings.following(), rings.vertex_owner
+    common = np.flatnonzero(_common(rings, following))
+    lines = shapely.linestrings(np.stack([rings.xy[common], rings.xy[following[common]]], axis=1))
+    cuts = np.searchsorted(owner[common], np.arange(len(outlines) + 1))
+    return {o.id: tuple(lines[a:b]) for o, (a, b) in zip(outlines, pairwise(cuts.tolist()), strict=True)}
+
+
+def _common(rings: Rings, following: IntArray) -> BoolArray:
+    """(N,) whether another polygon has the edge from a vertex to the next one, too, in either direction."""
+    low, high, owner, order = _by_ends(rings, following)
+    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
+    edge = np.cumsum(np.r_[True, ~same]) - 1
+    owners = np.bincount(edge[np.r_[True, ~same | (owner[order][1:] != owner[order][:-1])]])
+    common = np.empty(len(order), bool)
+    common[order] = owners[edge] > 1
+    return common
+
+
+def _by_ends(rings: Rings, following: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """(N,) numbers of the lower and of the higher end of each edge, its polygon, and the order by these three."""
+    _, place = distinct(rings.xy)
+    ends = np.column_stack([place, place[following]])
+    low, high, owner = ends.min(axis=1), ends.max(axis=1), rings.vertex_owner
+    return low, high, owner, np.lexsort((owner, high, low))

@@ -6,7 +6,7 @@ a vertex in the neighbour's outline there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from shapely import LineString, Polygon
 
 from cityflow.core.building import Outline, OutlineEdge
 from cityflow.core.parameters import Parameters
-from cityflow.geometry.straight_edges import WallEdge, outward_rings, wall_edges
+from cityflow.geometry.straight_edges import WallEdge, wall_edges, wall_rings
 from cityflow.outlines.edited import DRAWN, LOCKED
 from cityflow.outlines.moved_edges import TURN_DEG, noded_again, polygon_of, ring_moved
 
@@ -25,6 +25,8 @@ ROOF = "roof"
 MOVED = "walls moved in from the roof's rim: {} of {} edges"
 LEAST_LEFT = 0.5
 """Share of an outline's area that its walls keep."""
+LEAST_ROOFED = 0.5
+"""An edge is the rim of the roof where the roof reaches out to it along this share of its length."""
 TIE_M, ON_LINE_M = 1e-3, 0.01
 
 
@@ -61,7 +63,7 @@ FindFacade = Callable[[Outline, WallEdge], Facade | None]
 
 
 def walls_moved_in(outlines: Sequence[Outline], facade: FindFacade, parameters: WallsInParameters) -> list[Outline]:
-    """Outlines by their walls as far as façades tell; what an outline was before is its `roof` where it had none yet.
+    """Outlines by their walls as far as façades tell; what an outline was before is its `roof` where it had none yet, and the roof reaches out to it.
 
     Parameters
     ----------
@@ -88,42 +90,40 @@ def _drawn(outline: Outline) -> bool:
 
 def _moved(outline: Outline, facade: FindFacade, p: WallsInParameters) -> Outline:
     """The very same object where nothing moves."""
-    found = _facades(outline, facade, p)
+    rings = wall_rings(outline.polygon, outline.party)
+    found = {
+        k: seen for k, edge in _free_edges(rings) if (seen := facade(outline, edge)) is not None and _counts(seen, p)
+    }
     polygon, kept = outline.polygon, dict[int, Facade]()
     for number, seen in sorted(found.items(), key=lambda item: (item[1].place_m / item[1].sigma_m, item[0])):
-        tried = _with_moves(outline, {**kept, number: seen})
+        tried = _with_moves(rings, {**kept, number: seen})
         if tried is not None and tried.area >= LEAST_LEFT * outline.polygon.area:
             polygon, kept = tried, {**kept, number: seen}
     if not kept:
         return outline
-    edges = wall_edges(outline.polygon, outline.party)
+    edges = [edge for ring in rings for edge in ring]
     remark = MOVED.format(len(kept), len(edges))
     rims = tuple(
-        OutlineEdge(edges[k].line, ROOF, seen.outline_sigma_m, seen.roofed) for k, seen in sorted(kept.items())
+        OutlineEdge(edges[k].line, ROOF, seen.outline_sigma_m, seen.roofed)
+        for k, seen in sorted(kept.items())
+        if seen.roofed >= LEAST_ROOFED
     )
     return replace(
-        outline, polygon=polygon, roof=outline.roof or outline.polygon, remark="; ".join(filter(None, [outline.remark, remark])),
+        outline, polygon=polygon, roof=outline.roof or (outline.polygon if rims else None), remark="; ".join(filter(None, [outline.remark, remark])),
         edges=_edges(outline, polygon, {k: (edges[k], seen) for k, seen in kept.items()}),
         rims=(*outline.rims, *rims),
     )  # fmt: skip
 
 
-def _facades(outline: Outline, facade: FindFacade, p: WallsInParameters) -> dict[int, Facade]:
-    """Edges that may move, by number, with the façades that they move to."""
-    found = {}
-    for number, edge in _free_edges(outline):
-        seen = facade(outline, edge)
-        if seen is not None and -seen.place_m > max(
-            p.least_m, p.significance * float(np.hypot(seen.sigma_m, seen.outline_sigma_m))
-        ):
-            found[number] = seen
-    return found
+def _counts(seen: Facade, p: WallsInParameters) -> bool:
+    """Whether a façade stands so far inside that its edge moves to it."""
+    return -seen.place_m > max(p.least_m, p.significance * float(np.hypot(seen.sigma_m, seen.outline_sigma_m)))
 
 
-def _free_edges(outline: Outline) -> list[tuple[int, WallEdge]]:
+def _free_edges(rings: Sequence[Sequence[WallEdge]]) -> list[tuple[int, WallEdge]]:
     """Edges that no neighbour touches, and that do not go straight on as one that a neighbour does: a wall has no step there."""
     free, first = [], 0
-    for ring in _rings(outline):
+    for ring in rings:
         for k, edge in enumerate(ring):
             beside = ring[k - 1], ring[(k + 1) % len(ring)]
             if not edge.party and not any(
@@ -134,30 +134,16 @@ def _free_edges(outline: Outline) -> list[tuple[int, WallEdge]]:
     return free
 
 
-def _rings(outline: Outline) -> list[list[WallEdge]]:
-    """Straight edges ring by ring, in the order of `wall_edges`."""
-    edges = wall_edges(outline.polygon, outline.party)
-    rings, first = [], 0
-    for ring in outward_rings(outline.polygon):
-        count, vertices = 0, 0
-        while vertices < len(ring):
-            vertices += len(edges[first + count].xy) - 1
-            count += 1
-        rings.append(edges[first : first + count])
-        first += count
-    return rings
-
-
-def _with_moves(outline: Outline, moves: dict[int, Facade]) -> Polygon | None:
-    rings, first = [], 0
-    for edges in _rings(outline):
+def _with_moves(rings: Sequence[Sequence[WallEdge]], moves: Mapping[int, Facade]) -> Polygon | None:
+    made, first = [], 0
+    for edges in rings:
         inwards = [-moves[first + k].place_m if first + k in moves else 0.0 for k in range(len(edges))]
         moved = ring_moved(edges, inwards)
         if moved is None:
             return None
-        rings.append(moved)
+        made.append(moved)
         first += len(edges)
-    return polygon_of(rings)
+    return polygon_of(made)
 
 
 def _edges(outline: Outline, polygon: Polygon, moved: dict[int, tuple[WallEdge, Facade]]) -> tuple[OutlineEdge, ...]:
