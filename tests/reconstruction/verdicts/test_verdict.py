@@ -6,10 +6,12 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from shapely import Polygon
 from shapely.affinity import scale, translate
 
+from cityflow.core.grid import Grid
 from cityflow.core.points import UNCLASSIFIED, PointCloud
-from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster
 from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.reconstruction import extruded
 from cityflow.reconstruction.extruded import ExtrudedParameters
@@ -118,6 +120,37 @@ def test_no_figure_that_is_worse_makes_a_unit_better(name: str) -> None:
     for model in (GOOD, FAIR):
         assert probability_of(worse, model) <= probability_of(BEST, model)
     assert judgement_of(BEST).verdict is Verdict.GOOD
+
+
+def ground_up_to(outline: Polygon, x_end: float) -> HeightRaster:
+    """Terrain around an outline, surveyed as far as a line."""
+    x_min, y_min, x_max, y_max = outline.bounds
+    grid = Grid.covering((x_min - 3, y_min - 3, x_max + 3, y_max + 3), 0.5)
+    dtm = np.where(np.broadcast_to(grid.x_centres() < x_end, grid.shape), 0.0, np.nan)
+    return HeightRaster(grid, dtm, dtm)
+
+
+def test_a_building_at_the_end_of_the_survey_says_so() -> None:
+    """Good as far as it was seen, it is not called good; where the survey goes on around it nothing is said."""
+    sound = scan(SCENES["hip"][0], OUTLINE, 12.0, 0.02, 1)
+    outline = sound.outline
+    west, _, east, _ = outline.bounds
+    whole = attributes_of(judged_model(replace(sound, heights=ground_up_to(outline, east + 9.0)), PARAMETERS))
+    assert (whole["verdict"], whole["verdict_reason"]) == (Verdict.GOOD, "")
+    ends = attributes_of(judged_model(replace(sound, heights=ground_up_to(outline, east + 0.2)), PARAMETERS))
+    assert ends["verdict"] == Verdict.LOOK
+    assert str(ends["verdict_reason"]).startswith("the survey ends here: ")
+    cut = replace(
+        sound,
+        heights=ground_up_to(outline, (west + east) / 2),
+        points=sound.points.take(sound.points.xyz[:, 0] < (west + east) / 2),
+        around=sound.around.take(sound.around.xyz[:, 0] < (west + east) / 2),
+    )
+    told = attributes_of(judged_model(cut, PARAMETERS))
+    assert told["verdict"] != Verdict.GOOD
+    assert str(told["verdict_reason"]).startswith("the survey ends here: ")
+    assert "outside the outline" not in str(told["verdict_reason"])
+    assert "out of place" not in str(told["verdict_reason"])
 
 
 def test_verdicts_are_counted() -> None:

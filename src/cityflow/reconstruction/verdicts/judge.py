@@ -15,17 +15,19 @@ from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.reconstruction.verdicts.figures import Figures, HeldBack, figures_of
 from cityflow.reconstruction.verdicts.held_back import groups_of, without_group
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit, fit_of
+from cityflow.reconstruction.verdicts.survey_edge import survey_end
 from cityflow.reconstruction.verdicts.verdict import judgement_of
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """A choice with its points judged: `fit` and `figures` are None where there is no solid."""
+    """A choice with its points judged: `fit` and `figures` are None where there is no solid; `survey_end` says where the survey ends at the unit."""
 
     choice: Choice
     fit: RoofFit | None = None
     figures: Figures | None = None
     held: HeldBack | None = None
+    survey_end: str = ""
 
 
 def judged_model(evidence: Evidence, parameters: ModelParameters) -> Judged:
@@ -39,18 +41,19 @@ def judged_model(evidence: Evidence, parameters: ModelParameters) -> Judged:
     enough = int(mine.sum()) >= how.least
     choice = model(without_group(evidence, 0, how.groups) if enough else evidence, parameters)
     solid = choice.candidate.solid
+    end = survey_end(evidence.outline, evidence.heights)
     if solid is None or choice.status is Status.FAILED:
-        return Judged(choice)
+        return Judged(choice, survey_end=end)
     fit = fit_of(solid, evidence)
     held = HeldBack(mine, fit.distance) if enough else _crossed(choice, evidence, parameters)
     claim = choice.candidate.notes.get("claimed_rmse_m")
     known = float(claim) if isinstance(claim, int | float) else None
-    return Judged(choice, fit, figures_of(solid, evidence, fit, held, known), held)
+    return Judged(choice, fit, figures_of(solid, evidence, fit, held, known), held, end)
 
 
 def attributes_of(judged: Judged) -> dict[str, Scalar]:
     """Verdict, its probability and reason, and the figures that it comes from, as attributes of the unit."""
-    judgement = judgement_of(judged.figures, judged.choice.reason)
+    judgement = judgement_of(judged.figures, judged.choice.reason, judged.survey_end)
     said: dict[str, Scalar] = {
         VERDICT_KEY: judgement.verdict.value,
         PROBABILITY_KEY: round(judgement.probability, 3),

@@ -8,7 +8,7 @@ models, in which every figure can only lower them; their weights are fitted on m
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from cityflow.core.verdicts import Verdict
@@ -34,17 +34,25 @@ class Judgement:
 NO_MODEL = "no method gave a model"
 MOST_REASONS, LEAST_COST = 3, 0.7
 """So many reasons are told, of those that lower the logit by this much."""
+OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "beside"})
+"""Figures that say no more than that the survey ends, where it does."""
 
 
-def judgement_of(figures: Figures | None, reason: str = "") -> Judgement:
-    """The verdict on a unit; without figures there is no model that points could speak of, `reason` says why."""
+def judgement_of(figures: Figures | None, reason: str = "", survey_end: str = "") -> Judgement:
+    """The verdict on a unit; without figures there is no model that points could speak of, `reason` says why.
+
+    Where the survey ends at a unit, as `survey_end` says, it is not good: nobody knows how it goes on. What follows from that is no reason of its own.
+    """
     if figures is None:
-        return Judgement(Verdict.POOR, 0.0, reason or NO_MODEL)
+        return Judgement(Verdict.POOR, 0.0, "; ".join(filter(None, [survey_end, reason or NO_MODEL])))
     probability = probability_of(figures, GOOD)
     if probability >= GOOD_FROM:
-        return Judgement(Verdict.GOOD, probability)
+        return Judgement(Verdict.LOOK if survey_end else Verdict.GOOD, probability, survey_end)
     is_poor = probability_of(figures, FAIR) < POOR_BELOW
-    return Judgement(Verdict.POOR if is_poor else Verdict.LOOK, probability, reasons_of(figures))
+    told = reasons_of(figures, OF_SURVEY_END if survey_end else frozenset())
+    return Judgement(
+        Verdict.POOR if is_poor else Verdict.LOOK, probability, "; ".join(filter(None, [survey_end, told]))
+    )
 
 
 def probability_of(figures: Figures, model: Logistic) -> float:
@@ -61,12 +69,12 @@ def costs_of(figures: Figures, model: Logistic) -> dict[str, float]:
     return costs
 
 
-def reasons_of(figures: Figures) -> str:
-    """What speaks against a model, in words, the weightiest first."""
+def reasons_of(figures: Figures, without: Collection[str] = ()) -> str:
+    """What speaks against a model, in words, the weightiest first; at least one, unless some figures are left out."""
     costs = costs_of(figures, GOOD)
-    ranked = sorted(WORDS, key=lambda name: (-costs.get(name, 0.0), name))
-    told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS] or ranked[:1]
-    return "; ".join(WORDS[name](figures) for name in told)
+    ranked = sorted(WORDS.keys() - without, key=lambda name: (-costs.get(name, 0.0), name))
+    told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS]
+    return "; ".join(WORDS[name](figures) for name in told or ranked[: not without])
 
 
 def _percent(share: float) -> str:
