@@ -120,14 +120,33 @@ def photographed(gains: Mapping[str, float]) -> list[ColourImage]:
     return [shot(image, gains.get(name, 1.0)) for name, image in sides().items()]
 
 
+def test_images_that_are_exposed_alike_stay_as_they_are() -> None:
+    """Some images share nothing but the plain roof with the finest one, which tells no contrast: a line through its rim put the wall off by 3.9."""
+    made = textured(photographed({}))
+    for wall in (SOUTH, ("solid", 3), ("solid", 5)):
+        assert np.median(errors(made, wall)) < 0.5
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_is_no_difference_of_exposure(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    images = []
+    for clean in photographed({}):
+        values = clean.pixels.window((0, SMALL.height), (0, SMALL.width), 0) + rng.normal(
+            0, 3, (SMALL.height, SMALL.width, 3)
+        )
+        images.append(ColourImage(clean.image, ArrayPixels(np.clip(np.rint(values), 0, 255).astype(np.uint8))))
+    patch = next(p for p in textured(images).texture.rectified if p.key == SOUTH)
+    wall = inner(patch) & (np.abs(patch.pixels.astype(float) - WALL) < 20).all(axis=2)
+    assert np.median(patch.pixels[wall], axis=0) == pytest.approx(WALL, abs=4.0)
+
+
 def test_a_burnt_out_image_and_a_dark_one_leave_the_wall_as_it_is() -> None:
     """The finest image of the wall is burnt out, of the others one is darker by half: without looking at what is burnt the wall was 20 off."""
-    alike = np.median(errors(textured(photographed({})), SOUTH))
     made = textured(photographed({"finest": 1.9, "left": 0.5}))
     found = errors(made, SOUTH)
-    assert alike < 4.5
-    assert np.median(found) < 3.0
-    assert np.percentile(found, 90) < 6.0
+    assert np.median(found) < 1.5
+    assert np.percentile(found, 90) < 4.0
     pixels = next(p for p in made.texture.rectified if p.key == SOUTH)
     assert (pixels.pixels[inner(pixels)].min(axis=1) >= 250).mean() < 0.001, "nothing is white"
 

@@ -36,6 +36,22 @@ def test_a_quarter_of_outliers_does_not_turn_the_line() -> None:
     assert max(error(1.0, 0.0, contrast, 0.25, seed) for contrast in (3.0, 15.0, 35.0) for seed in range(8)) < 5.0
 
 
+@pytest.mark.parametrize("cells", [15, 60])
+def test_what_chance_explains_is_no_difference(cells: int) -> None:
+    """Values that differ by noise alone mostly stay; where values beside each other err alike there are fewer of them than it seems."""
+    rng = np.random.default_rng(7)
+    off, runs = [], []
+    for _ in range(40):
+        truth = rng.normal(110, 4, cells)
+        gain, offset, _ = fitted(truth + rng.normal(0, 3, cells), truth + rng.normal(0, 3, cells), PARAMETERS)
+        off.append(np.abs(gain * GREYS + offset - GREYS).max())
+        alike = np.repeat(rng.normal(0, 4, -(-cells // 10)), 10)[:cells]
+        gain, offset, _ = fitted(truth, truth + alike, PARAMETERS)
+        runs.append(np.abs(gain * GREYS + offset - GREYS).max())
+    assert np.median(off) < 1.0
+    assert np.median(runs) < 2.0
+
+
 def test_both_directions_give_the_same_line() -> None:
     rng = np.random.default_rng(1)
     x = rng.uniform(20, 120, 400)

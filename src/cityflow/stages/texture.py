@@ -35,7 +35,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 STAGE = "texture"
-VERSION = 5
+VERSION = 6
 TEXTURE = "texture.cfa"
 LONGEST_M = 60.0
 """From where a building is counted to where it ends, mostly."""

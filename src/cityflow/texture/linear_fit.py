@@ -39,7 +39,8 @@ def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tu
     """Gain, offset and spread of y = gain · x + offset, of one band, robustly and the same in both directions.
 
     Starts from the median ratio, a gain alone, and weighs by Tukey's function of what remains, which is measured between the two images' values, divided
-    by the root of the gain. An offset needs contrast to show; without it its expectation, none, keeps it small and the gain near that ratio.
+    by the root of the gain. An offset needs contrast to show; without it its expectation, none, keeps it small and the gain near that ratio. What the values
+    do not clearly speak for is taken back (`_as_far_as_shown`): images that were exposed alike stay as they are.
 
     Returns
     -------
@@ -55,7 +56,49 @@ def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tu
         before, (gain, offset) = gain, _line(x, y, weight, spread, parameters)
         if abs(gain - before) < SETTLED * gain:
             break
-    return gain, offset, spread
+    return *_as_far_as_shown((x, y, weight), (gain, offset), spread, parameters), spread
+
+
+def _as_far_as_shown(
+    cells: tuple[FloatArray, FloatArray, FloatArray],
+    line: tuple[float, float],
+    spread: float,
+    parameters: RadiometryParameters,
+) -> tuple[float, float]:
+    """Gain and offset, drawn towards a gain alone, and that towards none, by what each step explains beyond chance.
+
+    A step of one unknown takes 1 off the sum of squares, in standard deviations, where there is nothing to find; where it takes off D, the share of it that
+    is true is expected to be 1 - 1 / D (an empirical Bayes estimate, as by James and Stein 1961).
+
+    Parameters
+    ----------
+    cells : x, y and weights, cells beside each other one after the other
+    """
+    x, y, weight = cells
+    trust = _independent(weight, y - line[0] * x - line[1]) / spread**2
+
+    def misfit(gain: float, offset: float) -> float:
+        return trust * float(weight @ (y - gain * x - offset) ** 2) / gain
+
+    most = np.log(parameters.most_gain)
+    squares = [max(float(weight @ v**2), 1e-9) for v in (x, y)]
+    alone = float(np.clip(0.5 * np.log(squares[1] / squares[0]), -most, most))
+    none, one, both = misfit(1.0, 0.0), misfit(float(np.exp(alone)), 0.0), misfit(*line)
+    of_gain, of_offset = _true_share(none - one), _true_share(one - both)
+    log_gain = of_offset * np.log(line[0]) + (1.0 - of_offset) * of_gain * alone
+    return float(np.exp(log_gain)), of_offset * line[1]
+
+
+def _independent(weight: FloatArray, rest: FloatArray) -> float:
+    """Share of the cells that tell something of their own, 0 to 1: what remains is alike in cells that stand beside each other, along rows and across."""
+    rest = weight * rest
+    alike = float(rest[1:] @ rest[:-1]) / max(float(rest @ rest), 1e-9)
+    alike = float(np.clip(alike, 0.0, 1.0))
+    return ((1.0 - alike) / (1.0 + alike)) ** 2
+
+
+def _true_share(explained: float) -> float:
+    return max(1.0 - 1.0 / max(explained, 1.0), 0.0)
 
 
 def _line(

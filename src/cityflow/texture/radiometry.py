@@ -4,7 +4,8 @@ A face alone says little: it is small, often plain, and glass shows each image a
 of it: a roof joins the images of opposite walls. Two faces with no image in common are not compared along their edge, for they
 are of unlike materials and the sun does not shine on both alike; images that nothing joins stay as the balance of the survey made them.
 
-A tree hands on what is wrong with any of its edges. So each image is then compared with the middle of all that see the same cells, in a few sweeps.
+A tree hands on what is wrong with any of its edges. So each image is then compared with the middle of all that see the same cells, in a few sweeps. Whatever
+is compared changes an image only as far as the values speak for it beyond chance: a survey without differences of exposure stays as it is.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from contextlib import suppress
 
+import cv2
 import numpy as np
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.comparisons import Comparison, FaceSamples, Tree, UnitCells, comparisons, spanning_trees
@@ -35,14 +37,14 @@ Models = Mapping[int, LinearModel]
 
 
 def face_samples(face: FacePlane, grid: FaceGrid, seen: Sequence[SeenFace], sources: Sequence[Source]) -> FaceSamples:
-    """Colours of a face's cells, from the pyramid level whose pixels are as large as the cells.
+    """Colours of a face's cells, from the pyramid level whose pixels are as large as the cells; those at the rim of what an image sees show what is beside.
 
     Parameters
     ----------
     seen : images of the face that the unit uses anywhere, also where another face is all that they are kept for: they join what is far apart
     sources : all images of the unit
     """
-    sees = np.array([s.mask.mask().ravel() for s in seen]).reshape(len(seen), grid.rows * grid.cols)
+    sees = np.array([_inside(s.mask.mask()).ravel() for s in seen]).reshape(len(seen), grid.rows * grid.cols)
     asked = np.flatnonzero(sees.any(axis=0))
     asked = asked[:: max(1, -(-len(asked) // CELLS_OF_FACE))]
     xyz = face.world(grid.centres().reshape(-1, 2)[asked])
@@ -59,6 +61,12 @@ def face_samples(face: FacePlane, grid: FaceGrid, seen: Sequence[SeenFace], sour
                 )
     pixels = np.array([s.mask.count * (grid.cell / max(s.view.gsd_m, 1e-6)) ** 2 for s in seen])
     return FaceSamples(tuple(s.view.image for s in seen), colours, pixels)
+
+
+def _inside(mask: BoolArray) -> BoolArray:
+    """Cells all of whose neighbours are seen, too."""
+    square = np.ones((3, 3), np.uint8)
+    return cv2.erode(mask.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=0).astype(bool)
 
 
 def balance(
@@ -152,10 +160,9 @@ def _refitted(
     if len(seen) < parameters.least_cells:
         return before
     seen = seen[:: max(1, len(seen) // CELLS_OF_IMAGE)]
-    # what is expected of a correction is that there is none
-    x, y = before.applied(colours[seen]).astype(np.float64), middle[seen].astype(np.float64)
+    x, y = colours[seen].astype(np.float64), middle[seen].astype(np.float64)
     bands = np.array([fitted(x[:, b], y[:, b], parameters) for b in range(3)])
-    return _bounded(LinearModel(bands[:, 0].copy(), bands[:, 1].copy()).after(before), parameters)
+    return _bounded(LinearModel(bands[:, 0].copy(), bands[:, 1].copy()), parameters)
 
 
 def _like_the_middle(
