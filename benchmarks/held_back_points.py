@@ -15,15 +15,15 @@ import laspy
 import numpy as np
 import shapely
 
+from changed_parameters import changed_parameters
 from cityflow.core.arrays import FloatArray
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.roof_distances import NEAR
-from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.choose import choose
 from cityflow.reconstruction.planes.plane_labels import OUTLIER
 from drawn_town import table
-from inner_city_roofs import with_value
 
 AROUND_M, LEAST_M2, SIGMA_M, HELD_BACK = 0.6, 25.0, 0.05, 1 / 3
 
@@ -59,10 +59,7 @@ def main() -> None:
     for keep in asked.keep:
         units = read_units(asked.data, keep)
         for pairs in asked.set or [[]]:
-            changed: dict[str, object] = {}
-            for pair in pairs:
-                with_value(changed, *pair.split("=", 1))
-            parameters = ReconstructParameters.model_validate(changed)
+            parameters = changed_parameters(pairs)
             choices = [choose(evidence, parameters) for evidence, _ in units]
             away = np.concatenate(
                 [

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 
+from changed_parameters import changed_parameters
 from cityflow.core.arrays import FloatArray
 from cityflow.core.reconstruction import Evidence
 from cityflow.evaluation.roof_points import unit_distances
@@ -69,27 +70,13 @@ def judged(case: str, seeds: list[int], parameters: ReconstructParameters) -> li
     ]  # fmt: skip
 
 
-def with_value(tree: dict[str, object], key: str, value: str) -> None:
-    """Set a nested key of a parameter tree."""
-    head, _, rest = key.partition(".")
-    if rest:
-        branch = tree.setdefault(head, {})
-        assert isinstance(branch, dict)
-        with_value(branch, rest, value)
-    else:
-        tree[head] = value
-
-
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
     options.add_argument("--cases", nargs="+", default=CASES)
     options.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="parameters of the choice")
     asked = options.parse_args()
-    changed: dict[str, object] = {}
-    for pair in asked.set:
-        with_value(changed, *pair.split("=", 1))
-    parameters = ReconstructParameters.model_validate(changed)
+    parameters = changed_parameters(asked.set)
     names = [
         "case",
         "units",

@@ -16,6 +16,7 @@ from itertools import product
 
 import numpy as np
 
+from changed_parameters import changed_parameters
 from cityflow.core.arrays import BoolArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.evaluation.roof_points import unit_distances
@@ -25,7 +26,6 @@ from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
 from cityflow.synthetic.inner_city import InnerCityParameters, inner_city
 from drawn_suburb import FULL_M2, Roof, suburb, town
 from drawn_town import table
-from inner_city_roofs import with_value
 
 FUNDAMENTAL, BLOCK, FEWER, WRONG, BOTH = (
     "too few points",
@@ -105,10 +105,7 @@ def main() -> None:
     options.add_argument("--densities", type=float, nargs="+", default=[2.0, 0.7])
     options.add_argument("--set", nargs="+", default=[], metavar="KEY=VALUE", help="parameters of the choice")
     asked = options.parse_args()
-    changed: dict[str, object] = {}
-    for pair in asked.set:
-        with_value(changed, *pair.split("=", 1))
-    parameters = ReconstructParameters.model_validate(changed)
+    parameters = changed_parameters(asked.set)
     rows = []
     for case in asked.cases:
         kind, seed = case.split(":")

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import wraps
-from typing import TypeVar
+from operator import is_
+from typing import TypeVar, TypeVarTuple
 
 MOST = 8
 """A unit has a handful of solids at a time."""
 
-V = TypeVar("V")
+V = TypeVarTuple("V")
 R = TypeVar("R")
 
 
-def remembered(function: Callable[[V], R]) -> Callable[[V], R]:
-    """The function, which answers from memory where it is asked for one of the last few values again: the same object, which nobody changes.
+def remembered(function: Callable[[*V], R]) -> Callable[[*V], R]:
+    """The function, which answers from memory where it is asked for one of the last few values again: the same objects, which nobody changes.
 
     >>> calls = []
     >>> first = remembered(lambda values: calls.append(1) or values[0])
@@ -23,15 +24,16 @@ def remembered(function: Callable[[V], R]) -> Callable[[V], R]:
     >>> first(same), first(same), len(calls)
     (3, 3, 1)
     """
-    recent: deque[tuple[V, R]] = deque(maxlen=MOST)
+    recent: deque[tuple[tuple[object, ...], R]] = deque(maxlen=MOST)
 
     @wraps(function)
-    def answer(value: V) -> R:
+    def answer(*values: *V) -> R:
+        asked: tuple[object, ...] = values
         for known, found in tuple(recent):
-            if known is value:
+            if all(map(is_, known, asked)):
                 return found
-        found = function(value)
-        recent.append((value, found))
+        found = function(*values)
+        recent.append((asked, found))
         return found
 
     return answer

@@ -43,14 +43,10 @@ def check_polyhedron(polyhedron: Polyhedron, tolerances: Tolerances = DEFAULT) -
     >>> check_polyhedron(Polyhedron(np.zeros((0, 3)), ()))
     [Fault(code=902, name='EMPTY_PRIMITIVE', where='')]
     """
-    return list(_usual_faults(polyhedron)) if tolerances is DEFAULT else _faults_of(polyhedron, tolerances)
+    return list(_faults_of(polyhedron, tolerances))
 
 
 @remembered
-def _usual_faults(polyhedron: Polyhedron) -> list[Fault]:
-    return _faults_of(polyhedron, DEFAULT)
-
-
 def _faults_of(polyhedron: Polyhedron, tolerances: Tolerances) -> list[Fault]:
     faults, _ = check_shell(polyhedron, tolerances)
     if not faults and volume(polyhedron) <= 0:

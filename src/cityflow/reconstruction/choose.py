@@ -50,10 +50,10 @@ HANDED_TO = {"monolithic": "volumetric", "roof_types": "orientation_histogram"}
 """Where a method finds no valid solid, because it sees itself inconsistent or knows no type, the other is tried in its place."""
 
 BY_TYPE = "roof_types"
-"""The method that is asked where a person has set a roof type, and beside that of planes where points are sparse: whole shapes need fewer."""
+"""The method that is asked where a person has set a roof type: it alone can be told one."""
 
 WHOLE_SHAPES = ("roof_types", "primitives")
-"""Methods that are asked beside that of planes where points are sparse: whole shapes need fewer."""
+"""Methods that are asked beside that of planes where points are sparse: whole shapes need fewer points than planes one by one."""
 
 ABOUT_AS_GOOD = 0.2
 """A candidate is about as good as the best where it explains less by no more than this share of the points."""
@@ -96,7 +96,10 @@ class ReconstructParameters(Parameters):
     extruded: ExtrudedParameters = ExtrudedParameters()
     score: ScoreParameters = ScoreParameters()
     sparse_per_m2: float = Field(
-        4.0, ge=0, le=100, description="with no more roof points per m² than this, roof_types is tried, too; 0: never"
+        4.0,
+        ge=0,
+        le=100,
+        description="with no more roof points per m² of outline than this, roof_types and primitives are tried, too; 0: never",
     )
     min_points: int = Field(3, ge=1, le=1000, description="units with fewer roof points become a block")
     min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
