@@ -19,7 +19,7 @@ DEFAULT = PartitionParameters()
 
 
 def _solid(case: RoofCase, segments: PlaneSegments) -> tuple[RoofPartition, Polyhedron]:
-    partition = partition_roof(case.outline, segments, DEFAULT)
+    partition, _ = partition_roof(case.outline, segments, DEFAULT)
     return partition, assemble(partition, segments.coefficients, 1.0, ORIGIN)
 
 
@@ -62,7 +62,7 @@ def test_planes_a_little_off_keep_the_partition(name: str, seed: int) -> None:
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_cells_cover_the_outline_without_overlap(name: str) -> None:
     case = CASES[name]
-    partition = partition_roof(case.outline, case.segments(3, noise=0.05), DEFAULT)
+    partition, _ = partition_roof(case.outline, case.segments(3, noise=0.05), DEFAULT)
     polygons = [partition.polygon(cell) for cell in partition.cells]
     assert all(p.is_valid for p in polygons)
     assert sum(p.area for p in polygons) == pytest.approx(case.outline.area, rel=1e-9)
@@ -73,7 +73,7 @@ def test_cells_cover_the_outline_without_overlap(name: str) -> None:
 
 def test_same_input_gives_the_same_bytes() -> None:
     segments = CASES["tee"].segments(1)
-    first, second = (partition_roof(CASES["tee"].outline, segments, DEFAULT) for _ in range(2))
+    first, second = (partition_roof(CASES["tee"].outline, segments, DEFAULT)[0] for _ in range(2))
     assert first.cells == second.cells
     assert first.vertices.tobytes() == second.vertices.tobytes()
 
@@ -81,7 +81,7 @@ def test_same_input_gives_the_same_bytes() -> None:
 def test_narrow_strip_without_points_joins_its_neighbour() -> None:
     """Two planes whose points leave a strip between parallel lines: no sliver of either remains."""
     case = CASES["step"]
-    partition = partition_roof(case.outline, case.segments(0, gap=0.6), DEFAULT)
+    partition, _ = partition_roof(case.outline, case.segments(0, gap=0.6), DEFAULT)
     assert min(partition.polygon(cell).buffer(-0.2).area for cell in partition.cells) > 1
 
 
@@ -107,7 +107,7 @@ def test_clutter_makes_no_roof_polygons() -> None:
     labels = segments.labels.copy()
     labels[np.abs(points[:, 2] - 6.0) > 0.3] = -1
     cluttered = PlaneSegments(ORIGIN, points, labels, planes, np.full(3, 0.02), 0.02)
-    partition = partition_roof(case.outline, cluttered, DEFAULT)
+    partition, _ = partition_roof(case.outline, cluttered, DEFAULT)
     assert [cell.plane for cell in partition.cells] == [0]
 
 
@@ -129,7 +129,7 @@ def test_round_outline_with_many_vertices() -> None:
     labels = (np.hypot(*(xy - 10).T) < 4).astype(np.int64)
     planes = np.array([[0.0, 0.0, 6.0], [0.0, 0.0, 12.0]])
     segments = PlaneSegments(ORIGIN, np.column_stack([xy, planes[labels, 2]]), labels, planes, np.zeros(2), 0.02)
-    partition = partition_roof(outline, segments, DEFAULT)
+    partition, _ = partition_roof(outline, segments, DEFAULT)
     solid = assemble(partition, planes, 0.0, ORIGIN)
     assert check_polyhedron(solid) == []
     assert volume(solid) == pytest.approx(outline.area * 6 + np.pi * 16 * 6, rel=0.05)
@@ -144,7 +144,7 @@ def test_number_of_cells_is_bounded() -> None:
     labels = np.argmin(np.hypot(*(xy[:, None] - centres).transpose(2, 0, 1)), axis=1)
     z = np.einsum("ij,ij->i", np.column_stack([xy, np.ones(len(xy))]), planes[labels])
     segments = PlaneSegments(ORIGIN, np.column_stack([xy, z]), labels, planes, np.full(40, 0.02), 0.02)
-    partition = partition_roof(outline, segments, PartitionParameters(max_cells=60))
+    partition, _ = partition_roof(outline, segments, PartitionParameters(max_cells=60))
     assert len(partition.cells) <= 60
     assert sum(partition.polygon(c).area for c in partition.cells) == pytest.approx(2400)
 

@@ -24,7 +24,7 @@ def raised(width: float, density: float, seed: int) -> PlaneSegments:
 
 
 def areas(segments: PlaneSegments, **changed: float) -> FloatArray:
-    partition = partition_roof(OUTLINE, segments, PartitionParameters(min_width=0.0, **changed))
+    partition, _ = partition_roof(OUTLINE, segments, PartitionParameters(min_width=0.0, **changed))
     return np.sort([partition.polygon(cell).area for cell in partition.cells])
 
 

@@ -20,7 +20,7 @@ CASES = roof_cases()
 def levels_of(name: str, jump: float = 2.0) -> Mapping[Lod, Polyhedron]:
     case = CASES[name]
     segments = case.segments(0)
-    partition = partition_roof(case.outline, segments, PartitionParameters())
+    partition, _ = partition_roof(case.outline, segments, PartitionParameters())
     world = translate(case.outline, *ORIGIN[:2])
     return block_levels(partition, segments.coefficients, 1.0, ORIGIN, world, LevelParameters(jump=jump))
 

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import EdgeOverhang
+from cityflow.core.building import EdgeOverhang, Polyhedron
 from cityflow.core.grid import grown
 from cityflow.core.reconstruction import Candidate, Evidence
+from cityflow.geometry.recent import remembered
 from cityflow.geometry.straight_edges import WallEdge, wall_edges
 from cityflow.reconstruction.overhangs.faces_at_edges import BESIDE_M, face_planes, faces_beside
 from cityflow.reconstruction.overhangs.known_rims import with_known_rim
@@ -125,13 +127,19 @@ def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) ->
     solid = candidate.solid
     if solid is None or not len(foot):
         return np.full((len(foot), 2), np.nan)
-    origin = np.floor(solid.vertices.min(axis=0))
-    polygons, planes = face_planes(solid, origin)
+    origin, polygons, planes = _faces_of(solid)
     local = foot - origin[:2]
     face = faces_beside(polygons, local - BESIDE_M * outward)
     a, b, c = planes[face].T
     height = a * local[:, 0] + b * local[:, 1] + c + origin[2]
     return np.where((face >= 0)[:, None], np.column_stack([height, a * outward[:, 0] + b * outward[:, 1]]), np.nan)
+
+
+@remembered
+def _faces_of(solid: Polyhedron) -> tuple[FloatArray, list[Polygon], FloatArray]:
+    """A local origin, and the roof's faces and planes in its frame: every edge asks for them."""
+    origin = np.floor(solid.vertices.min(axis=0))
+    return origin, *face_planes(solid, origin)
 
 
 def _rim(

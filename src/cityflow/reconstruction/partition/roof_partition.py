@@ -70,8 +70,10 @@ class PartitionParameters(Parameters):
     max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")
 
 
-def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters) -> RoofPartition:
-    """Cells of the outline, each with one of the planes.
+def partition_roof(
+    outline: Polygon, segments: PlaneSegments, parameters: PartitionParameters
+) -> tuple[RoofPartition, list[Patch]]:
+    """Cells of the outline, each with one of the planes; and patches of points that these miss though they are worth a polygon.
 
     Parameters
     ----------
@@ -81,48 +83,36 @@ def partition_roof(outline: Polygon, segments: PlaneSegments, parameters: Partit
     if len(segments) < 1:
         raise ValueError("a partition needs at least one plane")
     if len(segments) == 1:
-        return single_cell(outline)
+        partition = single_cell(outline)
+        return partition, _missed(partition, segments, PlaneEnergy(segments, parameters, outline.area))
     energy = PlaneEnergy(segments, parameters, outline.area)
     lines = candidate_lines(outline, segments, parameters)
     partition = partition_along(outline, lines, energy, parameters)
+    missed = _missed(partition, segments, energy)
     for _ in range(LOOKS):
-        closer = _lines_of_missed(outline, partition, segments, energy)
-        if not closer:
+        closer = without_doubles([*lines, *_lines_around(outline, missed, energy)], 0.1)
+        if closer == lines:
             break
-        lines = without_doubles([*lines, *closer], 0.1)
+        lines = closer
         other = partition_along(outline, lines, energy, parameters)
         if energy.total(other) >= energy.total(partition):
             break
-        partition = other
-    return partition
+        partition, missed = other, _missed(other, segments, energy)
+    return partition, missed
 
 
-def _lines_of_missed(
-    outline: Polygon,
-    partition: RoofPartition,
-    segments: PlaneSegments,
-    energy: PlaneEnergy,
-) -> list[CutLine]:
-    """Lines around the points of planes that the roof misses, where they are worth a polygon."""
-    patches = _missed(partition, energy.planes, segments, energy)[:MOST_PATCHES]
+def _lines_around(outline: Polygon, missed: list[Patch], energy: PlaneEnergy) -> list[CutLine]:
+    """Lines around the largest patches of points that a roof misses."""
     directions, margin = main_directions(outline), math.sqrt(energy.area_of_point) / 2
-    return on_outline([line for p in patches for line in lines_around(p, directions, margin)], outline, 0.3)
+    lines = [line for patch in missed[:MOST_PATCHES] for line in lines_around(patch, directions, margin)]
+    return on_outline(lines, outline, 0.3)
 
 
-def missed_by(
-    partition: RoofPartition, planes: FloatArray, segments: PlaneSegments, area: float, parameters: PartitionParameters
-) -> list[Patch]:
-    """Connected points of found planes that a roof over an outline of some area (m²) misses, where they are worth a polygon.
-
-    `planes` are those that the partition's cells are numbered by, `segments` those that were found.
-    """
-    return _missed(partition, planes, segments, PlaneEnergy(segments, parameters, area))
-
-
-def _missed(partition: RoofPartition, planes: FloatArray, segments: PlaneSegments, energy: PlaneEnergy) -> list[Patch]:
+def _missed(partition: RoofPartition, segments: PlaneSegments, energy: PlaneEnergy) -> list[Patch]:
+    """Connected points of found planes that a roof misses, where they are worth a polygon."""
     least = PLANE_NUMBERS * energy.number_price / energy.area_of_point
     reach = max(energy.parameters.reach, 2.0 * math.sqrt(energy.area_of_point))
-    return missed_patches(partition, planes, segments, (energy.tolerance, least, reach))
+    return missed_patches(partition, energy.planes, segments, (energy.tolerance, least, reach))
 
 
 def partition_along(
@@ -209,19 +199,24 @@ def candidate_lines(outline: Polygon, segments: PlaneSegments, parameters: Parti
 
 def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
     """Cut every cell that a line's stretch crosses; boxes tell which these may be."""
-    boxes = {number: _bounds(division, number) for number in division.cells}
+    numbers = list(division.cells)
+    boxes = np.array([_bounds(division, number) for number in numbers])
     for line in lines:
-        numbers, box = np.array(list(boxes)), np.array(list(boxes.values()))
-        centre, half = (box[:, :2] + box[:, 2:]) / 2, (box[:, 2:] - box[:, :2]) / 2
+        centre, half = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
         across = np.abs(centre @ (line.nx, line.ny) - line.offset) - half @ (abs(line.nx), abs(line.ny))
         along = np.abs(centre @ (-line.ny, line.nx) - (line.start + line.end) / 2) - half @ (abs(line.ny), abs(line.nx))
-        for number in numbers[(across < 0) & (along < (line.end - line.start) / 2)].tolist():
+        new: list[int] = []
+        for k in np.flatnonzero((across < 0) & (along < (line.end - line.start) / 2)).tolist():
             if len(division.cells) >= most:
                 return
-            parts = division.cut(number, line)
-            if parts != [number]:
-                del boxes[number]
-                boxes.update({part: _bounds(division, part) for part in parts})
+            parts = division.cut(numbers[k], line)
+            if parts != [numbers[k]]:
+                new += parts
+                # a cell that is no more meets no line
+                boxes[k] = np.nan
+        if new:
+            numbers += new
+            boxes = np.concatenate([boxes, [_bounds(division, number) for number in new]])
 
 
 def _bounds(division: Subdivision, number: int) -> tuple[float, float, float, float]:
@@ -265,11 +260,12 @@ class PlaneEnergy:
         cell = points_in_cells(division, numbers, self.points[:, 0].copy(), self.points[:, 1].copy())
         cost = plane_costs(self.points, cell, self.planes, self.tolerance, len(numbers)) * self.area_of_point
         count = np.bincount(cell[cell >= 0], minlength=len(numbers))
-        for k, number in enumerate(numbers):
-            xy = np.array([division.xy[v] for v in division.cells[number][0]])
-            z = xy @ self.planes[:, :2].T + self.planes[:, 2]
-            wild = np.any((z < self.lowest) | (z > self.highest), axis=0)
-            cost[k] += wild * division.area(number)
+        if numbers:
+            rings = [division.cells[number][0] for number in numbers]
+            z = np.array([division.xy[v] for ring in rings for v in ring]) @ self.planes[:, :2].T + self.planes[:, 2]
+            first = np.cumsum([0, *(len(ring) for ring in rings[:-1])])
+            wild = np.logical_or.reduceat((z < self.lowest) | (z > self.highest), first)
+            cost += wild * np.array([[division.area(number)] for number in numbers])
         return cost, count
 
     def minimise(self, division: Subdivision) -> dict[int, int]:

@@ -60,11 +60,11 @@ def missed_patches(
     tolerance, least, reach = limits
     off = _off(partition, planes, segments.points)
     missed = (segments.labels >= 0) & (np.abs(off) > tolerance)
-    found = []
-    for plane in np.unique(segments.labels[missed]).tolist():
+    least, found = max(least, LEAST_POINTS), []
+    for plane in np.flatnonzero(np.bincount(segments.labels[missed]) >= least).tolist():
         mine = np.flatnonzero(missed & (segments.labels == plane))
         patch = _connected(segments.points[mine, :2], reach)
-        for k in np.flatnonzero(np.bincount(patch) >= max(least, LEAST_POINTS)):
+        for k in np.flatnonzero(np.bincount(patch) >= least):
             member = mine[patch == k]
             found.append(Patch(plane, segments.points[member, :2], float(np.median(off[member]))))
     return sorted(found, key=lambda p: (-len(p.xy), p.plane, tuple(p.xy[0])))

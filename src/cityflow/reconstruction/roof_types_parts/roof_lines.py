@@ -214,58 +214,68 @@ def merged(lines: RoofLines, parameters: LineParameters) -> RoofLines:
 
     The joined segment is the longest connection of the four end points, and must be longer than both.
     """
-    ends = list(lines.ends)
-    epoch = list(lines.epoch)
+    ends, epoch = lines.ends, lines.epoch
+    rows, cols = np.triu_indices(len(ends), 1)
+    # [i, j], i < j: the pair would be joined; a pair is asked again when one of its segments has changed
+    joins = np.zeros((len(ends), len(ends)), np.bool_)
+    joins[rows, cols] = _join(ends[rows], ends[cols], parameters)[0]
     for _ in range(MOST_JOINS):
-        pair = _first_pair(np.array(ends).reshape(-1, 2, 2), parameters)
-        if pair is None:
+        if not joins.any():
             break
-        i, j, new = pair
-        ends[i] = new
-        del ends[j], epoch[j]
-        order = np.argsort([-float(np.hypot(*(e[1] - e[0]))) for e in ends], kind="stable")
-        ends, epoch = [ends[k] for k in order], [epoch[k] for k in order]
-    return RoofLines(np.array(ends).reshape(-1, 2, 2), np.array(epoch, np.int64))
+        i, j = divmod(int(np.argmax(joins)), len(ends))
+        new = ends.copy()
+        new[i] = _join(ends[i : i + 1], ends[j : j + 1], parameters)[1][0]
+        left = np.delete(np.arange(len(ends)), j)
+        order = left[np.argsort(-_length(new[left]), kind="stable")]
+        ends, epoch, joins = new[order], epoch[order], joins[np.ix_(order, order)]
+        joins = np.triu(joins | joins.T, 1)
+        k = int(np.flatnonzero(order == i)[0])
+        here = np.broadcast_to(ends[k], ends.shape)
+        joins[:k, k] = _join(ends[:k], here[:k], parameters)[0]
+        joins[k, k + 1 :] = _join(here[k + 1 :], ends[k + 1 :], parameters)[0]
+    return RoofLines(ends, epoch)
 
 
-def _first_pair(ends: FloatArray, parameters: LineParameters) -> tuple[int, int, FloatArray] | None:
-    if len(ends) < 2:
-        return None
-    step = ends[:, 1] - ends[:, 0]
-    length, angle = np.hypot(*step.T), np.arctan2(step[:, 1], step[:, 0])
+def _join(first: FloatArray, second: FloatArray, parameters: LineParameters) -> tuple[BoolArray, FloatArray]:
+    """(N,) whether each of some pairs of segments, (N, 2, 2) each, is joined, and (N, 2, 2) the segments that they would become."""
+    gaps = np.linalg.norm(first[:, :, None] - second[:, None, :], axis=-1).reshape(-1, 4)
+    p, q = np.divmod(np.argmax(gaps, axis=1), 2)
+    each = np.arange(len(first))
+    new = np.stack([first[each, p], second[each, q]], axis=1)
     limit = math.radians(parameters.join_deg)
-    rows, cols = np.nonzero(np.triu(turn_between(angle[:, None], angle[None]) <= limit, 1))
-    gaps = np.linalg.norm(ends[rows][:, :, None] - ends[cols][:, None, :], axis=-1)
-    near = np.flatnonzero(gaps.min(axis=(1, 2), initial=np.inf) <= parameters.join_m)
-    for i, j, gap in zip(rows[near], cols[near], gaps[near], strict=True):
-        p, q = np.unravel_index(int(np.argmax(gap)), (2, 2))
-        new = np.stack([ends[i, p], ends[j, q]])
-        reach = float(gap[p, q])
-        turn = math.atan2(new[1, 1] - new[0, 1], new[1, 0] - new[0, 0])
-        straight = max(float(turn_between(turn, angle[i])), float(turn_between(turn, angle[j]))) <= limit
-        if straight and reach > max(length[i], length[j]) + 1e-6:
-            return int(i), int(j), new
-    return None
+    one, other, turn = (_turn(ends) for ends in (first, second, new))
+    near = (turn_between(one, other) <= limit) & (gaps.min(axis=1, initial=np.inf) <= parameters.join_m)
+    straight = np.maximum(turn_between(turn, one), turn_between(turn, other)) <= limit
+    longer = gaps.max(axis=1, initial=0.0) > np.maximum(_length(first), _length(second)) + 1e-6
+    return np.asarray(near & straight & longer), new
+
+
+def _length(ends: FloatArray) -> FloatArray:
+    return np.asarray(np.hypot(*(ends[:, 1] - ends[:, 0]).T))
+
+
+def _turn(ends: FloatArray) -> FloatArray:
+    dx, dy = (ends[:, 1] - ends[:, 0]).T
+    return np.asarray(np.arctan2(dy, dx))
 
 
 def without_duplicates(lines: RoofLines, parameters: LineParameters) -> RoofLines:
     """Lines without the shorter ones that run parallel to a longer one, beside it, within the given distance."""
-    order = np.argsort(-np.round(lines.length, 6), kind="stable")
     kept: list[int] = []
-    for k in order:
-        if not any(_beside(lines.ends[k], lines.ends[other], parameters) for other in kept):
-            kept.append(int(k))
+    for k in np.argsort(-np.round(lines.length, 6), kind="stable").tolist():
+        if not _beside(lines.ends[k], lines.ends[kept], parameters).any():
+            kept.append(k)
     return lines.take(np.array(kept, np.int64))
 
 
-def _beside(short: FloatArray, long: FloatArray, parameters: LineParameters) -> bool:
-    step = long[1] - long[0]
-    length = float(np.hypot(*step))
-    own = short[1] - short[0]
-    turn = turn_between(math.atan2(own[1], own[0]), math.atan2(step[1], step[0]))
-    if turn > math.radians(parameters.join_deg):
-        return False
-    away = np.abs((short - long[0]) @ np.array([-step[1], step[0]])) / length
-    along = np.sort((short - long[0]) @ step / length)
-    overlap = min(along[1], length) - max(along[0], 0.0)
-    return bool(away.max() <= parameters.duplicate_m and overlap >= 0.5 * (along[1] - along[0]))
+def _beside(short: FloatArray, longer: FloatArray, parameters: LineParameters) -> BoolArray:
+    """(N,) whether a segment runs beside each of (N, 2, 2) others, most of its length."""
+    step, own = longer[:, 1] - longer[:, 0], short[1] - short[0]
+    length = np.hypot(*step.T)
+    turn = turn_between(math.atan2(own[1], own[0]), np.arctan2(step[:, 1], step[:, 0]))
+    x, y = np.moveaxis(short - longer[:, :1], -1, 0)
+    away = np.abs(y * step[:, :1] - x * step[:, 1:]) / length[:, None]
+    along = np.sort((x * step[:, :1] + y * step[:, 1:]) / length[:, None], axis=1)
+    overlap = np.minimum(along[:, 1], length) - np.maximum(along[:, 0], 0.0)
+    near = (turn <= math.radians(parameters.join_deg)) & (away.max(axis=1) <= parameters.duplicate_m)
+    return np.asarray(near & (overlap >= 0.5 * (along[:, 1] - along[:, 0])))

@@ -11,7 +11,7 @@ from cityflow.core.building import Polyhedron
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, missed_by, partition_roof
+from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
 from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
@@ -54,13 +54,12 @@ def build_roof(outline: Polygon, segments: PlaneSegments, floor: float, paramete
     """
     local = moved(outline, -segments.origin[0], -segments.origin[1])
     for attempt in range(ATTEMPTS):
-        partition = partition_roof(local, segments, coarser(parameters, attempt))
+        partition, missed = partition_roof(local, segments, coarser(parameters, attempt))
         partition, used = _of_used_planes(partition, segments)
         solid = assemble(partition, used.coefficients, floor, used.origin, outline)
         faults = tuple(sorted({fault.code for fault in check_polyhedron(solid)}))
         if not faults:
             break
-    missed = missed_by(partition, used.coefficients, segments, local.area, parameters)
     return RoofSolid(partition, used, solid, attempt, faults, tuple(missed))
 
 
