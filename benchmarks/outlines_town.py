@@ -27,7 +27,7 @@ from cityflow.io.colmap import read_colmap
 from cityflow.io.vector import read_layer
 from cityflow.orientation.look_directions import LookParameters, look_directions, looking, worth_a_frame
 from cityflow.outlines.find import FindParameters, find_outlines
-from cityflow.outlines.found_walls import found_walls_in
+from cityflow.outlines.found_walls import found_walls_in, seen_in
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.outlines.walls_in import WallsInParameters
 from cityflow.stages.synth_survey import SynthParameters, town_of
@@ -67,7 +67,7 @@ def of_seed(seed: int, size: int, cache: Path | None) -> dict[str, float]:
     walls = made.wall_points(WallPointParameters())
     between = time.process_time()
     surface = made.region_surface(walls)
-    found = found_walls_in(find_outlines(surface, FindParameters()), surface, WallsInParameters())
+    found = found_walls_in(find_outlines(surface, FindParameters()), seen_in(surface), WallsInParameters())
     end = time.process_time()
     views = [looking(f.frame) for f in made.frames[1:]]
     true = [g for g, _ in made.truth["blocks"]]

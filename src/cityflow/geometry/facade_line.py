@@ -18,6 +18,9 @@ CELL_M = 0.5
 """Points are counted by cells of the façade: a window frame of a thousand points is no better than the wall around it."""
 LEAST_POINTS, LEAST_SHARE, LEAST_RISE_M = 30, 0.4, 1.0
 LEAST_ECHOES = 8
+MIDDLE, LEAST_UPRIGHT = 0.2, 0.5
+"""Of the points a tenth at either end says nothing of how high they reach; about their trend along the edge a façade's fill half of the least height. A roof
+of 50° fills 0.36 m of `TRIM_M` to either side."""
 APART_M, MOST_RIVAL = 0.3, 0.75
 """Two places so far apart, the weaker with more than this share of the other's cells: the points do not tell which is the wall."""
 ALIKE_POINTS = 10.0
@@ -75,9 +78,20 @@ def _line_of(
     count = int(np.count_nonzero(on))
     if count < least or seen < LEAST_SHARE or rise < least_rise or rival > MOST_RIVAL * support[best]:
         return None
+    if _height_of(s[on], z[on]) < LEAST_UPRIGHT * least_rise:
+        return None
     place = float(np.median(t[on]))
     spread = 1.4826 * float(np.median(np.abs(t[on] - place)))
     return place, float(np.hypot(1.25 * spread / np.sqrt(count / alike), least_sigma_m))
+
+
+def _height_of(s: FloatArray, z: FloatArray) -> float:
+    """How high the strip is that points fill about their trend along an edge, metres: a roof that slopes along it or away from it fills none."""
+    if len(z) < 2 or np.ptp(s) <= 0:
+        return 0.0
+    off = z - np.polyval(np.polyfit(s, z, 1), s)
+    low, high = np.quantile(off, [MIDDLE / 2, 1 - MIDDLE / 2])
+    return float(high - low) / (1 - MIDDLE)
 
 
 def _cells_near(cell: IntArray, t: FloatArray, places: FloatArray) -> IntArray:

@@ -19,7 +19,7 @@ from cityflow.geometry.facade_line import (
     laser_place,
 )
 from cityflow.geometry.straight_edges import WallEdge, known_part
-from cityflow.outlines.walls_in import ROOF, Facade
+from cityflow.outlines.walls_in import LEAST_ROOFED, ROOF, Facade
 
 COLUMN_M = 1.0
 """Roofs are looked at by so much of an edge at a time."""
@@ -28,7 +28,7 @@ RIM_M, BEHIND_M, PAST_FACADE_M = 0.4, 0.6, 0.1
 LOWEST_SHARE = 0.1
 DROP_M, RISE_M = 1.25, 0.5
 """Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves."""
-LEAST_COLUMNS, LEAST_ROOFED = 0.4, 0.5
+LEAST_COLUMNS = 0.4
 WALL_SIGMA_M = 0.03
 SMEARED_M, LEANING_M = 0.6, 0.15
 """So far around a line points are looked at; the upper and the lower half of a wall stand no farther apart."""
@@ -102,7 +102,8 @@ def _upright(
 def facade_inside(outline: Outline, edge: WallEdge, seen: SeenHouses, outline_sigma_m: float) -> Facade | None:
     """The façade under the eaves that end with an edge.
 
-    Where it is said that façades gave the edge it is the wall; where it is said that the roof's edge did, eaves need not be looked for.
+    Where it is said that façades gave the edge it is the wall. Where it is said that the roof's edge did, in cells of a surface, the wall is there in any
+    case; eaves need not be looked for in the very same cells, but points of a laser may tell that there are none.
 
     Parameters
     ----------
@@ -115,8 +116,8 @@ def facade_inside(outline: Outline, edge: WallEdge, seen: SeenHouses, outline_si
     if found is None or found[0] >= -PAST_FACADE_M:
         return None
     of_roof = said is not None and said.source == ROOF
-    roofed = 1.0 if of_roof else _roofed(edge, found[0], seen.beside(edge)[0])
-    if roofed < LEAST_ROOFED:
+    roofed = 1.0 if of_roof and seen.walls is not None else _roofed(edge, found[0], seen.beside(edge)[0])
+    if roofed < LEAST_ROOFED and not of_roof:
         return None
     sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else outline_sigma_m
     return Facade(*found, sigma, roofed)

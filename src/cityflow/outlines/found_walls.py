@@ -18,23 +18,31 @@ ROOF_EDGE_M = 0.25
 """Standard deviation of a roof's edge of which nothing is known: half a cell of the surface that outlines are found in."""
 
 
-def found_walls_in(outlines: Sequence[Outline], surface: RegionSurface, parameters: WallsInParameters) -> list[Outline]:
+def found_walls_in(
+    outlines: Sequence[Outline], seen: SeenHouses | None, parameters: WallsInParameters
+) -> list[Outline]:
     """The same outlines where nobody looked for façades.
 
     Parameters
     ----------
     outlines : noded, with what is known of their edges
-    surface : the one that they were found in
+    seen : all that is seen of them and of their façades
     """
-    if surface.walls is None or surface.dtm is None or not len(surface.walls):
+    if seen is None:
         return list(outlines)
-    seen = SeenHouses.of(tops_of(surface), surface.walls)
     party = party_edges(outlines)
     return walls_moved_in(
         [replace(o, party=party[o.id]) for o in outlines],
         lambda outline, edge: facade_inside(outline, edge, seen, ROOF_EDGE_M),
         parameters,
     )
+
+
+def seen_in(surface: RegionSurface) -> SeenHouses | None:
+    """What a surface and the points on façades in it show; None where nobody looked for façades, or found none."""
+    if surface.walls is None or surface.dtm is None or not len(surface.walls):
+        return None
+    return SeenHouses.of(tops_of(surface), surface.walls)
 
 
 def tops_of(surface: RegionSurface) -> FloatArray:

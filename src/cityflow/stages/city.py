@@ -225,7 +225,9 @@ class CitySource:
                 return [(ingest.STAGE, ingest.OUTLINES), *self._needs_of_given_walls(name)]
             near = survey.near(name, survey.parameters.outline.found.halo_m)
             seen = [(walls.STAGE, t) for t in near] if survey.sees_walls else []
-            return [*((surface.STAGE, t) for t in near), *seen]
+            reach = outline_walls.reach_of_found(survey, name)
+            files = survey.files_over(reach) if reach else []
+            return [*((surface.STAGE, t) for t in near), *seen, *((ingest.STAGE, f.name) for f in files)]
         if stage == "sampled":
             return [(ingest.STAGE, ingest.OUTLINES)]
         if stage == "measured":

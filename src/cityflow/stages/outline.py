@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from cityflow.core.building import Status
+import numpy as np
+
+from cityflow.core.building import Outline, Status
 from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Grid, Tile
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
 from cityflow.outlines.edited import apply_to_outlines
+from cityflow.outlines.facades_inside import SeenHouses
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.outlines.found_walls import found_walls_in
+from cityflow.outlines.found_walls import found_walls_in, seen_in
 from cityflow.outlines.walls_in import WallsInParameters
 from cityflow.stages import outline_walls
 from cityflow.stages.outline_lines import decode_all, entries, lines, owned
@@ -21,7 +25,7 @@ from cityflow.stages.survey import Survey
 from cityflow.stages.walls import read_walls
 
 STAGE = "outline"
-VERSION = 6
+VERSION = 7
 OUTLINES = "outlines.jsonl"
 
 
@@ -84,14 +88,18 @@ def _found_task(survey: Survey, name: str) -> Task:
         f"walls {t}": survey.reason_of("walls", t) for t in seen if survey.sees_walls and survey.reason_of("walls", t)
     }
     around = survey.tiles[name].buffered(survey.parameters.outline.found.halo_m)
+    reach = outline_walls.reach_of_found(survey, name)
+    points = survey.pieces(reach) if reach else {}
+    unread = {f"unread {f}": "missing" for f in survey.unread(reach)} if reach else {}
     edits = edits_digest(survey.edits, around)
     return Task(
         STAGE, name, "cityflow.stages.outline:run_found", VERSION,
         parameters={"found": parameters["found"], "walls_in": parameters["walls_in"]},
-        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **({"edits": edits} if edits else {})},
+        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
                    "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen,
                    "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind,
+                   "points": list(points), "index_cell_m": survey.parameters.tiles.index_cell_m,
                    "edits": survey.edits.within(around).lines()},
         limits=survey.limits(STAGE),
     )  # fmt: skip
@@ -120,7 +128,8 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
         highest=not task.arguments["sees_walls"],
     )
     walls_in = WallsInParameters.model_validate(task.parameters["walls_in"])
-    found = found_walls_in(find_outlines(region, parameters), region, walls_in)
+    roofs = find_outlines(region, parameters)
+    found = found_walls_in(roofs, _seen(workspace, task, roofs, region), walls_in)
     kept, refused = apply_to_outlines(found, Edits.from_lines(task.arguments["edits"]))
     mine = owned(kept, size, task.arguments["tiles"]).get(tile.name, [])
     own = {s.outline.id for s in owned(found, size, task.arguments["tiles"]).get(tile.name, [])}
@@ -137,3 +146,13 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
             "refused": [[r.id, r.reason] for r in refused],
         },
     )  # fmt: skip
+
+
+def _seen(workspace: Workspace, task: Task, outlines: Sequence[Outline], surface: RegionSurface) -> SeenHouses | None:
+    """What shows walls: façades of images, or a laser's points."""
+    a = task.arguments
+    if a["sees_walls"]:
+        return seen_in(surface)
+    assert surface.dtm is not None
+    terrain = surface.grid, surface.dtm.astype(np.float64)
+    return outline_walls.scanned_houses(workspace.store, a["points"], a["index_cell_m"], outlines, terrain)

@@ -21,7 +21,7 @@ from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.outline_walls import NEAR_M, houses_of
 from cityflow.stages.survey import ACCURACY, Survey
 
-VERSION = 1
+VERSION = 2
 
 
 def task(survey: Survey) -> Task:

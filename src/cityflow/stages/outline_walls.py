@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.building import Outline
+from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json
 from cityflow.io.surface_zarr import read_layers
@@ -19,8 +20,9 @@ from cityflow.outlines.walls_in import WallsInParameters, walls_moved_in
 from cityflow.stages.outline_lines import Standing
 from cityflow.stages.pieces import read_points
 from cityflow.stages.survey import LIDAR, Survey
-from cityflow.stages.unit_evidence import NO_PART_OF_HOUSES
+from cityflow.stages.unit_evidence import LOW_M, NO_PART_OF_HOUSES
 from cityflow.stages.walls import read_walls
+from cityflow.surface.sample import sample
 
 LARGEST_M = 60.0
 """Walls of wider outlines stay: a tile's task sees all that is near to its outlines and to those that touch them, and no farther."""
@@ -92,6 +94,38 @@ def _seen(store: Store, arguments: Mapping[str, Any], bounds: Bounds) -> SeenHou
         ("dsm",),
     )
     return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, arguments["walls"], bounds))
+
+
+def reach_of_found(survey: Survey, name: str) -> Bounds | None:
+    """Where a laser's points may tell where the walls of a tile's found outlines stand; None where nobody asks or no laser has seen them."""
+    if survey.door != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
+        return None
+    return survey.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)
+
+
+def scanned_houses(
+    store: Store,
+    pieces: Sequence[str],
+    index_cell_m: float,
+    outlines: Sequence[Outline],
+    terrain: tuple[Grid, FloatArray],
+) -> SeenHouses | None:
+    """What a laser has seen around outlines, above the terrain; None without pieces or outlines.
+
+    Parameters
+    ----------
+    pieces : of the index, with cells of `index_cell_m`; those that no outline is near are not read
+    terrain : its grid and its heights (rows, cols), NaN where unknown
+    """
+    near = [grown(o.polygon.bounds, NEAR_M) for o in outlines]
+    cells = {t.name for bounds in near for t in tiles_over(bounds, index_cell_m)}
+    read = [path for path in pieces if path.rsplit("/", 1)[-1].rsplit(".", 1)[0] in cells]
+    if not read:
+        return None
+    low, high = (np.array(near)[:, k : k + 2] for k in (0, 2))
+    xyz = houses_of(store, read, (*low.min(axis=0), *high.max(axis=0)))
+    ground = sample(*terrain, xyz[:, 0], xyz[:, 1])
+    return SeenHouses.of(xyz[~(xyz[:, 2] - ground <= LOW_M)], None)
 
 
 def houses_of(store: Store, pieces: Sequence[str], bounds: Bounds) -> FloatArray:
