@@ -15,11 +15,11 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
-# A file's tests stay in one of two processes: what they share is compiled and made once. Those with a cluster have processes of their own
+# A file's tests stay in one of two processes: what they share is compiled and made once
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not cluster"
 	$(BIN)/pytest -q --doctest-modules src/cityflow
-	$(BIN)/pytest -q -m cluster
+	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m cluster
 
 check: lint types layers spelling
 

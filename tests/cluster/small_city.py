@@ -29,6 +29,8 @@ from cityflow.flow.store import Store
 from cityflow.io.las_write import write_points
 from cityflow.stages.catalog_create import create_catalog
 from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+from cityflow.viewer import side_view
+from cityflow.workflow import model_pictures, outline_pictures, raster_pictures, unit_pages
 from flow.conftest import free_port
 
 SEED = 5
@@ -60,6 +62,12 @@ S3 = {
     "AWS_DEFAULT_REGION": "us-east-1",
 }
 """Workers inherit it, so that they reach an object store that a test starts later."""
+
+SMALL_PICTURES = (
+    (side_view, "WIDTH", 152), (side_view, "HEIGHT", 96), (model_pictures, "MOST_PIXELS", 240),
+    (outline_pictures, "MOST_PIXELS", 240), (raster_pictures, "FRAME_PIXELS", 140), (unit_pages, "CANDIDATE_PX", 60),
+)  # fmt: skip
+"""A report is written at the end of each of a hundred commands, and took a third of their time; those of Delft have pictures of the usual size."""
 
 Named = tuple[str, shapely.Geometry | None]
 """An outline with its id."""
@@ -175,6 +183,8 @@ class Commands:
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):
             patch.setattr(sys, "argv", ["cityflow", *words])
             patch.setattr(cli, "console", Console(width=240, file=out_text))
+            for module, name, pixels in SMALL_PICTURES:
+                patch.setattr(module, name, pixels)
             with pytest.raises(SystemExit) as ended:
                 cli.main()
         out, err = out_text.getvalue(), err_text.getvalue()

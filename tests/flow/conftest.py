@@ -6,6 +6,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -19,10 +21,17 @@ def store(tmp_path: Path) -> Store:
     return Store.open(tmp_path / "run")
 
 
+PORTS = count(20000 + 40 * (os.getpid() % 300))
+"""Below those that the system gives to whoever asks for any, and others in each process of the tests."""
+
+
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """A port that nobody else takes before it is used, be it minutes later."""
+    for port in PORTS:
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise AssertionError("unreachable")
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import logging
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -9,6 +11,7 @@ from typing import Any
 import dask
 import pytest
 from distributed import Client
+from distributed.comm import CommClosedError
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
@@ -185,6 +188,34 @@ def test_tasks_that_somebody_cancels_are_submitted_again(client: Any, store: Sto
     assert Saboteur.done
     assert set(statuses(ledger).values()) == {Status.DONE}
     assert len(source.told) == 6
+
+
+def test_an_answer_that_is_lost_on_the_way_costs_no_unit(
+    client: Any, store: Store, ledger: Ledger, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As when Ctrl-C closes the connection while results come in: nothing is printed; and else nobody waits for them for ever."""
+    gather, lost = client._gather, ["first", "second"]
+
+    async def breaking(*arguments: Any, **options: Any) -> Any:
+        if lost:
+            raise CommClosedError(f"the {lost.pop()} answer")
+        return await gather(*arguments, **options)
+
+    class Impatient(Silent):
+        deadline = time.monotonic() + 60
+
+        def tick(self) -> None:
+            assert time.monotonic() < self.deadline, "an answer is waited for that does not come"
+
+    monkeypatch.setattr(client, "_gather", breaking)
+    monkeypatch.setattr(logging.getLogger("tornado.application"), "propagate", True)
+    source = Given([toy(f"{i}") for i in range(6)])
+    run_tasks(source, client, store, ledger, progress=Impatient())
+    assert not lost
+    assert statuses(ledger) == {f"{i}": Status.DONE for i in range(6)}
+    assert len(source.told) == 6
+    assert {len(ledger.attempts("toy", f"{i}")) for i in range(6)} == {1}
+    assert "Traceback" not in caplog.text
 
 
 def test_an_error_of_the_source_leaves_nothing_in_flight(client: Client, store: Store, ledger: Ledger) -> None:

@@ -12,11 +12,12 @@ from datetime import UTC, datetime
 from typing import Any, Protocol
 from uuid import uuid4
 
-from distributed import Client, KilledWorker, as_completed
+from distributed import Client, KilledWorker
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.attempt import record_of, run_attempt, store_record
+from cityflow.flow.completed import Completed
 from cityflow.flow.damage import Damage
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
@@ -145,7 +146,7 @@ class _Run:
         self._jobs: dict[str, _Job] = {}
         self._suspects: deque[_Job] = deque()
         self._alone = False
-        self._completed = as_completed(loop=context.client.loop, with_results=True, raise_errors=False)
+        self._completed = Completed(loop=context.client.loop, with_results=True, raise_errors=False)
         self._first = FirstUnits()
         self._token = uuid4().hex
         self.ran: Counter[tuple[str, Status]] = Counter()
@@ -286,7 +287,7 @@ class _Run:
         self._follow(job.task, store_record(self._context.store, record), fresh=True)
 
     def _again(self, job: _Job, error: BaseException) -> None:
-        if isinstance(error, CancelledError):
+        if isinstance(error, CancelledError | OSError):
             check_alive(self._context.client)
         if job.tries >= RESUBMISSIONS:
             problem = f"a worker cannot run or record it: {type(error).__name__}: {error}"
