@@ -51,7 +51,7 @@ def reconstruct_houses() -> None:
     for number, building in enumerate(scene.buildings[:HOUSES]):
         points = scene.points.take(np.flatnonzero(scene.truth_building == number))
         evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
-        for methods in (("orientation_histogram",), ("orientation_histogram", "volumetric")):
+        for methods in (("orientation_histogram",), ("orientation_histogram", "volumetric", "roof_types", "primitives")):
             measure(model(evidence, ModelParameters(methods=methods)), evidence)
 
 

@@ -17,13 +17,30 @@ from cityflow.stages.survey import LIDAR, ZARR
 Records = dict[tuple[str, str], Record]
 
 
-def run_all(source: CitySource, store: Store, next_of: Callable[[list[Task]], int] = lambda _: -1) -> Records:
-    """Run until nothing is left; `next_of` says which of the tasks that are ready comes next."""
-    make_surfaces(source, store)
+Fate = Callable[[Task], Outcome | None]
+
+
+def run_all(
+    source: CitySource, store: Store, next_of: Callable[[list[Task]], int] = lambda _: -1, known: Records | None = None,
+    fate: Fate = lambda _: None,
+) -> Records:  # fmt: skip
+    """Run until nothing is left.
+
+    Parameters
+    ----------
+    next_of : says which of the tasks that are ready comes next
+    known : of a run whose files are in the store already; what is done there is not done again
+    fate : how a task ends without being run
+    """
+    if known is None:
+        make_surfaces(source, store)
     ready, records = list(source.initial()), Records()
     while ready:
         task = ready.pop(next_of(ready))
-        records[task.stage, task.unit] = record = record_of(task, outcome_of(store, task))
+        record = (known or {}).get((task.stage, task.unit))
+        if record is None or record.digest != task.digest:
+            record = record_of(task, fate(task) or outcome_of(store, task))
+        records[task.stage, task.unit] = record
         ready.extend(source.after(task, record))
     return records
 

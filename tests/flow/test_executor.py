@@ -11,7 +11,7 @@ from typing import Any
 import dask
 import pytest
 from distributed import Client
-from distributed.comm import CommClosedError
+from distributed.comm.core import CommClosedError
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +15,12 @@ import pytest
 
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Record
+from cityflow.flow.task import Outcome
 from cityflow.io.stac import read_catalog
 from cityflow.stages.city import CitySource
 from cityflow.workflow.settings import load_workflow
 from cluster.small_city import SmallCity, contents, make_city, scene
-from in_process import make_surfaces, outcome_of, record_of
+from in_process import Records, run_all
 
 HOSTILE = {
     "status": "Pand in gebruik",
@@ -31,20 +33,27 @@ HOSTILE = {
 """Columns of a source that bear the project's own names."""
 
 
+@dataclass(frozen=True)
+class Done:
+    """A finished run."""
+
+    folder: Path
+    records: Records
+
+
 def run_here(
-    city: SmallCity, store: Store, seed: int, fated: Mapping[str, Outcome] | None = None
-) -> dict[tuple[str, str], Record]:
-    """All tasks in a random order; those in `fated` end as said there without being run."""
-    catalog = read_catalog(city.catalog)
-    source = CitySource(catalog, load_workflow(city.workflow).city)
-    make_surfaces(source, store)
-    rng, ready, records = np.random.default_rng(seed), list(source.initial()), dict[tuple[str, str], Record]()
-    while ready:
-        task = ready.pop(int(rng.integers(len(ready))))
-        outcome = (fated or {}).get(task.name) or outcome_of(store, task)
-        records[task.stage, task.unit] = record = record_of(task, outcome)
-        ready.extend(source.after(task, record))
-    return records
+    city: SmallCity, folder: Path, seed: int, known: Done | None = None, fated: Mapping[str, Outcome] | None = None
+) -> Done:
+    """All tasks in a random order, without those that are done in `known`; those in `fated` end as said there without being run."""
+    if known is not None:
+        shutil.copytree(known.folder, folder)
+    source = CitySource(read_catalog(city.catalog), load_workflow(city.workflow).city)
+    rng, ends = np.random.default_rng(seed), fated or {}
+    records = run_all(
+        source, Store.open(folder), lambda ready: int(rng.integers(len(ready))), known.records if known else None,
+        lambda task: ends.get(task.name),
+    )  # fmt: skip
+    return Done(folder, records)
 
 
 @pytest.fixture(scope="module")
@@ -63,17 +72,15 @@ def city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
 
 
 @pytest.fixture(scope="module")
-def plain(city: SmallCity, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    run = tmp_path_factory.mktemp("plain")
-    run_here(city, Store.open(run), seed=0)
-    return run
+def plain(city: SmallCity, tmp_path_factory: pytest.TempPathFactory) -> Done:
+    return run_here(city, tmp_path_factory.mktemp("plain"), seed=0)
 
 
-def test_columns_of_the_source_do_not_pass_for_our_own(plain: Path) -> None:
-    status = geopandas.read_file(plain / "products" / "outlines.gpkg", layer="status")
+def test_columns_of_the_source_do_not_pass_for_our_own(plain: Done) -> None:
+    status = geopandas.read_file(plain.folder / "products" / "outlines.gpkg", layer="status")
     assert set(status["status"]) <= set(map(str, Status))
     assert set(status["id"]) == set(scene().outlines)
-    lines = (plain / "products" / "city.city.jsonl").read_text().splitlines()[1:]
+    lines = (plain.folder / "products" / "city.city.jsonl").read_text().splitlines()[1:]
     objects = {k: o for line in lines for k, o in json.loads(line)["CityObjects"].items() if o["type"] == "Building"}
     assert set(objects) == set(scene().outlines)
     for found in (o["attributes"] for o in objects.values()):
@@ -84,15 +91,16 @@ def test_columns_of_the_source_do_not_pass_for_our_own(plain: Path) -> None:
         assert (found["source_lod"], found["source_planes"]) == ("9.9", -1)
 
 
-def test_the_order_of_tasks_changes_no_byte(city: SmallCity, plain: Path, tmp_path: Path) -> None:
-    run_here(city, Store.open(tmp_path / "run"), seed=1)
-    assert contents(tmp_path / "run") == contents(plain)
+def test_the_order_of_tasks_changes_no_byte(city: SmallCity, plain: Done, tmp_path: Path) -> None:
+    run_here(city, tmp_path / "run", seed=1)
+    assert contents(tmp_path / "run") == contents(plain.folder)
 
 
-def test_a_unit_that_crashed_is_exported_as_a_block_and_says_so(city: SmallCity, tmp_path: Path) -> None:
+def test_a_unit_that_crashed_is_exported_as_a_block_and_says_so(city: SmallCity, plain: Done, tmp_path: Path) -> None:
     unit = sorted(scene().outlines)[0]
     fated = {f"reconstruct-{unit}": Outcome(Status.FAILED, "crashed with signal SIGSEGV")}
-    records = run_here(city, Store.open(tmp_path / "run"), 0, fated)
+    before = replace(plain, records={node: r for node, r in plain.records.items() if node != ("reconstruct", unit)})
+    records = run_here(city, tmp_path / "run", 0, before, fated).records
     lines = (tmp_path / "run" / "products" / "city.city.jsonl").read_text().splitlines()[1:]
     objects = {k: o for line in lines for k, o in json.loads(line)["CityObjects"].items()}
     assert objects[unit]["attributes"]["cityflow_status"] == "failed"

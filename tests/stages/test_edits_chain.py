@@ -11,13 +11,11 @@ import shapely
 
 from cityflow.core.building import Status
 from cityflow.errors import CatalogError, WorkflowError
-from cityflow.flow.store import Store
-from cityflow.flow.task import Record
 from cityflow.io.stac import read_catalog
 from cityflow.stages.city import CitySource
 from cityflow.workflow.prepare import prepared
 from cluster.small_city import SmallCity, make_city
-from stages.test_chain import run_here
+from stages.test_chain import Done, run_here
 
 CRS = "EPSG:28992"
 
@@ -30,11 +28,8 @@ def city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
 
 
 @pytest.fixture(scope="module")
-def plain(city: SmallCity, tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Record]:
-    folder = tmp_path_factory.mktemp("plain")
-    records = run_here(city, Store.open(folder), seed=0)
-    (city.folder / "units.gpkg").write_bytes((folder / "products" / "outlines.gpkg").read_bytes())
-    return records
+def plain(city: SmallCity, tmp_path_factory: pytest.TempPathFactory) -> Done:
+    return run_here(city, tmp_path_factory.mktemp("plain"), seed=0)
 
 
 def units(path: Path) -> geopandas.GeoDataFrame:
@@ -52,9 +47,9 @@ def across(polygon: shapely.Polygon) -> shapely.LineString:
 
 
 def test_a_drawn_cut_splits_a_rejected_one_goes_and_nothing_else_runs_again(
-    city: SmallCity, plain: dict[tuple[str, str], Record], tmp_path: Path
+    city: SmallCity, plain: Done, tmp_path: Path
 ) -> None:
-    before = units(city.folder / "units.gpkg")
+    before = units(plain.folder / "products" / "outlines.gpkg")
     alone = [
         i for i in before.index
         if (before.geometry.distance(before.geometry[i]) < 3).sum() == 1 and before.geometry[i].area > 60
@@ -65,7 +60,7 @@ def test_a_drawn_cut_splits_a_rejected_one_goes_and_nothing_else_runs_again(
     point = before.geometry[gone].representative_point()
     geopandas.GeoDataFrame(geometry=[point], crs=CRS).to_file(edits, layer="rejected")
     city.change_workflow(outline={"source": "found", "found": {"halo_m": 50}}, edits={"path": str(edits)})
-    records = run_here(city, Store.open(tmp_path / "run"), seed=1)
+    records = run_here(city, tmp_path / "run", seed=1, known=plain).records
     after = units(tmp_path / "run" / "products" / "outlines.gpkg")
 
     assert gone not in after.index
@@ -80,10 +75,10 @@ def test_a_drawn_cut_splits_a_rejected_one_goes_and_nothing_else_runs_again(
     others = [u for u in before.index if u not in (cut, gone)]
     assert sorted(after.index) == sorted([*others, *halves.index])
     # what no edit touches has the task that it had
-    same = [u for u in others if records["reconstruct", u].digest == plain["reconstruct", u].digest]
+    same = [u for u in others if records["reconstruct", u].digest == plain.records["reconstruct", u].digest]
     assert same == others
-    splits = [u for s, u in plain if s == "split" and (s, u) in records]
-    assert [u for u in splits if records["split", u].digest != plain["split", u].digest] == [cut]
+    splits = [u for s, u in plain.records if s == "split" and (s, u) in records]
+    assert [u for u in splits if records["split", u].digest != plain.records["split", u].digest] == [cut]
 
 
 def test_a_file_of_edits_that_is_not_there_is_said_before_anything_runs(
@@ -113,7 +108,7 @@ def test_a_drawn_cut_splits_a_given_outline_and_no_other(city: SmallCity, tmp_pa
     edits = tmp_path / "edits.gpkg"
     geopandas.GeoDataFrame(geometry=[across(given.geometry[house])], crs=CRS).to_file(edits, layer="cut_lines")
     city.change_workflow(outline={"source": "given"}, edits={"path": str(edits)})
-    records = run_here(city, Store.open(tmp_path / "run"), seed=2)
+    records = run_here(city, tmp_path / "run", seed=2).records
     name = given["name"][house]
     found = units(tmp_path / "run" / "products" / "outlines.gpkg")
     assert sorted(i for i in found.index if i.startswith(name)) == sorted(i for i in found.index if "." in i)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import cv2
@@ -144,12 +145,12 @@ def test_no_order_of_tasks_changes_a_byte(folder: Path, run: tuple[Path, Records
 def test_only_the_leaf_of_a_unit_depends_on_its_texture(
     folder: Path, run: tuple[Path, Records], tmp_path: Path
 ) -> None:
-    _, records = run
+    where, records = run
     overrides = {("texture", "far"): {"patches": {"padding_px": 5}}}
     parameters = _source(folder).survey.parameters
-    changed = run_all(
-        CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides), Store.open(tmp_path)
-    )
+    source = CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides)
+    shutil.copytree(where, tmp_path / "run")
+    changed = run_all(source, Store.open(tmp_path / "run"), known=records)
     differ = {k for k in records if changed[k].digest != records[k].digest}
     assert {s for s, _ in differ} == {"texture", "atlas", "export"}, "an ortho alone asks for no windows"
     assert len([k for k in differ if k[0] == "atlas"]) == 1
@@ -169,11 +170,14 @@ def test_an_ortho_that_ends_within_a_unit_leaves_it_plain(folder: Path, tmp_path
     assert records["texture", "a"].result["textured"] > 0
 
 
-def test_nobody_wants_textures(folder: Path, tmp_path: Path) -> None:
-    records = run_all(_source(folder, "texture.when=never"), Store.open(tmp_path))
+def test_nobody_wants_textures(folder: Path, run: tuple[Path, Records], tmp_path: Path) -> None:
+    where, known = run
+    plain = Path(shutil.copytree(where, tmp_path / "run"))
+    shutil.rmtree(plain / "products/textures")
+    records = run_all(_source(folder, "texture.when=never"), Store.open(plain), known=known)
     assert not {s for s, _ in records} & {"texture", "atlas", "windows"}
-    assert not (tmp_path / "products/textures").exists()
-    assert all("appearance" not in f for f in _features(tmp_path))
+    assert not (plain / "products/textures").exists()
+    assert all("appearance" not in f for f in _features(plain))
 
 
 def test_textured_features_are_read_again(run: tuple[Path, Records]) -> None:
