@@ -19,7 +19,7 @@ demo: $(VENV)/.runtime
 test: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not cluster"
 	$(BIN)/pytest -q --doctest-modules src/cityflow
-	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m cluster
+	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m cluster tests/cluster tests/flow
 
 check: lint types layers spelling
 
