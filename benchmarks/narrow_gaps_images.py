@@ -42,13 +42,15 @@ def owner_of(polygons: Sequence[Polygon], town: Town) -> list[int]:
     return found
 
 
-def gaps_parted(polygons: Sequence[Polygon], town: Town) -> list[tuple[float, bool]]:
-    """Width of each open gap, and whether its two units lie in different outlines."""
+def gaps_parted(
+    polygons: Sequence[Polygon], town: Town, among: frozenset[int] | None = None
+) -> list[tuple[float, bool]]:
+    """Width of each open gap, and whether its two units lie in different outlines; `among`: of these units alone."""
     owner = owner_of(polygons, town)
     rows = []
     for gap in town.gaps:
         a, b = gap.between
-        if gap.tree or min(owner[a], owner[b]) < 0:
+        if gap.tree or min(owner[a], owner[b]) < 0 or (among is not None and not {a, b} <= among):
             continue
         width = float(shapely.distance(town.units[a].wall_outline, town.units[b].wall_outline))
         rows.append((width, owner[a] != owner[b]))

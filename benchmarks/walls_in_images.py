@@ -160,7 +160,8 @@ def _apart(place: float) -> float:
 
 def _of_kind(off: list[tuple[float, float]]) -> list[str]:
     before, after = np.array(off).T
-    moved = np.abs(before - after) > SPOILT_M
+    with np.errstate(invalid="ignore"):
+        moved = np.abs(before - after) > SPOILT_M
     return [
         f"{len(off)}", f"{np.median(before):.3f}", f"{np.median(after):.3f}", f"{100 * np.mean(after <= 0.1):.0f}", f"{100 * np.mean(after <= 0.2):.0f}",
         f"{np.sum(moved)}", f"{np.sum(after > before + SPOILT_M)}",

@@ -10,6 +10,7 @@ from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.mesh import Part, TownMesh
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_houses import HOUSE_SHAPES
+from cityflow.synthetic.town_terraces import RowGaps
 from cityflow.synthetic.town_truth import PASSING_PARTS, without
 
 SPECIAL_SHAPES = {"church", "hall", "stepped", "tower", "slab", "garage", "terrace gable", "terrace flat"}
@@ -205,3 +206,20 @@ def test_texture_frames_lie_in_their_triangles(mesh: TownMesh) -> None:
     assert np.abs(np.sum(u * v, axis=1)).max() < 1e-6
     assert np.abs(np.sum(u * normal, axis=1)).max() < 1e-3
     assert np.abs(np.sum(v * normal, axis=1)).max() < 1e-3
+
+
+@pytest.mark.parametrize("roofed", [0.0, 1.0])
+def test_gaps_of_rows_are_as_asked(roofed: float) -> None:
+    """As wide as asked between the walls; verges cover as much of them as asked, and never overlap."""
+    asked = RowGaps(share=0.6, width_m=(0.6, 1.2), roofed_share=roofed)
+    t = make_town(3, TownParameters(width_m=150, height_m=150, row_gaps=asked))
+    assert len(t.gaps) > 8
+    assert not any(g.tree for g in t.gaps)
+    closed = 0
+    for gap in t.gaps:
+        a, b = (t.units[k] for k in gap.between)
+        assert 0.59 < shapely.distance(a.wall_outline, b.wall_outline) < 1.21
+        assert shapely.intersection(a.roof_outline, b.roof_outline).area < 1e-2
+        closed += shapely.distance(a.roof_outline, b.roof_outline) < 0.01
+    gabled = sum(t.units[k].shape == "terrace gable" == t.units[n].shape for k, n in (g.between for g in t.gaps))
+    assert closed == (gabled if roofed else 0)

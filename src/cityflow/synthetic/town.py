@@ -20,6 +20,7 @@ from cityflow.synthetic.town_ground import Ground
 from cityflow.synthetic.town_layout import StreetNet, fill_blocks, make_net
 from cityflow.synthetic.town_mesh import add_unit, opening_corners
 from cityflow.synthetic.town_soup import FaceSoup
+from cityflow.synthetic.town_terraces import RowGaps
 from cityflow.synthetic.town_units import Gap, Unit, build_units
 
 
@@ -36,6 +37,9 @@ class TownParameters(Parameters):
     car_share: float = Field(0.3, ge=0, le=1, description="share of parking places at the kerbs that are taken")
     leaf_m: float = Field(0.4, ge=0.1, le=2, description="edge of a leaf triangle, metres")
     leaf_area_index: float = Field(3.0, ge=0.2, le=10, description="leaf area per ground area of a crown, both m²")
+    row_gaps: RowGaps | None = Field(
+        None, description="gaps between houses of a row; null: one after every eighth, half of them with a tree"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +132,7 @@ def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     bounds = (p.origin_x, p.origin_y, p.origin_x + p.width_m, p.origin_y + p.height_m)
     terrain = town_terrain(seed, bounds, p.relief)
     net = make_net(np.random.default_rng([seed, 2]), bounds)
-    blocks = fill_blocks(seed, net, bounds, p.park_share)
+    blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps)
     units, gaps = build_units(blocks, net, terrain, bounds)
     ground = Ground.of(terrain, net, blocks)
     trees = plant_trees(seed, blocks, units, (net, terrain, bounds), p.street_tree_share)

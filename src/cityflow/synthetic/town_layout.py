@@ -12,13 +12,12 @@ from cityflow.core.grid import Bounds
 from cityflow.synthetic import town_special as special
 from cityflow.synthetic.town_drafts import BlockDraft
 from cityflow.synthetic.town_houses import houses_block
-from cityflow.synthetic.town_terraces import perimeter_block, terraces_block
+from cityflow.synthetic.town_terraces import RowGaps, perimeter_block, terraces_block
 
 PAVEMENT_M = 2.2
+ROWS = {"terraces": terraces_block, "perimeter": perimeter_block}
 MAKERS: dict[str, Callable[[np.random.Generator, tuple[float, float]], BlockDraft]] = {
-    "terraces": terraces_block,
     "houses": houses_block,
-    "perimeter": perimeter_block,
     "church": special.church_block,
     "hall": special.hall_block,
     "stepped": special.stepped_block,
@@ -90,7 +89,9 @@ class PlacedBlock:
     draft: BlockDraft
 
 
-def fill_blocks(seed: int, net: StreetNet, bounds: Bounds, park_share: float) -> list[PlacedBlock]:
+def fill_blocks(
+    seed: int, net: StreetNet, bounds: Bounds, park_share: float, gaps: RowGaps | None = None
+) -> list[PlacedBlock]:
     """What stands in each block that meets the bounds, row after row."""
     cells = [(i, j) for j in range(len(net.v.start)) for i in range(len(net.u.start))]
     corners = np.array([_corners(net, i, j) for i, j in cells])
@@ -102,11 +103,15 @@ def fill_blocks(seed: int, net: StreetNet, bounds: Bounds, park_share: float) ->
     for k, (i, j) in enumerate(cells):
         if kinds[k] is not None:
             size = float(net.u.end[i] - net.u.start[i]), float(net.v.end[j] - net.v.start[j])
-            draft = MAKERS[str(kinds[k])](
-                np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2))
+            draft = _drafted(
+                str(kinds[k]), np.random.default_rng([seed, 12, i, j]), (round(size[0], 2), round(size[1], 2)), gaps
             )
             blocks.append(PlacedBlock(i, j, float(net.u.start[i]), float(net.v.start[j]), draft))
     return blocks
+
+
+def _drafted(kind: str, rng: np.random.Generator, size: tuple[float, float], gaps: RowGaps | None) -> BlockDraft:
+    return ROWS[kind](rng, size, gaps) if kind in ROWS else MAKERS[kind](rng, size)
 
 
 def _corners(net: StreetNet, i: int, j: int) -> FloatArray:

@@ -5,13 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.parameters import Parameters
 from cityflow.synthetic import roofs
 from cityflow.synthetic import town_shapes as shapes
 from cityflow.synthetic.town_drafts import BlockDraft, GapDraft, Style, TreeDraft, UnitDraft, draw_facade, draw_style
 from cityflow.synthetic.town_houses import roof_extras
 from cityflow.synthetic.town_shapes import Overhang, Ring, Volume
+
+
+class RowGaps(Parameters):
+    """Gaps between the houses of a row, where they shall be others than usual; no house of such a row is like the one before."""
+
+    share: float = Field(0.45, ge=0, le=1, description="of the houses, followed by a gap")
+    width_m: tuple[float, float] = Field((0.6, 1.2), description="least and greatest width, metres")
+    tree_share: float = Field(0.0, ge=0, le=1, description="of the gaps, filled by a tree")
+    roofed_share: float = Field(
+        0.0, ge=0, le=1, description="of a gap's width, under the verges of the gables beside it"
+    )
+
+    def of(self, rule: RowRule) -> RowRule:
+        """The rule with these gaps."""
+        return replace(
+            rule, gap=self.share, gap_m=self.width_m, tree_in_gap=self.tree_share, roofed=self.roofed_share, twin=0.0, same=0.0
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +41,7 @@ class RowRule:
     ----------
     flat : of a row with level roofs;  twin, same : of a unit like the one before but for the façade, or altogether
     gap, tree_in_gap : of a gap after a unit, and of a tree in it;  annexe : of a low level annexe at the back
+    gap_m : widths of gaps;  roofed : share of them that verges cover
     """
 
     width_m: tuple[float, float] = (5.0, 7.5)
@@ -36,11 +56,13 @@ class RowRule:
     tree_in_gap: float = 0.5
     stagger_m: float = 1.4
     over_m: tuple[float, float] = (0.0, 0.6)
+    gap_m: tuple[float, float] = (0.8, 2.0)
+    roofed: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """Units side by side: ends along u, front and back along v, and whether a gap follows."""
+    """Units side by side: ends along u, front and back along v, whether a gap follows, and how far verges reach over gaps, (n, 2) left and right."""
 
     left: FloatArray
     right: FloatArray
@@ -48,6 +70,7 @@ class _Row:
     back: FloatArray
     gap_after: BoolArray
     copies: BoolArray
+    verge: FloatArray
 
 
 def make_row(
@@ -85,7 +108,7 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
     draw = rng.random(count)
     copies = (draw < rule.twin + rule.same) & (np.arange(count) > 0)
     copies[-1] = False  # the last one takes what the rounding of the others leaves
-    gap = np.where(rng.random(count) < rule.gap, np.round(rng.uniform(0.8, 2.0, count), 3), 0.0)
+    gap = np.where(rng.random(count) < rule.gap, np.round(rng.uniform(*rule.gap_m, count), 3), 0.0)
     gap[:-1][copies[1:]] = 0.0
     gap[-1] = 0.0
     width = rng.uniform(*rule.width_m, count)
@@ -106,6 +129,7 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
         np.asarray(np.round(front + depth, 3), np.float64),
         ~touching,
         copies,
+        np.round(rule.roofed / 2 * np.column_stack([np.r_[0.0, gap[:-1]], gap]), 3),
     )
 
 
@@ -118,7 +142,8 @@ def _unit(
     if roof["flat"]:
         main, extras = shapes.flat_roof(roofs.rectangle(0, 0, width, depth), eave), []
     else:
-        main = shapes.gable_roof(width, depth, eave, slope, Overhang(0, 0, over, over))
+        left, right = plan.verge[i].tolist()
+        main = shapes.gable_roof(width, depth, eave, slope, Overhang(left, right, over, over))
         extras = roof_extras(rng, (width, depth), eave, slope)
     volumes = [shapes.moved(v, 0.0, float(plan.left[i]), float(plan.front[i])) for v in (main, *extras)]
     volumes[0] = replace(volumes[0], ring=_noded_ring(plan, i))
@@ -208,11 +233,12 @@ def add_row(
             block.trees.append(TreeDraft(float(middle[0]), float(middle[1]), float(rng.uniform(2.2, 3.4)), top))
 
 
-def terraces_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDraft:
+def terraces_block(rng: np.random.Generator, size: tuple[float, float], gaps: RowGaps | None = None) -> BlockDraft:
     """Two rows back to back with gardens between."""
     block = BlockDraft("terraces", size)
     for turn in (0.0, np.pi):
         rule = RowRule(depth_m=float(rng.uniform(8.0, 10.0)), eave_m=float(rng.uniform(4.8, 8.5)))
+        rule = rule if gaps is None else gaps.of(rule)
         length = size[0] - 3.0 - float(rng.uniform(0, 5))
         v = 1.0 + float(rng.uniform(0, 3.0))
         at = (0.0, 1.5, v) if turn == 0 else (np.pi, size[0] - 1.5, size[1] - v)
@@ -224,7 +250,7 @@ def terraces_block(rng: np.random.Generator, size: tuple[float, float]) -> Block
     return block
 
 
-def perimeter_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDraft:
+def perimeter_block(rng: np.random.Generator, size: tuple[float, float], gaps: RowGaps | None = None) -> BlockDraft:
     """Four rows around a courtyard with a corner house at each end."""
     block = BlockDraft("perimeter", size)
     depth, eave = float(np.round(rng.uniform(10.0, 12.0), 2)), float(rng.uniform(9.0, 14.0))
@@ -232,6 +258,7 @@ def perimeter_block(rng: np.random.Generator, size: tuple[float, float]) -> Bloc
         (8.0, 13.0), depth, eave, 1.8, flat=0.15, twin=0.25, same=0.06, annexe=0.0, gap=0.1, tree_in_gap=0.6,
         stagger_m=0.0, over_m=(0.0, 0.4),
     )  # fmt: skip
+    rule = rule if gaps is None else gaps.of(rule)
     inner_u, inner_v = size[0] - 2 * depth, size[1] - 2 * depth
     sides = [(0.0, depth, 0.0), (np.pi / 2, size[0], depth), (np.pi, size[0] - depth, size[1]), (-np.pi / 2, 0.0, size[1] - depth)]  # fmt: skip
     for k, at in enumerate(sides):
