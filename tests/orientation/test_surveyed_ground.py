@@ -10,7 +10,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.ground_cells import GroundCells
 from cityflow.orientation.flight_plan import FlightPlan, FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters, look_directions
-from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
+from cityflow.orientation.surveyed_ground import BEYOND_M, MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View
 
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -77,3 +77,20 @@ def test_a_plan_knows_the_most_images_that_are_matched_together(count: int, most
     views = [View(image(60.0 + 15.0 * k), (0.0, 10.0)) for k in range(count)]
     frames = look_directions([v.image for v in views], LookParameters())
     assert FlightPlan(views, frames, FlightPlanParameters()).most_views == most
+
+
+def tilted(degrees: float) -> View:
+    a = np.radians(degrees)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(a), np.sin(a)], [0.0, -np.sin(a), np.cos(a)]])
+    return View(OrientedImage(f"tilt_{degrees:g}", CAMERA, turn @ DOWN, np.array([60.0, 50.2, 100.0])), (0.0, 10.0))
+
+
+def test_slanting_images_alone_make_no_survey() -> None:
+    steep = [View(image(60.0), (0.0, 10.0)), View(image(90.0), (0.0, 10.0))]
+    ground = looked_down_on([*steep, tilted(45.0)])
+    # frames of both: 10 to 140 and 12.7 to 87.7
+    low, high = np.array([10.0, 50.2 - 37.5]) - BEYOND_M, np.array([140.0, 50.2 + 37.5]) + BEYOND_M
+    assert np.allclose(ground.bounds, [*low, *high])
+    assert ground.equals(looked_down_on(steep))
+    alone = looked_down_on([steep[0], tilted(45.0), tilted(50.0)])
+    assert alone.area > 1.5 * ground.area, "one steep view has no partner that is steep: all views count"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 from pydantic import ValidationError
@@ -29,11 +30,33 @@ def test_a_grey_image_among_coloured_ones_is_left_out_by_name(tmp_path: Path) ->
     assert {a.bands for a in read_catalog(flight.catalog).images} == {3}
 
 
+def surveyed_places(survey: ImageSurvey) -> set[tuple[float, float]]:
+    """Places of the driver's lattice in the tiles that the survey works on where it has been."""
+    found = set[tuple[float, float]]()
+    for tile in survey.tiles.values():
+        places = survey.places_in(tile.bounds)
+        rows, cols = np.nonzero(survey.is_surveyed(places, [tile]))
+        x, y = places.x_centres()[cols], places.y_centres()[rows]
+        found.update(zip(x.tolist(), y.tolist(), strict=True))
+    return found
+
+
+def test_surveyed_ground_does_not_depend_on_the_tiles(tmp_path: Path) -> None:
+    flight = make_flight(tmp_path / "flight", described=False)
+    flight.describe(gains=False)
+    catalog = read_catalog(flight.catalog)
+    small, middle, large = (ImageSurvey(catalog, parameters(tile_m=m)) for m in (50, 100, 250))
+    assert len(small.tiles) > len(large.tiles) == 1
+    ground = surveyed_places(large)
+    assert len(ground) > 300
+    assert surveyed_places(small) == ground == surveyed_places(middle)
+
+
 def test_tiles_frames_and_cells_follow_from_the_flight(tmp_path: Path) -> None:
     flight = make_flight(tmp_path / "flight", described=False)
     flight.describe(gains=False)
     survey = ImageSurvey(read_catalog(flight.catalog), parameters())
-    assert list(survey.tiles) == ["1700_8940", "1701_8940"]
+    assert list(survey.tiles) == ["1700_8940", "1701_8940", "1700_8941"], "the last for a strip of two metres"
     assert [f.name for f in survey.frames] == ["nadir", "north_45"]
     assert survey.cell_m == GSD_M
     assert all(survey.flight_tiles(t) and survey.ortho_images(t) for t in survey.tiles.values())

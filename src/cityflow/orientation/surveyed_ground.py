@@ -1,21 +1,30 @@
-"""How many images see a place that is matched: a height that two images give is checked by the third.
+"""How many images see a place that is matched, and which ground is looked down on: there a survey has been, however it is cut into tiles.
 
-What counts is the flight plan: the base image that answers for a place, and those of its partners that have the place in their frame. Beyond the ground
-that enough of them see, heights are few, and nothing says which of them are wrong.
+What counts is the flight plan: the base image that answers for a place, and those of its partners that have the place in their frame. A height that two
+images give is checked by the third. Beyond the ground that enough of them see, heights are few, and nothing says which of them are wrong; so they are where
+slanting images alone look, far out and past everything that stands before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
-from cityflow.orientation.views import sees
+from cityflow.orientation.views import View, footprints, sees
+
+MOST_TILT = np.radians(40.0)
+"""Images look down on the ground that look no flatter than this."""
+
+BEYOND_M = 10.0
+"""A survey ends this far beyond the ground that such images see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +54,12 @@ def images_of_ground(matched: Iterable[MatchedGround], grid: Grid, heights: Floa
         count = np.where(sees(one.base, xyz) & (others > 0), 1 + others, 0)
         np.maximum.at(most, (row + rows.start, col + cols.start), count)
     return most
+
+
+def looked_down_on(views: Sequence[View]) -> BaseGeometry:
+    """Ground, world metres, within `BEYOND_M` of what the views see that look down steeply; of what all see where no two of them do."""
+    steep = [v for v in views if v.image.tilt <= MOST_TILT]
+    return shapely.union_all(footprints(steep if len(steep) > 1 else views)).buffer(BEYOND_M)
 
 
 def _window(grid: Grid, cells: GroundCells) -> tuple[slice, slice]:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 from shapely import MultiPoint, STRtree
+from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
@@ -17,15 +18,12 @@ from cityflow.io.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights
-from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
+from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.stages.parameters import CELLS_M, CityParameters
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
-
-MOST_TILT = np.radians(40.0)
-"""The survey reaches as far as images see that look down no flatter than this."""
 
 STEPS_A_CELL = 4
 """Places along the edge of a cell of masters at which the driver asks what is surveyed."""
@@ -104,26 +102,25 @@ class ImageSurvey:
 
     @cached_property
     def tiles(self) -> dict[str, Tile]:
-        """Ground tiles that some image sees that looks down steeply enough, south-west first."""
-        views = list(self.flown.values())
-        found = self._tiles_seen_by([v for v in views if v.image.tilt <= MOST_TILT]) or self._tiles_seen_by(views)
+        """Ground tiles with surveyed ground, south-west first."""
+        if len(self.flown) < 2:
+            return {}
+        seen = STRtree(footprints(list(self.flown.values())))
+        over = tiles_over(self.looked_down_on.bounds, self.parameters.tiles.tile_m)
+        found = [t for t in over if self._has_ground(t, seen)]
         return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
 
-    def _tiles_seen_by(self, views: Sequence[View]) -> list[Tile]:
-        """Ground tiles that at least two of the views see, so that there is something to match."""
-        if len(views) < 2:
-            return []
-        seen = footprints(views)
-        tree = STRtree(seen)
-        x_min, y_min, x_max, y_max = shapely.total_bounds(np.array(seen, dtype=object))
-        all_tiles = tiles_over((x_min, y_min, x_max, y_max), self.parameters.tiles.tile_m)
-        return [t for t in all_tiles if self._is_seen(t, tree)]
-
-    def _is_seen(self, tile: Tile, tree: STRtree) -> bool:
+    def _has_ground(self, tile: Tile, seen: STRtree) -> bool:
         """Two views at least: one alone has no depth."""
-        if len(tree.query(shapely.box(*tile.bounds), predicate="intersects")) < 2:
+        box = shapely.box(*tile.bounds)
+        if len(seen.query(box, predicate="intersects")) < 2 or not self.looked_down_on.intersects(box):
             return False
         return bool(self.is_surveyed(self.places_in(tile.bounds), [tile]).any())
+
+    @cached_property
+    def looked_down_on(self) -> BaseGeometry:
+        """Ground beyond which nothing is surveyed, however many images see it."""
+        return looked_down_on(list(self.flown.values()))
 
     @cached_property
     def least_views(self) -> int:
@@ -143,10 +140,11 @@ class ImageSurvey:
         return Grid.covering(bounds, self.plan.cell_m / STEPS_A_CELL)
 
     def is_surveyed(self, places: Grid, tiles: Sequence[Tile]) -> BoolArray:
-        """(rows, cols) where enough images see the lowest ground, as far as these ground tiles reach."""
+        """(rows, cols) where the survey has been, were the ground as low as it can be, as far as these ground tiles reach."""
         matched = [m for t in tiles for m in self.matched_ground(t)]
         ground = np.full(places.shape, self.heights_over(places.bounds)[0])
-        return np.asarray(images_of_ground(matched, places, ground) >= self.least_views)
+        below = shapely.contains_xy(self.looked_down_on, *places.centres())
+        return np.asarray(below & (images_of_ground(matched, places, ground) >= self.least_views))
 
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
         """The base images of a ground tile, each with its partners and cells."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import shapely
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Status
@@ -28,7 +29,7 @@ from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters,
 from cityflow.surface.point_classes import classify_points
 
 STAGE = "surface"
-VERSION = 5
+VERSION = 6
 PIECE_SCALE_M = 0.001
 
 
@@ -37,7 +38,7 @@ def task(survey: Survey, name: str) -> Task:
     ring = survey.near(name, survey.parameters.image_surface.context_m)
     fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
     inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, 0.0)))
-    sights = sights_of(survey, ring)
+    sights = sights_of(survey, ring, survey.tiles[name].buffered(survey.parameters.image_surface.context_m))
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
         t: survey.records[fuse.STAGE, t].reason for t in ring if survey.records[fuse.STAGE, t].status is Status.FAILED
@@ -61,11 +62,15 @@ def task(survey: Survey, name: str) -> Task:
     )  # fmt: skip
 
 
-def sights_of(survey: Survey, tiles: Sequence[str]) -> dict[str, Json]:
-    """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, and how many must see a place."""
+def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> dict[str, Json]:
+    """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, how many must see a place, and how far
+    within `around` the ground is looked down on."""
     matched = [m for t in tiles for m in survey.images.matched_ground(survey.tiles[t])]
     images = {i.name: i for m in matched for i in (m.base, *m.partners)}
+    # whole millimetres in a fixed order: an image far away changes nothing here
+    below = shapely.set_precision(shapely.intersection(survey.images.looked_down_on, shapely.box(*around)), 0.001)
     return {
+        "looked_down_on": shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
         "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.grid.bounds)[0],
         "images": [to_json(images[name]) for name in sorted(images)],
         "matched": [
@@ -126,11 +131,13 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _seen_enough(sights: Mapping[str, Any]) -> SeenEnough:
     """Whether enough images see a place; where the terrain is not known, the lowest ground."""
-    matched = matched_of(sights)
+    matched, below = matched_of(sights), shapely.from_wkt(sights["looked_down_on"])
+    shapely.prepare(below)
 
     def enough(grid: Grid, ground: FloatArray) -> BoolArray:
         known = np.where(np.isnan(ground), sights["lowest_m"], ground)
-        return np.asarray(images_of_ground(matched, grid, known) >= sights["least_views"])
+        looked_down_on = shapely.contains_xy(below, *grid.centres())
+        return np.asarray(looked_down_on & (images_of_ground(matched, grid, known) >= sights["least_views"]))
 
     return enough
 
