@@ -17,7 +17,7 @@ from cityflow.synthetic import roofs
 from cityflow.synthetic.roofs import LocalFace, Placement, TruthFace
 from cityflow.synthetic.town import TownParameters, make_town
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
-from verdict_cases import EDGE_M, SCAN_M2, _true_places
+from verdict_cases import EDGE_M, SCAN_M2, true_places
 
 FULL_M2, HOUSES = 16.0, 60
 SIGMA_Z_M, SIGMA_XY_M, CLUTTER = 0.03, 0.08, 0.02
@@ -176,7 +176,7 @@ def town(seed: int) -> Iterator[Roof]:
     tree = shapely.STRtree(shapely.points(building.xyz[:, :2]))
     for unit in made.units:
         inside = np.sort(tree.query(unit.wall_outline, predicate="contains"))
-        places = _true_places(unit, unit.wall_outline, [])
+        places = true_places([unit], unit.wall_outline, [])
         places = places[np.isfinite(places[:, 2])]
         floor = float(np.floor(unit.floor_m * 100)) / 100
         yield Roof(unit.shape, Evidence(unit.id, unit.wall_outline, building.take(inside), floor), places)

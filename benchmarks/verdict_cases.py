@@ -6,8 +6,8 @@ points, its classes, its terrain, or its model. The truth is the share of its ro
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -18,13 +18,15 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.reconstruction.model import ModelParameters
+from cityflow.synthetic.drawn_houses import disturbed
 from cityflow.synthetic.inner_city import InnerCityParameters, OldHouse, inner_city
 from cityflow.synthetic.roofs import CHIMNEY
 from cityflow.synthetic.town import Town, TownParameters, make_town
-from cityflow.synthetic.town_lidar import TownLidar, TownLidarParameters, town_lidar
+from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_units import Unit
 
 EDGE_M, SCAN_M2 = 220.0, 20.0
@@ -39,9 +41,32 @@ SOUND = 0.5
 RELIEFS, STREET_TREES, OLD_HOUSES, OLD_CLUTTER = (0.0, 0.4, 1.0), (0.4, 0.8), 8, (0.5, 1.5)
 """Polders and slopes, few trees and many; old houses of an inner city beside each town, with this much clutter on their roofs."""
 AROUND_M, HIGH_M, WITHIN_M, GOOD_SHARE = 2.0, 1.5, 0.2, 0.95
+INSIDE_RIM_M = 1e-3
 PLACES, STEP_M = 5000, (0.1, 0.5)
 EAVES_M = 0.6
 """A model may stand this far out from the true walls: what is there is an overhang or an outline's error, and not judged."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a survey has of a town.
+
+    Attributes
+    ----------
+    points, truth_class : all of them, and their ASPRS classes (N,)
+    density_m2, densities : points per square metre, and those that units may be thinned to
+    outline_sigma_m : error of the corners of free-standing units' outlines (of their distance), at most
+    walls : points on façades, of images
+    matched : points are of images, not of a scanner
+    """
+
+    points: PointCloud
+    truth_class: np.ndarray
+    density_m2: float
+    densities: tuple[float, ...]
+    outline_sigma_m: float = 0.0
+    walls: WallPoints = field(default_factory=lambda: joined_walls(()))
+    matched: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,11 +87,16 @@ def cases_of(seed: int) -> Iterator[Case]:
     relief, trees = float(land.choice(RELIEFS)), float(land.choice(STREET_TREES))
     town = make_town(seed, TownParameters(width_m=EDGE_M, height_m=EDGE_M, relief=relief, street_tree_share=trees))
     scan = town_lidar(town, seed, TownLidarParameters(density_m2=SCAN_M2))
+    yield from town_cases(town, seed, Survey(scan.points, scan.truth_class, SCAN_M2, DENSITIES))
+    yield from _old_houses(seed, land)
+
+
+def town_cases(town: Town, seed: int, survey: Survey) -> Iterator[Case]:
+    """Every unit of a town, sound or spoilt."""
     tree = shapely.STRtree([u.roof_outline for u in town.units])
     rng = np.random.default_rng([seed, 91])
     for unit in town.units:
-        yield _case(town, scan, tree, unit, np.random.default_rng([seed, unit.index, int(rng.integers(1 << 30))]))
-    yield from _old_houses(seed, land)
+        yield _case(town, survey, tree, unit, np.random.default_rng([seed, unit.index, int(rng.integers(1 << 30))]))
 
 
 def _old_houses(seed: int, rng: np.random.Generator) -> Iterator[Case]:
@@ -85,16 +115,18 @@ def _old_house(house: OldHouse, name: str, density: float) -> Case:
     return Case(name, "old and cluttered", density, evidence, usual, house.roof_points(STEP_M[1] / 2, 0.0))
 
 
-def _case(town: Town, scan: TownLidar, tree: shapely.STRtree, unit: Unit, rng: np.random.Generator) -> Case:
-    density = float(rng.choice(DENSITIES))
+def _case(town: Town, survey: Survey, tree: shapely.STRtree, unit: Unit, rng: np.random.Generator) -> Case:
+    density = float(rng.choice(survey.densities))
     spoil = "sound" if rng.random() < SOUND else str(rng.choice(SPOILS))
     near = [town.units[k] for k in np.sort(tree.query(unit.wall_outline, predicate="dwithin", distance=4.0))]
     outline = _outline(unit, near, spoil, rng)
-    xyz = scan.points.xyz
+    if survey.outline_sigma_m and not _party(outline, [u for u in near if u is not unit]):
+        outline = disturbed(outline, rng, float(rng.uniform(0.0, survey.outline_sigma_m)))
+    xyz = survey.points.xyz
     x_0, y_0, x_1, y_1 = shapely.box(*outline.bounds).union(shapely.box(*unit.bounds)).buffer(AROUND_M).bounds
     there = (xyz[:, 0] > x_0) & (xyz[:, 0] < x_1) & (xyz[:, 1] > y_0) & (xyz[:, 1] < y_1)
-    there &= rng.random(len(xyz)) < density / SCAN_M2
-    cloud = replace(scan.points.take(there), classification=_classes(scan, there))
+    there &= rng.random(len(xyz)) < density / survey.density_m2
+    cloud = replace(survey.points.take(there), classification=_classes(survey, there))
     lift = 0.0
     if spoil == "ground for roof":
         lift = float(rng.uniform(2.0, 4.0))
@@ -106,16 +138,19 @@ def _case(town: Town, scan: TownLidar, tree: shapely.STRtree, unit: Unit, rng: n
     beside = shapely.dwithin(shapely.points(points.xyz[:, :2]), outline, AROUND_M)
     party = _party(outline, [u for u in near if u is not unit])
     floor = float(np.floor((unit.floor_m - lift) * 100)) / 100
+    walls = survey.walls.within((x_0, y_0, x_1, y_1))
     evidence = Evidence(
-        unit.id, outline, _ordered(points.take(inside)), floor, around=_ordered(points.take(beside)), party=party
-    )
-    truth = None if spoil in ("crown only", "ground for roof") else unit
-    return Case(unit.id, spoil, density, evidence, _parameters(spoil, rng), _true_places(truth, outline, near))
+        unit.id, outline, _ordered(points.take(inside)), floor, around=_ordered(points.take(beside)), party=party,
+        matched=survey.matched,
+        walls=walls.take(shapely.dwithin(shapely.points(walls.xyz[:, :2]), outline, AROUND_M)),
+    )  # fmt: skip
+    truth = [] if spoil in ("crown only", "ground for roof") else [unit]
+    return Case(unit.id, spoil, density, evidence, _parameters(spoil, rng), true_places(truth, outline, near))
 
 
-def _classes(scan: TownLidar, there: BoolArray) -> np.ndarray:
+def _classes(survey: Survey, there: BoolArray) -> np.ndarray:
     """What a provider delivers: façades are building, leaves are not told from other things."""
-    classes = scan.truth_class[there].copy()
+    classes = survey.truth_class[there].copy()
     classes[classes == HIGH_VEGETATION] = UNCLASSIFIED
     return classes
 
@@ -222,23 +257,23 @@ def _parameters(spoil: str, rng: np.random.Generator) -> ModelParameters:
     return usual
 
 
-def _true_places(unit: Unit | None, outline: Polygon, near: list[Unit]) -> FloatArray:
-    """(P, 3) places over walls and outline with the true height there; NaN where the outline holds no building."""
-    walls = unit.wall_outline if unit is not None else Polygon()
+def true_places(own: Sequence[Unit], outline: Polygon, near: Sequence[Unit]) -> FloatArray:
+    """(P, 3) places over the walls of some units and an outline with the true height there; NaN where the outline holds no building."""
+    walls = shapely.union_all([u.wall_outline for u in own])
     whole = shapely.union(walls, outline)
     step = float(np.clip(np.sqrt(whole.area / PLACES), *STEP_M))
     x_0, y_0, x_1, y_1 = whole.bounds
     x, y = (a.ravel() for a in np.meshgrid(np.arange(x_0 + step / 2, x_1, step), np.arange(y_0 + step / 2, y_1, step)))
     inside = shapely.contains_xy(whole, x, y)
     x, y = x[inside], y[inside]
-    if unit is None:
+    if not own:
         return np.column_stack([x, y, np.full(len(x), np.nan)])
-    z = np.fmax.reduce([_height(u, x, y) for u in (unit, *near)])
-    all_walls = shapely.union_all([u.wall_outline for u in (unit, *near)])
+    z = np.fmax.reduce([_height(u, x, y) for u in (*own, *near)])
+    all_walls = shapely.union_all([u.wall_outline for u in (*own, *near)])
     built = shapely.contains_xy(all_walls, x, y)
     judged = built | ~shapely.contains_xy(all_walls.buffer(EAVES_M), x, y)
     chimney = np.any(
-        [shapely.contains_xy(f.polygon.buffer(0.1), x, y) for f in unit.prisms if f.kind == CHIMNEY]
+        [shapely.contains_xy(f.polygon.buffer(0.1), x, y) for u in own for f in u.prisms if f.kind == CHIMNEY]
         or [np.zeros(len(x), bool)],
         axis=0,
     )
@@ -255,7 +290,14 @@ def _height(unit: Unit, x: FloatArray, y: FloatArray) -> FloatArray:
     return z
 
 
-def true_share(solid: Polyhedron, places: FloatArray) -> float:
-    """Share of the places where the model stands within 20 cm of the truth."""
-    distance = distances_to_roof(solid, places)
-    return float(np.mean(np.abs(distance) <= WITHIN_M)) if len(places) else 0.0
+def true_share(solid: Polyhedron, places: FloatArray, outline: Polygon) -> float:
+    """Share of the true places that are within 20 cm of the model: above or below it, or, beside its outline, of its rim."""
+    if not len(places):
+        return 0.0
+    near, away = places.copy(), np.zeros(len(places))
+    outside = ~shapely.contains_xy(outline, places[:, 0], places[:, 1])
+    rim = shapely.buffer(outline, -INSIDE_RIM_M)
+    to_rim = shapely.shortest_line(shapely.points(places[outside, :2]), rim)
+    away[outside] = shapely.length(to_rim)
+    near[outside, :2] = shapely.get_coordinates(to_rim).reshape(-1, 2, 2)[:, 1]
+    return float(np.mean(np.hypot(distances_to_roof(solid, near), away) <= WITHIN_M))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import pickle
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,19 +27,31 @@ from cityflow.reconstruction.verdicts.calibration import Logistic, Term
 from cityflow.reconstruction.verdicts.figures import Figures
 from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
-from verdict_cases import cases_of, true_share
+from verdict_cases import Case, cases_of, true_share
+from verdict_cases_images import image_cases
+from verdict_cases_sparse import sparse_cases
 
-FITTED, JUDGED = (*range(201, 207), *range(211, 216), *range(301, 305)), (507, 508, 509, 510)
+FITTED, JUDGED = (*range(201, 207), 301, 302, 303), (511, 512, 513, 514)
+MATCHED_TOO = (211, 212, 213)
+"""Further towns of the fit that only images survey: those of a matched town have more to differ in, and fewer units."""
+SURVEYS: Mapping[str, Callable[[int], Iterator[Case]]] = {
+    "scanned": cases_of,
+    "sparse": sparse_cases,
+    "matched": image_cases,
+}
+"""What a town's units are surveyed by: a scanner, a scanner with few points, images."""
 SCALES: dict[str, tuple[float, ...]] = {
     "off": (0.01, 0.1), "worst": (0.02, 0.2), "unseen": (0.01, 0.1), "loose": (0.01, 0.1), "strange": (0.01, 0.1), "unsure": (0.01, 0.1),
-    "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5),
+    "missed": (0.01, 0.05), "misplaced": (0.05, 0.5), "beside": (0.05,), "error_m": (0.05, 0.3), "few": (0.1, 0.5), "noise": (0.02, 0.1),
 }  # fmt: skip
 """At which values a figure may begin to matter; the fit chooses the weights, none negative."""
 TERMS = tuple((figure, scale) for figure, scales in SCALES.items() for scale in scales)
 OUTLINE_ALONE = frozenset({"beside"})
 """A roof that goes on beyond a given outline may be another building: a doubt, but it makes no unit poor."""
-FIRST = "GOOD = "
-SAID = '"""A unit is good from this probability of `GOOD`, and poor below this one of `FAIR`."""'
+CALIBRATED = {"SCANNED": (("scanned", "sparse"), frozenset({"noise"})), "MATCHED": (("matched",), frozenset[str]())}
+"""Which surveys each calibration is for, and the figures that it does without: a scanner's noise tells nothing that others do not."""
+FIRST = "SCANNED = "
+POOR_BELOW = 0.5
 RIDGE, LEAST_WEIGHT = 0.02, 0.005
 GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.98
 """Of good ones 97 % shall be good: one point more is aimed at, since a threshold flatters the towns that it is set on."""
@@ -47,9 +59,10 @@ GOOD_SHARE, FAIR_SHARE, PURITY = 0.95, 0.8, 0.98
 
 @dataclass(frozen=True)
 class Row:
-    """One unit: how it was spoilt, the true share of its roof within 20 cm, and its figures (None: no model)."""
+    """One unit: what surveyed it, how it was spoilt, the true share of its roof within 20 cm, and its figures (None: no model)."""
 
     seed: int
+    survey: str
     unit: str
     spoil: str
     density: float
@@ -57,16 +70,20 @@ class Row:
     figures: Figures | None
 
 
-def rows_of(seed: int, cache: Path) -> list[Row]:
+def rows_of(seed: int, cache: Path, surveys: Iterable[str]) -> list[Row]:
     """The units of a town, judged; kept in `cache`, which is to be emptied when the code has changed."""
-    path = cache / f"verdicts_{seed}.pkl"
+    return [row for survey in surveys for row in _rows_of_survey(seed, survey, cache)]
+
+
+def _rows_of_survey(seed: int, survey: str, cache: Path) -> list[Row]:
+    path = cache / f"verdicts_{survey}_{seed}.pkl"
     if not path.exists():
         rows = []
-        for case in cases_of(seed):
+        for case in SURVEYS[survey](seed):
             judged = judged_model(case.evidence, case.parameters)
             solid = judged.choice.candidate.solid
-            true = true_share(solid, case.places) if solid is not None else 0.0
-            rows.append(Row(seed, case.name, case.spoil, case.density, true, judged.figures))
+            true = true_share(solid, case.places, case.evidence.outline) if solid is not None else 0.0
+            rows.append(Row(seed, survey, case.name, case.spoil, case.density, true, judged.figures))
         cache.mkdir(parents=True, exist_ok=True)
         path.write_bytes(pickle.dumps(rows))
     found: list[Row] = pickle.loads(path.read_bytes())
@@ -92,11 +109,11 @@ def fitted(rows: Sequence[Row], share: float, without: frozenset[str] = frozense
     return Logistic(share, round(float(w[0]), 3), kept)
 
 
-def threshold(rows: Sequence[Row]) -> float:
+def threshold(rows: Sequence[Row], without: frozenset[str]) -> float:
     """The least probability with the purity asked for, every town judged by a fit to the others."""
     probability, good = [], []
     for seed in sorted({r.seed for r in rows}):
-        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE)
+        model = fitted([r for r in rows if r.seed != seed], GOOD_SHARE, without)
         own = [r for r in rows if r.seed == seed and r.figures is not None]
         probability += [probability_of(r.figures, model) for r in own if r.figures is not None]
         good += [r.true >= GOOD_SHARE for r in own]
@@ -110,13 +127,20 @@ def threshold(rows: Sequence[Row]) -> float:
 
 
 def calibration(rows: Sequence[Row]) -> str:
-    """The fitted models and the threshold, as Python."""
-    parts = []
-    for name, share, without in (("GOOD", GOOD_SHARE, frozenset[str]()), ("FAIR", FAIR_SHARE, OUTLINE_ALONE)):
-        model = fitted(rows, share, without)
-        lines = "\n".join(f'        Term("{t.figure}", {t.scale}, {t.weight:.3f}),' for t in model.terms)
-        parts.append(f"{name} = Logistic(\n    {model.share}, {model.base:.3f}, (\n{lines}\n    ),\n)  # fmt: skip\n")
-    return "".join(parts) + f"GOOD_FROM, POOR_BELOW = {threshold(rows)}, 0.5\n{SAID}\n"
+    """The fitted models and thresholds, as Python."""
+    found = []
+    for name, (surveys, without) in CALIBRATED.items():
+        mine = [r for r in rows if r.survey in surveys]
+        models = _as_python(fitted(mine, GOOD_SHARE, without)) + _as_python(
+            fitted(mine, FAIR_SHARE, without | OUTLINE_ALONE)
+        )
+        found.append(f"{name} = Calibration(\n{models}    {threshold(mine, without)}, {POOR_BELOW},\n)  # fmt: skip\n")
+    return "".join(found)
+
+
+def _as_python(model: Logistic) -> str:
+    lines = "\n".join(f'        Term("{t.figure}", {t.scale}, {t.weight:.3f}),' for t in model.terms)
+    return f"    Logistic({model.share}, {model.base:.3f}, (\n{lines}\n    )),\n"
 
 
 def _shares(called: BoolArray, good: BoolArray) -> str:
@@ -139,7 +163,11 @@ def report(rows: Sequence[Row]) -> None:
     print(f"of those below 80 % {100 * np.mean(poor[true < FAIR_SHARE]):.0f} % are called poor")
     seen = np.array([r.spoil != "shadow" for r in rows])
     print(f"without units that lie in shadow: {_shares(called[seen], good[seen])}")
-    keys: Iterable[Callable[[Row], object]] = (lambda r: r.spoil, lambda r: r.density)
+    keys: Iterable[Callable[[Row], object]] = (
+        lambda r: r.survey,
+        lambda r: r.spoil,
+        lambda r: r.density if r.survey != "matched" else "images",
+    )
     for key in keys:
         for name in sorted({key(r) for r in rows}, key=str):
             mine = np.array([key(r) == name for r in rows])
@@ -158,17 +186,21 @@ def main() -> None:
     options.add_argument("--fit", action="store_true")
     options.add_argument("--write", action="store_true")
     options.add_argument("--fitted", type=int, nargs="+", default=FITTED)
+    options.add_argument("--matched-too", type=int, nargs="*", default=MATCHED_TOO)
     options.add_argument("--judged", type=int, nargs="+", default=JUDGED)
+    options.add_argument("--surveys", nargs="+", default=list(SURVEYS), choices=list(SURVEYS))
     asked = options.parse_args()
     start = time.process_time()
     if asked.fit:
-        written = calibration([r for seed in asked.fitted for r in rows_of(seed, asked.cache)])
+        rows = [r for seed in asked.fitted for r in rows_of(seed, asked.cache, asked.surveys)]
+        rows += [r for seed in asked.matched_too for r in rows_of(seed, asked.cache, ["matched"])]
+        written = calibration(rows)
         print(written)
         if asked.write:
             path = Path(calibration_module.__file__)
             path.write_text(path.read_text().partition(FIRST)[0] + written)
     else:
-        report([r for seed in asked.judged for r in rows_of(seed, asked.cache)])
+        report([r for seed in asked.judged for r in rows_of(seed, asked.cache, asked.surveys)])
     print(f"{time.process_time() - start:.0f} s of processor time")
 
 

@@ -43,7 +43,7 @@ def seen_by(store: Store, house: shapely.Polygon, images: bool) -> Evidence:
     arguments = {
         "pieces": [], "unread": [], "walls": [], "city": list(city.bounds), "cell_m": city.cell,
         "zarr": OVERVIEW if images else ZARR, "product_grid": list(fine.bounds), "product_cell_m": fine.cell,
-        "own_orthos": images, "crs": "EPSG:28992", "given_orthos": [], "classified": False, "uneven": 0.0, "alike_m": 0.0,
+        "own_orthos": images, "crs": "EPSG:28992", "given_orthos": [], "classified": False, "uneven": 0.0, "matched": False, "alike_m": 0.0,
         "failed_surfaces": [],
     }  # fmt: skip
     task = Task("reconstruct", "u", "x:y", 1, arguments=arguments, limits=Limits(1, 1, 0))

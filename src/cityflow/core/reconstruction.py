@@ -69,6 +69,7 @@ class Evidence:
     edges : straight parts of the outline and how each is known; empty where nobody asked
     roof : outline of the roof where it is known apart from the walls
     rims : edges of the roof that walls have moved in from
+    matched : points are of a surface that was matched or given, not a scanner's
     wanted_type : roof type that a person has set, or empty
     alike_m : errors of points this near to each other are alike (the cells of a given DSM), metres; 0: each point has its own
     """
@@ -89,6 +90,7 @@ class Evidence:
     wanted_type: str = ""
     alike_m: float = 0.0
     rims: tuple[OutlineEdge, ...] = ()
+    matched: bool = False
 
     @property
     def observations(self) -> float:

@@ -79,7 +79,7 @@ def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
         "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
         "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         "classified": survey.has_building_class, "uneven": _uneven(survey),
-        "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
+        "matched": survey.door != LIDAR, "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
     }  # fmt: skip
 
 
@@ -122,7 +122,7 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
         around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
         heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
         party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
-        rims=outline.rims,
+        rims=outline.rims, matched=a["matched"],
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import fit_of
@@ -28,7 +29,24 @@ def facades(count: int, rng: np.random.Generator) -> FloatArray:
     return np.column_stack([x, y, z]) + rng.normal(0, 0.05, (4 * count, 3))
 
 
-def missed(outline: Polygon, eaves: float, density: float, walls: int = 0) -> float:
+def seen_facades(count: int) -> WallPoints:
+    """The four walls of `OUTLINE` as images show them, world: their points face outwards, and are all 5 cm too far out."""
+    rng, parts = np.random.default_rng(2), []
+    for wall, outward in (
+        ((0, 0, 12, 0), (0, -1)),
+        ((12, 8, 0, 8), (0, 1)),
+        ((0, 8, 0, 0), (-1, 0)),
+        ((12, 0, 12, 8), (1, 0)),
+    ):
+        a, b = np.array(wall, float).reshape(2, 2)
+        xy = a + rng.uniform(0, 1, count)[:, None] * (b - a) + rng.normal(0.05, 0.1, count)[:, None] * np.array(outward)
+        xyz = np.column_stack([xy, rng.uniform(1.6, 4.5, count)]) + ORIGIN
+        normal = np.tile(np.array(outward, np.float32), (count, 1))
+        parts.append(WallPoints(xyz, normal, np.full(count, 0.1, np.float32), np.full(count, 3, np.uint8)))
+    return joined_walls(parts)
+
+
+def missed(outline: Polygon, eaves: float, density: float, walls: int = 0, seen: WallPoints | None = None) -> float:
     """The figure for a gable over `OUTLINE`, whose roof stands out evenly, with a local outline given for it."""
     whole = scan(gable, box(*OUTLINE.bounds).buffer(eaves, join_style="mitre"), density, 0.02, 3).points
     around = PointCloud.of(np.concatenate([whole.xyz, facades(walls, np.random.default_rng(1)) + ORIGIN]), BUILDING)
@@ -36,7 +54,7 @@ def missed(outline: Polygon, eaves: float, density: float, walls: int = 0) -> fl
     x, y = whole.xyz[:, :2].T
     b = placed.bounds
     inside = whole.take((x > b[0]) & (x < b[2]) & (y > b[1]) & (y < b[3]))
-    evidence = Evidence("unit", placed, inside, ORIGIN[2], around=around)
+    evidence = Evidence("unit", placed, inside, ORIGIN[2], around=around, walls=seen or joined_walls(()))
     solid = choose(evidence, ReconstructParameters()).candidate.solid
     assert isinstance(solid, Polyhedron)
     fit = fit_of(solid, evidence)
@@ -53,6 +71,14 @@ def test_what_a_moved_outline_misses_is_told(eaves: float) -> None:
     moved = translate(OUTLINE, 0.8, 0.6)
     truth = 1 - moved.intersection(OUTLINE).area / OUTLINE.area
     assert missed(moved, eaves, 8.0) == pytest.approx(truth, abs=0.045)
+
+
+def test_facades_that_images_show_take_doubt_away() -> None:
+    """Few roof points leave doubt where the outline is true, and see little of it where it is moved."""
+    moved = translate(OUTLINE, 0.5, 0.0)
+    seen = seen_facades(200)
+    assert missed(OUTLINE, 0.0, 0.7, seen=seen) < 0.5 * missed(OUTLINE, 0.0, 0.7)
+    assert missed(moved, 0.0, 0.7, seen=seen) > 2 * missed(OUTLINE, 0.0, 0.7, seen=seen)
 
 
 def test_a_turned_outline_is_told() -> None:

@@ -16,7 +16,7 @@ from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.reconstruction import extruded
 from cityflow.reconstruction.extruded import ExtrudedParameters
 from cityflow.reconstruction.model import ModelParameters
-from cityflow.reconstruction.verdicts.calibration import FAIR, GOOD
+from cityflow.reconstruction.verdicts.calibration import MATCHED, SCANNED
 from cityflow.reconstruction.verdicts.figures import Figures
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.reconstruction.verdicts.verdict import judgement_of, probability_of
@@ -111,15 +111,18 @@ def test_the_order_of_points_changes_nothing() -> None:
     assert attributes_of(judged_model(evidence, PARAMETERS)) == attributes_of(judged_model(turned, PARAMETERS))
 
 
-BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 400, 40)
+BEST = Figures(0, 0, 0, 0, 0, 0, 0, 0, 0, 0.02, 0.05, 0.02, 400, 40)
 
 
-@pytest.mark.parametrize("name", [f.name for f in fields(Figures) if f.name not in ("held", "points")])
-def test_no_figure_that_is_worse_makes_a_unit_better(name: str) -> None:
-    worse = replace(BEST, **{name: getattr(BEST, name) + 0.2})
-    for model in (GOOD, FAIR):
-        assert probability_of(worse, model) <= probability_of(BEST, model)
-    assert judgement_of(BEST).verdict is Verdict.GOOD
+@pytest.mark.parametrize("matched", [False, True])
+@pytest.mark.parametrize("name", [f.name for f in fields(Figures) if f.name not in ("held", "points", "matched")])
+def test_no_figure_that_is_worse_makes_a_unit_better(name: str, matched: bool) -> None:
+    best = replace(BEST, matched=matched)
+    worse = replace(best, **{name: getattr(best, name) + 0.2})
+    known = MATCHED if matched else SCANNED
+    for model in (known.good, known.fair):
+        assert probability_of(worse, model) <= probability_of(best, model)
+    assert judgement_of(best).verdict is Verdict.GOOD
 
 
 def ground_up_to(outline: Polygon, x_end: float) -> HeightRaster:

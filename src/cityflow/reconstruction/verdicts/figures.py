@@ -44,8 +44,10 @@ class Figures:
     beside : points per square metre that go on beyond the outline, by those on the roof
     error_m : metres, what the model claims of itself
     few : one by the root of the number of points on the plane, in the mean over the roof
+    noise : metres, robust standard deviation of the points that the roof explains
     points : number of roof points
     held : number of roof points held back
+    matched : points are of a surface that was matched or given, not a scanner's
     """
 
     off: float
@@ -59,8 +61,10 @@ class Figures:
     beside: float
     error_m: float
     few: float
+    noise: float
     points: int
     held: int
+    matched: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +104,10 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         beside=beside_of(evidence, around, fit.density),
         error_m=float(claim) if claim is not None and math.isfinite(claim) else 1.0,
         few=_few(solid, face, fit),
+        noise=fit.noise,
         points=int(roof.sum()),
         held=int(judged.sum()),
+        matched=evidence.matched,
     )
 
 

@@ -15,6 +15,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.reconstruction import Evidence
+from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.reconstruction.verdicts.surroundings import Surroundings
 
@@ -29,6 +30,8 @@ BEYOND = 0.2
 """Share of the roof's density that may stand beyond its rim."""
 WALL_M, WALL_SHARE = 0.12, 0.6
 """Standard deviation of a façade's echoes across it, and the share of the points below a roof that are such."""
+FACING, LEAST_MATCHED, INDEPENDENT = 0.7, 5, 8.0
+"""Points of a matched façade face outwards (cosine); those of one piece err alike, and count for no more than so many."""
 STEP_M, FARTHEST_M = 0.25, 1.5
 EAVES_STEP_M, WIDEST_EAVES_M = 0.2, 1.0
 USUAL, USUAL_M, RARE_M = 0.7, 0.1, 0.8
@@ -80,7 +83,7 @@ def placement_of(evidence: Evidence, around: Surroundings, density: float) -> Pl
     if not len(around.roof) or not len(pieces.length) or pieces.party.all():
         return Placement()
     ends = _ends_of_roof(pieces, np.concatenate([around.roof, around.xyz[around.continuing]])[:, :2], density)
-    walls = _walls(pieces, around.xyz[around.below, :2])
+    walls = _walls(pieces, around.xyz[around.below, :2]) + _matched_walls(pieces, evidence.walls)
     return _expected(evidence.outline, pieces, ends, walls)
 
 
@@ -128,10 +131,26 @@ def _walls(pieces: Pieces, xy: FloatArray) -> FloatArray:
     """(K, bins) log-likelihood that the façade stands so far outside each piece."""
     found = np.zeros((len(pieces.length), len(BINS)))
     for k in np.flatnonzero(~pieces.party) if len(xy) else ():
-        t = _across(pieces, int(k), xy)
-        t = t[np.abs(t) < REACH_M]
-        bell = np.exp(-0.5 * ((BINS[:, None] - t) / WALL_M) ** 2) / (WALL_M * math.sqrt(2.0 * math.pi))
-        found[k] = np.log(WALL_SHARE * 2.0 * REACH_M * bell + 1.0 - WALL_SHARE).sum(axis=1)
+        found[k] = _of_facade(_across(pieces, int(k), xy))
+    return found
+
+
+def _of_facade(across: FloatArray) -> FloatArray:
+    """(bins,) log-likelihood that a façade stands at each bin, by points so far outside an edge."""
+    t = across[np.abs(across) < REACH_M]
+    bell = np.exp(-0.5 * ((BINS[:, None] - t) / WALL_M) ** 2) / (WALL_M * math.sqrt(2.0 * math.pi))
+    return np.asarray(np.log(WALL_SHARE * 2.0 * REACH_M * bell + 1.0 - WALL_SHARE).sum(axis=1))
+
+
+def _matched_walls(pieces: Pieces, seen: WallPoints) -> FloatArray:
+    """The same by façades that images show: those that face outwards, and as many of a piece's as err independently."""
+    found = np.zeros((len(pieces.length), len(BINS)))
+    for k in np.flatnonzero(~pieces.party) if len(seen) else ():
+        facing = seen.xyz[seen.normal @ pieces.outward[k] > FACING, :2]
+        t = _across(pieces, int(k), facing)
+        count = int(np.count_nonzero(np.abs(t) < REACH_M))
+        if count >= LEAST_MATCHED:
+            found[k] = _of_facade(t) * min(1.0, INDEPENDENT / count)
     return found
 
 

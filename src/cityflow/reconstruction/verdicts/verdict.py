@@ -1,7 +1,8 @@
 """From figures to a probability that a model is right, and from it to a verdict with its reasons in words.
 
 A model is good where at least 95 % of its roof are within 20 cm of the truth, and poor where not even 80 % are. Both probabilities are those of logistic
-models, in which every figure can only lower them; their weights are fitted on made towns whose truth is known, sound units and spoilt ones:
+models, in which every figure can only lower them; their weights are fitted on made towns whose truth is known, sound units and spoilt ones, once for scanners
+and once for matched surfaces:
 ``benchmarks/verdicts.py`` makes the cases, fits and judges.
 """
 
@@ -12,7 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from cityflow.core.verdicts import Verdict
-from cityflow.reconstruction.verdicts.calibration import FAIR, GOOD, GOOD_FROM, POOR_BELOW, Logistic
+from cityflow.reconstruction.verdicts.calibration import MATCHED, SCANNED, Calibration, Logistic
 from cityflow.reconstruction.verdicts.figures import Figures
 
 
@@ -45,14 +46,20 @@ def judgement_of(figures: Figures | None, reason: str = "", survey_end: str = ""
     """
     if figures is None:
         return Judgement(Verdict.POOR, 0.0, "; ".join(filter(None, [survey_end, reason or NO_MODEL])))
-    probability = probability_of(figures, GOOD)
-    if probability >= GOOD_FROM:
+    known = calibration_of(figures)
+    probability = probability_of(figures, known.good)
+    if probability >= known.good_from:
         return Judgement(Verdict.LOOK if survey_end else Verdict.GOOD, probability, survey_end)
-    is_poor = probability_of(figures, FAIR) < POOR_BELOW
+    is_poor = probability_of(figures, known.fair) < known.poor_below
     told = reasons_of(figures, OF_SURVEY_END if survey_end else frozenset())
     return Judgement(
         Verdict.POOR if is_poor else Verdict.LOOK, probability, "; ".join(filter(None, [survey_end, told]))
     )
+
+
+def calibration_of(figures: Figures) -> Calibration:
+    """Matched surfaces err otherwise than scanners."""
+    return MATCHED if figures.matched else SCANNED
 
 
 def probability_of(figures: Figures, model: Logistic) -> float:
@@ -71,7 +78,7 @@ def costs_of(figures: Figures, model: Logistic) -> dict[str, float]:
 
 def reasons_of(figures: Figures, without: Collection[str] = ()) -> str:
     """What speaks against a model, in words, the weightiest first; at least one, unless some figures are left out."""
-    costs = costs_of(figures, GOOD)
+    costs = costs_of(figures, calibration_of(figures).good)
     ranked = sorted(WORDS.keys() - without, key=lambda name: (-costs.get(name, 0.0), name))
     told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS]
     return "; ".join(WORDS[name](figures) for name in told or ranked[: not without])
@@ -98,5 +105,6 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     ),
     "beside": lambda f: f"the roof goes on beyond the outline: {100 * f.beside:.0f} points there for every 100 on it",
     "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
+    "noise": lambda f: f"the points scatter by {100 * f.noise:.0f} cm about the roof",
     "few": lambda f: f"only some {round(1 / f.few**2)} points speak for a roof plane",
 }

@@ -1,0 +1,62 @@
+"""Verdicts of a run over a made town against its truth.
+
+    python benchmarks/verdicts_run.py RUN TRUTH          # TRUTH: what `cityflow synth` made
+
+Every building is held against the true units of which most stands in its outline; the true share counts what it misses of their walls, and what it has beyond.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from cityflow.core.building import Building, Lod
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
+from cityflow.stages.synth_survey import SynthParameters
+from cityflow.synthetic.town import make_town
+from cityflow.synthetic.town_units import Unit
+from town_models import buildings_of
+from verdict_cases import GOOD_SHARE, true_places, true_share
+
+AROUND_M, MOST = 4.0, 0.5
+
+
+def units_of(truth: Path) -> tuple[Unit, ...]:
+    """All units of a made survey's town."""
+    p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
+    return make_town(p.seed, p.whole_town).units
+
+
+def share_of(building: Building, units: tuple[Unit, ...], tree: shapely.STRtree) -> float:
+    """Share of the roof within 20 cm of the truth."""
+    near = [units[k] for k in np.sort(tree.query(building.footprint, predicate="dwithin", distance=AROUND_M))]
+    inside = [shapely.intersection(building.footprint, u.wall_outline).area > MOST * u.wall_outline.area for u in near]
+    own = [u for u, is_in in zip(near, inside, strict=True) if is_in]
+    return true_share(building.solids[Lod.LOD22], true_places(own, building.footprint, near), building.footprint)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("run", type=Path)
+    options.add_argument("truth", type=Path)
+    asked = options.parse_args()
+    units = units_of(asked.truth)
+    tree = shapely.STRtree([u.wall_outline for u in units])
+    rows = []
+    for building in sorted(buildings_of(asked.run), key=lambda b: b.id):
+        verdict, share = Verdict(str(building.attributes[VERDICT_KEY])), share_of(building, units, tree)
+        rows.append((verdict is Verdict.GOOD, share >= GOOD_SHARE))
+        said = f"{verdict:4} {float(building.attributes[PROBABILITY_KEY] or 0):.3f}"
+        print(f"{building.id:30} {said} true {100 * share:5.1f} % {building.attributes[REASON_KEY]}")
+    called, good = np.array(rows, bool).reshape(-1, 2).T
+    print(
+        f"{len(rows)} buildings, {good.sum()} truly good; {called.sum()} called good, {(called & good).sum()} of them truly"
+    )
+
+
+if __name__ == "__main__":
+    main()
