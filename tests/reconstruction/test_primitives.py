@@ -54,6 +54,17 @@ def test_an_annex_is_cut_off_along_the_outline(seed: int) -> None:
     assert faces == 3
 
 
+def with_stair_house(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return np.where((x > 4) & (x < 7) & (y > 2.5) & (y < 6), 7.5, 5.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_stair_house_in_the_middle_is_a_box_and_parts_nothing_else(seed: int) -> None:
+    share, faces = met(with_stair_house, OUTLINE, 0.8, seed)
+    assert share > 0.9
+    assert faces == 2
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("density", [0.1, 0.5, 2.0])
 def test_a_rough_level_roof_is_one_face(density: float, seed: int) -> None:

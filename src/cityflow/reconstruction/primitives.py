@@ -70,10 +70,8 @@ def reconstruct(evidence: Evidence, parameters: PrimitivesParameters) -> Candida
     blocks = block_levels(
         partition, segments.coefficients, evidence.ground_height, origin, evidence.outline, parameters.levels
     )
-    leaves = list(tree.leaves())
-    numbers = sum(leaf.fit.numbers for leaf in leaves) + len(leaves) - 1
-    notes = {"parts": len(leaves), "nats": round(tree.cost, 2)}
-    return Candidate(METHOD, solid, segments.roof_planes(), blocks, Status.DONE, "", notes, numbers=numbers)
+    notes = {"parts": sum(1 for _ in tree.leaves()), "nats": round(tree.cost, 2)}
+    return Candidate(METHOD, solid, segments.roof_planes(), blocks, Status.DONE, "", notes, numbers=tree.numbers)
 
 
 def simpler(full: PrimitivesParameters) -> Iterator[PrimitivesParameters]:

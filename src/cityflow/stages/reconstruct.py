@@ -27,7 +27,7 @@ from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntr
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
 STAGE = "reconstruct"
-VERSION = 25
+VERSION = 26
 CANDIDATES = "candidates.city.jsonl"
 
 

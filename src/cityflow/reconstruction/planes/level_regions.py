@@ -21,7 +21,9 @@ CONTRAST = 3.0
 def level_regions(
     cloud: RoofCloud, left: IntArray, half_band: float, min_points: int, most: int
 ) -> tuple[IntArray, FloatArray]:
-    """Connected points of one height, those of the fullest height first.
+    """Connected points of one height, those of the fullest heights first.
+
+    Every band of heights is looked at, and every patch of points in it that stands out from the other points above and below the same cells.
 
     Parameters
     ----------
@@ -40,35 +42,40 @@ def level_regions(
     planes: list[list[float]] = []
     open_ = np.flatnonzero(left)
     while len(open_) >= min_points and len(planes) < most:
-        chosen = _fullest_height(cloud.points[open_, 2], half_band, min_points)
-        if len(chosen) == 0:
+        chosen = _fullest_band(cloud.points[open_, 2], half_band)
+        if len(chosen) < min_points:
             break
-        member = _largest_patch(cloud, open_[chosen])
-        if len(member) >= min_points:
-            labels[member] = len(planes)
-            planes.append([0.0, 0.0, float(np.median(cloud.points[member, 2]))])
-        # the whole band is done with, not only its largest patch: the next height must be another one
+        for member in _patches_of(cloud, open_[chosen], min_points)[: most - len(planes)]:
+            if _stands_out(cloud, np.flatnonzero(left), member, half_band):
+                labels[member] = len(planes)
+                planes.append([0.0, 0.0, float(np.median(cloud.points[member, 2]))])
+        # the whole band is done with, whatever was in it: the next height must be another one
         open_ = np.delete(open_, chosen)
     return labels, np.array(planes).reshape(-1, 3)
 
 
-def _fullest_height(z: FloatArray, half_band: float, min_points: int) -> IntArray:
-    """Points of the band with most points, or none where no band stands out."""
+def _fullest_band(z: FloatArray, half_band: float) -> IntArray:
+    """Points of the band with most points, in the order of their heights."""
     order = np.argsort(z, kind="stable")
-    height = z[order]
-    last = np.searchsorted(height, height + 2 * half_band, side="right")
-    count = last - np.arange(len(z))
-    k = int(np.argmax(count))
-    middle = height[k] + half_band
-    around = np.count_nonzero(np.abs(height - middle) <= REACH_M) - count[k]
-    even = around * half_band / max(REACH_M - half_band, half_band)
-    return order[k : last[k]] if count[k] >= max(min_points, CONTRAST * even) else order[:0]
+    last = np.searchsorted(z[order], z[order] + 2 * half_band, side="right")
+    k = int(np.argmax(last - np.arange(len(z))))
+    return order[k : last[k]]
 
 
-def _largest_patch(cloud: RoofCloud, chosen: IntArray) -> IntArray:
-    """The largest set of points connected over 3×3 cells, in ascending order."""
-    patch = _patches(cloud.starts, cloud.cell_of, cloud.shape[1], np.sort(chosen))
-    return np.sort(chosen)[patch == np.argmax(np.bincount(patch))]
+def _patches_of(cloud: RoofCloud, chosen: IntArray, min_points: int) -> list[IntArray]:
+    """Sets of points connected over 3×3 cells, the largest first, each in ascending order."""
+    points = np.sort(chosen)
+    patch = _patches(cloud.starts, cloud.cell_of, cloud.shape[1], points)
+    size = np.bincount(patch)
+    return [points[patch == k] for k in np.argsort(-size, kind="stable") if size[k] >= min_points]
+
+
+def _stands_out(cloud: RoofCloud, searched: IntArray, member: IntArray, half_band: float) -> bool:
+    """Whether a patch has more points than a layer as thick would have of those above and below it, were they spread evenly."""
+    here = searched[np.isin(cloud.cell_of[searched], cloud.cell_of[member])]
+    near = np.abs(cloud.points[here, 2] - np.median(cloud.points[member, 2])) <= REACH_M
+    even = (np.count_nonzero(near) - len(member)) * half_band / max(REACH_M - half_band, half_band)
+    return len(member) >= CONTRAST * even
 
 
 @njit(cache=True, nogil=True)

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.reconstruction.primitive_parts.islands import islands, point_costs
 from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, fit_part
 
 WIDTHS = (3,)
@@ -21,6 +22,8 @@ WIDTHS = (3,)
 DEEPEST, MOST_PARTS, MOST_PLACES = 12, 300, 32
 """Cuts in cuts; parts that are looked at; places that are tried along an axis."""
 LEAST_POINTS, LEAST_WIDTH_M = 2, 0.8
+ISLANDS = 2
+"""So many boxes are tried in a part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,32 @@ class Cut:
     def middle(self) -> float:
         return (self.gap[0] + self.gap[1]) / 2
 
+    @property
+    def numbers(self) -> int:
+        return 1
+
+
+@dataclass(frozen=True, slots=True)
+class Island:
+    """A box within a part, what stands in it (`lower`) and around it (`upper`).
+
+    Attributes
+    ----------
+    box : (4,) float64, u_min, v_min, u_max, v_max, metres; infinite where it reaches the side of the part
+    """
+
+    box: FloatArray
+    lower: Part
+    upper: Part
+
+    @property
+    def numbers(self) -> int:
+        return int(np.isfinite(self.box).sum())
+
+    def holds(self, uv: FloatArray) -> BoolArray:
+        """(N,) whether places are in it."""
+        return np.asarray(np.all((uv >= self.box[:2]) & (uv <= self.box[2:]), axis=-1))
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -46,13 +75,13 @@ class Part:
     cost : nats, with all below
     box : (4,) u_min, v_min, u_max, v_max
     fit : its shape as one
-    cut : where more shapes are cheaper
+    cut : a cut or a box, where more shapes are cheaper
     """
 
     cost: float
     box: FloatArray
     fit: ShapeFit
-    cut: Cut | None = None
+    cut: Cut | Island | None = None
 
     def leaves(self) -> Iterator[Part]:
         if self.cut is None:
@@ -60,6 +89,13 @@ class Part:
         else:
             yield from self.cut.lower.leaves()
             yield from self.cut.upper.leaves()
+
+    @property
+    def numbers(self) -> int:
+        """That describe it, with all below."""
+        return (
+            self.fit.numbers if self.cut is None else self.cut.numbers + self.cut.lower.numbers + self.cut.upper.numbers
+        )
 
 
 @dataclass
@@ -104,7 +140,22 @@ class CutSearch:
                 cost = price + lower.cost + upper.cost
                 if cost < best.cost - 1e-9:
                     best = Part(cost, box, fit, Cut(axis, (low, high), lower, upper))
+            best = self._with_islands(points, ring, best, depth)
         self.known[key] = best
+        return best
+
+    def _with_islands(self, points: IntArray, ring: FloatArray, best: Part, depth: int) -> Part:
+        """The best part, or one with a box in it that is cheaper."""
+        uv, z, box = self.uv[points], self.z[points], best.box
+        costs = point_costs(best.fit, box, uv, z, self.sigma)
+        for price, inside, sides in islands(uv, z, costs, box, self.sigma, self.number, ISLANDS):
+            low, high = np.maximum(sides[:2], box[:2]), np.minimum(sides[2:], box[2:])
+            corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+            lower = self.best(points[inside], corners, depth + 1)
+            upper = self.best(points[~inside], ring, depth + 1)
+            cost = price + lower.cost + upper.cost
+            if cost < best.cost - 1e-9:
+                best = Part(cost, box, best.fit, Island(sides, lower, upper))
         return best
 
     def _promising(self, points: IntArray, ring: FloatArray, most: int) -> list[tuple[float, int, float, float]]:

@@ -11,7 +11,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, Origin, PlaneSegments
-from cityflow.reconstruction.primitive_parts.cut_search import Cut, Part
+from cityflow.reconstruction.primitive_parts.cut_search import Cut, Island, Part
 from cityflow.reconstruction.primitive_parts.shape_fits import planes_of
 
 FAR_M = 1e4
@@ -46,12 +46,36 @@ def _lay(
     if part.cut is None:
         _lay_shape(division, cells, part, angle, planes, labels)
         return
+    if isinstance(part.cut, Island):
+        _lay_island(division, cells, part.cut, angle, planes, labels)
+        return
     line = _line(angle, part.cut.axis, _place(part.cut, part.box))
     below, above = list[int](), list[int]()
     for number in _cut(division, cells, line):
         (below if _side(division, number, line) <= 0 else above).append(number)
     _lay(division, below, part.cut.lower, angle, planes, labels)
     _lay(division, above, part.cut.upper, angle, planes, labels)
+
+
+def _lay_island(
+    division: Subdivision,
+    cells: list[int],
+    island: Island,
+    angle: float,
+    planes: list[FloatArray],
+    labels: dict[int, int],
+) -> None:
+    for side, place in enumerate(island.box.tolist()):
+        if math.isfinite(place):
+            cells = _cut(division, cells, _line(angle, side % 2, place))
+    c, s = math.cos(angle), math.sin(angle)
+    inside, outside = list[int](), list[int]()
+    for number in cells:
+        at = division.polygon(number).representative_point()
+        uv = np.array([at.x * c + at.y * s, at.y * c - at.x * s])
+        (inside if island.holds(uv) else outside).append(number)
+    _lay(division, outside, island.upper, angle, planes, labels)
+    _lay(division, inside, island.lower, angle, planes, labels)
 
 
 def _lay_shape(
@@ -100,6 +124,11 @@ def _place(cut: Cut, box: FloatArray) -> float:
 
 def _heights(part: Part, axis: int, place: float, along: FloatArray) -> FloatArray:
     """Heights of a tree's roof along a line across an axis."""
+    if isinstance(part.cut, Island):
+        uv = np.empty((len(along), 2))
+        uv[:, axis], uv[:, 1 - axis] = place, along
+        lower, upper = (_heights(p, axis, place, along) for p in (part.cut.lower, part.cut.upper))
+        return np.where(part.cut.holds(uv), lower, upper)
     if part.cut is not None:
         w = np.full(len(along), place) if part.cut.axis == axis else along
         lower, upper = (_heights(p, axis, place, along) for p in (part.cut.lower, part.cut.upper))

@@ -90,7 +90,8 @@ def _refined(
 
 
 @njit(cache=True, nogil=True)
-def _fit_level(z: FloatArray, sigma: float) -> tuple[float, float]:
+def fit_level(z: FloatArray, sigma: float) -> tuple[float, float]:
+    """Nats of points (heights, metres) on the best level roof, and its height."""
     t = np.zeros(len(z))
     best, at = OUTLIER * len(z) + 1.0, 0.0
     step = max(1, len(z) // MOST_GUESSES)
@@ -163,7 +164,7 @@ def fit_part(
     """
     n = len(z)
     choice = math.log(KINDS)
-    cost, e = _fit_level(z, sigma)
+    cost, e = fit_level(z, sigma)
     best = (cost + choice + number, FLAT, 0, e, 0.0, 0.0, 0.0, 1)
     if n < 3:
         return best
