@@ -75,7 +75,7 @@ def _stands_out(cloud: RoofCloud, searched: IntArray, member: IntArray, half_ban
     here = searched[np.isin(cloud.cell_of[searched], cloud.cell_of[member])]
     near = np.abs(cloud.points[here, 2] - np.median(cloud.points[member, 2])) <= REACH_M
     even = (np.count_nonzero(near) - len(member)) * half_band / max(REACH_M - half_band, half_band)
-    return len(member) >= CONTRAST * even
+    return bool(len(member) >= CONTRAST * even)
 
 
 @njit(cache=True, nogil=True)
