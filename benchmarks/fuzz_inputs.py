@@ -27,6 +27,7 @@ import yaml
 from PIL import Image
 from pyproj import CRS
 
+from cityflow.catalog.create import create_catalog
 from cityflow.core.building import Status
 from cityflow.core.points import PointCloud
 from cityflow.errors import CityflowError
@@ -44,7 +45,6 @@ from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.io.vector import read_outlines
-from cityflow.stages.catalog_create import create_catalog
 from cityflow.workflow.run_folder import open_run, workflow_tree
 from cityflow.workflow.settings import Workflow, load_workflow
 

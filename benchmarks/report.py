@@ -25,6 +25,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
 from cityflow.flow.task import Record
 from cityflow.stages import export, outline, reconstruct, texture, units
+from cityflow.stages.export_rows import ROWS
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import uncollected, write_report_files
@@ -79,14 +80,14 @@ def _repeated(run: Prepared, args: argparse.Namespace) -> int:
     """Write the copies; returns how many buildings there are."""
     with Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    times = -(-args.units // len(records.of(reconstruct.STAGE)))
-    outlined = units.STAGE if records.of(units.STAGE) else outline.STAGE
+    times = -(-args.units // len(records.of(reconstruct.NAME)))
+    outlined = units.NAME if records.of(units.NAME) else outline.NAME
     changed: list[Record] = []
-    for number, record in enumerate(records.of(reconstruct.STAGE)):
+    for number, record in enumerate(records.of(reconstruct.NAME)):
         changed += [_spoiled(_named(record, k), k * 1009 + number, args) for k in range(1, times)]
-    changed += [_named(record, k) for record in records.of(texture.STAGE) for k in range(1, times)]
+    changed += [_named(record, k) for record in records.of(texture.NAME) for k in range(1, times)]
     changed += [_with_entries(run, record, times) for record in records.of(outlined)]
-    changed += [_with_json(run, record, f"/{export.ROWS}", times, _rows) for record in records.of(export.STAGE)]
+    changed += [_with_json(run, record, f"/{ROWS}", times, _rows) for record in records.of(export.NAME)]
     for record in changed:
         write_record(run.store, replace(record, attempt=record.attempt + 1))
     return _count(run, records)
@@ -94,8 +95,8 @@ def _repeated(run: Prepared, args: argparse.Namespace) -> int:
 
 def _count(run: Prepared, before: CurrentRecords) -> int:
     with Ledger.open(run.store) as ledger:
-        count = len(current_records(run, ledger).of(reconstruct.STAGE))
-    assert count > len(before.of(reconstruct.STAGE))
+        count = len(current_records(run, ledger).of(reconstruct.NAME))
+    assert count > len(before.of(reconstruct.NAME))
     return count
 
 

@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from cityflow.catalog.check_images import sparse_points
 from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
 from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.catalog_check_images import sparse_points
 from cityflow.stages.survey import ZARR
 from cityflow.workflow.run_folder import open_run
 

@@ -29,8 +29,8 @@ from cityflow.flow.store import Store
 from cityflow.io.colmap import read_colmap
 from cityflow.io.stac import read_catalog
 from cityflow.io.stac_assets import Catalog
+from cityflow.pipeline.city_source import CitySource
 from cityflow.stages.area import parse_area
-from cityflow.stages.city import CitySource
 from cityflow.stages.synth_survey import SynthParameters, town_of
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run import execute
@@ -77,12 +77,9 @@ class Pictures(Prepared):
 class _PictureSource(CitySource):
     only: tuple[str, ...] = ()
 
-    def tiles_of_area(self) -> list[str]:
-        return [name for name in self.survey.tiles if name in self.only]
-
     def initial(self):  # type: ignore[no-untyped-def]
-        yield from self._want([("surface", name) for name in self.tiles_of_area()])
-        yield from self._want([("ortho", name) for name in self.tiles_of_area()])
+        tiles = [name for name in self.survey.tiles if name in self.only]
+        yield from self.walk.want((stage, name) for stage in ("surface", "ortho") for name in tiles)
 
 
 def make_survey(folder: Path, seed: int, size: str, settings: Sequence[str], workers: int) -> None:

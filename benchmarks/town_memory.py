@@ -17,6 +17,8 @@ import cv2
 import numpy as np
 from rich.console import Console
 
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tile_at
 from cityflow.flow.store import Store
@@ -24,12 +26,10 @@ from cityflow.io.colmap import read_colmap, write_colmap
 from cityflow.io.stac import read_catalog
 from cityflow.orientation.flight_plan import FlightTile
 from cityflow.orientation.views import View
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.area import parse_area
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.catalog_orientation import ImageSource
-from cityflow.stages.city import CitySource
 from cityflow.stages.image_survey import ImageSurvey
-from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.run import execute
 from cityflow.workflow.run_folder import check_run, describe_run
@@ -44,7 +44,7 @@ MOST_TILT = np.radians(20.0)
 class _OneMatch(CitySource):
     def initial(self):  # type: ignore[no-untyped-def]
         chosen = central_flight_tile(self.survey.images)
-        yield from self._want([("match", chosen.name)])
+        yield from self.walk.want([("match", chosen.name)])
 
 
 @dataclass(frozen=True, slots=True)

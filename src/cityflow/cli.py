@@ -491,8 +491,8 @@ def catalog_create(
     copy: Annotated[bool, typer.Option("--copy", help="Copy the files into the catalog's folder")] = False,
 ) -> None:
     """Make a catalog from files."""
-    from cityflow.stages.catalog_create import create_catalog
-    from cityflow.stages.catalog_orientation import OrientationFiles, image_source
+    from cityflow.catalog.create import create_catalog
+    from cityflow.catalog.orientation import OrientationFiles, image_source
 
     found = OrientationFiles(
         colmap, opk, cameras, columns, angle_unit, rotation_order, bundler, bundler_list, metashape
@@ -520,7 +520,7 @@ def catalog_check(
 ) -> None:
     """Read every header and say what is missing or contradictory; of images, what they will see and what will suffer."""
     look_at_catalog(catalog)
-    from cityflow.stages.catalog_check import check_catalog
+    from cityflow.catalog.check import check_catalog
 
     result = check_catalog(catalog, maps, allow_outside=allow_outside)
     console.print(result.text(), markup=False, highlight=False, soft_wrap=True)

@@ -9,6 +9,7 @@ import geopandas
 import numpy as np
 import shapely
 
+from cityflow.catalog.create import create_catalog
 from cityflow.core.grid import Grid
 from cityflow.flow.records import write_record
 from cityflow.flow.store import Store
@@ -17,7 +18,6 @@ from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.stages.area import Area
-from cityflow.stages.catalog_create import create_catalog
 from cityflow.workflow.current import CurrentRecords
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import report_data

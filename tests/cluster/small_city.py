@@ -23,11 +23,11 @@ from pyproj import CRS
 from rich.console import Console
 
 from cityflow import cli
+from cityflow.catalog.create import create_catalog
 from cityflow.core.parameters import merged
 from cityflow.core.points import PointCloud
 from cityflow.flow.store import Store
 from cityflow.io.las_write import write_points
-from cityflow.stages.catalog_create import create_catalog
 from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
 from cityflow.viewer import side_view
 from cityflow.workflow import model_pictures, outline_pictures, raster_pictures, unit_pages

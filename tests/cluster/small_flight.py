@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import yaml
 
+from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.orientation import ImageSource
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import merged
-from cityflow.stages.catalog_create import CreatedCatalog, create_catalog
-from cityflow.stages.catalog_orientation import ImageSource
 
 DATA = Path(__file__).parents[1] / "data" / "flight"
 CRS_CODE = "EPSG:7415"

@@ -14,6 +14,8 @@ import shapely
 from numpy.typing import NDArray
 from pyproj import CRS
 
+from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, PointCloud
@@ -22,8 +24,6 @@ from cityflow.io.image_write import png_bytes, tiff_bytes
 from cityflow.io.las_write import write_points
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
-from cityflow.stages.catalog_create import CreatedCatalog, create_catalog
-from cityflow.stages.catalog_orientation import ImageSource
 
 X, Y, FLOOR, SIDE = 85000.0, 447000.0, 3.0, 80.0
 CRS_CODE = "EPSG:7415"

@@ -15,10 +15,10 @@ from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
 from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import reconstruct, split, unit_evidence
 from cityflow.stages.area import EVERYWHERE, Area
-from cityflow.stages.city import CitySource
-from cityflow.stages.parameters import CityParameters
 from cityflow.stages.survey import ACCURACY, HULL, SEEN_AROUND_M, UnitEntry
 
 TILE = 250.0

@@ -15,10 +15,11 @@ from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
 from cityflow.io.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
-from cityflow.stages import ingest
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.area import EVERYWHERE, Area
-from cityflow.stages.city import CitySource
-from cityflow.stages.parameters import CityParameters, TileParameters
+from cityflow.stages.city import OUTLINES
+from cityflow.stages.parameters import TileParameters
 from cityflow.stages.survey import ACCURACY
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
@@ -129,7 +130,7 @@ def test_given_outlines_wait_for_the_facades_around_them() -> None:
         assert (task.stage, task.unit) not in place
         place[task.stage, task.unit] = len(place)
         record = record_of(task)
-        if task.unit == ingest.OUTLINES:
+        if task.unit == OUTLINES:
             record = replace(record, outputs={f"work/ingest/outlines/{t}.jsonl": t for t in tiles})
         if task.stage == "outline":
             outlines.append(task)

@@ -12,6 +12,7 @@ import rasterio
 import shapely
 import zarr
 
+from cityflow.catalog.create import create_catalog
 from cityflow.core.grid import Grid
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
@@ -19,9 +20,9 @@ from cityflow.flow.task import Record
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.city import CitySource
-from cityflow.stages.parameters import CityParameters, PointsParameters, TileParameters
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.stages.parameters import PointsParameters, TileParameters
 from cityflow.stages.survey import RASTERS, ZARR
 from in_process import run_all
 

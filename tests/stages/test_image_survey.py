@@ -10,8 +10,8 @@ from PIL import Image
 from pydantic import ValidationError
 
 from cityflow.io.stac import read_catalog
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.image_survey import ImageSurvey
-from cityflow.stages.parameters import CityParameters
 from cityflow.stages.survey import Survey
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight
 

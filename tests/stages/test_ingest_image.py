@@ -24,10 +24,10 @@ from cityflow.imagery.resampling import pinhole_within
 from cityflow.io.images import open_image
 from cityflow.io.stac import Catalog
 from cityflow.io.stac_assets import ImageAsset
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import calibration, ingest_image
-from cityflow.stages.city import CitySource
 from cityflow.stages.develop import Corrections
-from cityflow.stages.parameters import CityParameters
 from cityflow.stages.raw_parameters import InfraredFrames, RawInput
 from cityflow.stages.survey import Survey
 from cityflow.synthetic.raw_frames import RawParameters, dark_frame, flat_frame, raw_frame
@@ -218,7 +218,7 @@ def test_infrared_becomes_the_fourth_band(flight: Flight) -> None:
 def test_images_wait_for_their_camera(flight: Flight) -> None:
     flight.frames(count=2)
     source = CitySource(flight.catalog(raw_of()), CityParameters.model_validate({"raw": CALIBRATED}))
-    (first,) = source._want([("ingest", "flight_nadir")])
+    (first,) = source.walk.want([("ingest", "flight_nadir")])
     assert (first.stage, first.unit) == ("ingest", "calibration.nadir")
     outcome = calibration.run(Workspace(flight.store, first), first)
     (then,) = source.after(first, recorded(first, outcome))

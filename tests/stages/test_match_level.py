@@ -11,8 +11,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.io.depth_map import decode_depth_map
 from cityflow.io.stac import read_catalog
-from cityflow.stages.city import CitySource
-from cityflow.stages.parameters import CityParameters
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight, truth
 from in_process import outcome_of, record_of
 

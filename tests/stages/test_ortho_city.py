@@ -10,15 +10,15 @@ import pytest
 import shapely
 from shapely import Point, affinity
 
+from cityflow.catalog.check import check_catalog
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.findings import Level
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.stages.catalog_check import check_catalog
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.catalog_findings import Level
-from cityflow.stages.city import CitySource
+from cityflow.pipeline.city_source import CitySource
 from cityflow.workflow.settings import load_workflow
 from in_process import Records, run_all
 

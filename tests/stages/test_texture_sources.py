@@ -25,10 +25,10 @@ from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.io.stac import read_catalog
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.area import Area
-from cityflow.stages.city import CitySource
 from cityflow.stages.city_textures import CUT_OTHERWISE
-from cityflow.stages.parameters import CityParameters
 from cityflow.stages.texture_files import Rings, decode_unit
 from in_process import Records, make_surfaces, outcome_of, record_of
 from stages.painted_houses import (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 import cv2
@@ -13,16 +14,18 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
+from cityflow.catalog.create import create_catalog
 from cityflow.core.building import Lod
 from cityflow.core.grid import Grid
 from cityflow.core.texture import FIRST_IMAGE
+from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
+from cityflow.flow.task import Json
 from cityflow.io.cityjson import Transform, read_feature
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.city import CitySource
+from cityflow.pipeline.city_source import CitySource
 from cityflow.workflow.settings import load_workflow
 from in_process import Records, run_all
 
@@ -69,10 +72,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def _source(folder: Path, *settings: str) -> CitySource:
-    return CitySource(
-        read_catalog(folder / "catalog"), load_workflow(WORKFLOW, ["tiles.tile_m=200", "atlas.leaf_m=100", *settings]).city
-    )  # fmt: skip
+def _source(folder: Path, *settings: str, overrides: Mapping[Node, Mapping[str, Json]] | None = None) -> CitySource:
+    parameters = load_workflow(WORKFLOW, ["tiles.tile_m=200", "atlas.leaf_m=100", *settings]).city
+    return CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides)
 
 
 @pytest.fixture(scope="module")
@@ -147,10 +149,8 @@ def test_only_the_leaf_of_a_unit_depends_on_its_texture(
 ) -> None:
     where, records = run
     overrides = {("texture", "far"): {"patches": {"padding_px": 5}}}
-    parameters = _source(folder).survey.parameters
-    source = CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides)
     shutil.copytree(where, tmp_path / "run")
-    changed = run_all(source, Store.open(tmp_path / "run"), known=records)
+    changed = run_all(_source(folder, overrides=overrides), Store.open(tmp_path / "run"), known=records)
     differ = {k for k in records if changed[k].digest != records[k].digest}
     assert {s for s, _ in differ} == {"texture", "atlas", "export"}, "an ortho alone asks for no windows"
     assert len([k for k in differ if k[0] == "atlas"]) == 1

@@ -9,8 +9,8 @@ import pytest
 
 from cityflow.core.parameters import merged
 from cityflow.errors import WorkflowError
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.area import Area
-from cityflow.stages.parameters import CityParameters
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.report import with_settings

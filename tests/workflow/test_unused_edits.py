@@ -11,6 +11,7 @@ import pytest
 import shapely
 from shapely import LineString, Point, box
 
+from cityflow.catalog.create import create_catalog
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
@@ -18,7 +19,6 @@ from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.stages.area import Area
-from cityflow.stages.catalog_create import create_catalog
 from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.viewer.rows import EditRow
 from cityflow.workflow.current import CurrentRecords

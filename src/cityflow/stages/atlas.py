@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -12,16 +12,18 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, TexturePage
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.image_write import jpeg_bytes, png_bytes
 from cityflow.stages.atlas_parameters import AtlasParameters
+from cityflow.stages.city import City
 from cityflow.stages.survey import Survey, UnitEntry
 from cityflow.stages.texture_files import SETS, Rings, decode_unit
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 
-STAGE = "atlas"
+NAME = "atlas"
 VERSION = 2
 LEAF = "leaf.json"
 FOLDER = "products/textures"
@@ -43,11 +45,11 @@ def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
     if not files:
         return None
     return Task(
-        STAGE, leaf, "cityflow.stages.atlas:run", VERSION,
-        parameters=survey.parameters_for(STAGE, leaf, survey.parameters.atlas),
+        NAME, leaf, "cityflow.stages.atlas:run", VERSION,
+        parameters=survey.parameters_for(NAME, leaf, survey.parameters.atlas),
         inputs={f"texture {u}": digest for u, (_, digest) in files.items()},
         arguments={"textures": {u: path for u, (path, _) in files.items()}},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -144,3 +146,40 @@ def _faces(leaf: _Leaf, placement: Placement) -> list[dict[str, Any]]:
 
 def _text(tree: Mapping[str, Any]) -> bytes:
     return json.dumps(tree, ensure_ascii=False, separators=(",", ":")).encode()
+
+
+def leaves_of(city: City, tile: str) -> Mapping[str, list[str]]:
+    """Leaf → the units of the area on it, of one tile whose units are known."""
+    if tile not in city.leaves_of:
+        found: dict[str, list[str]] = {}
+        for unit in city.chosen[tile]:
+            found.setdefault(leaf_of(city.survey, city.units[unit]), []).append(unit)
+        city.leaves_of[tile] = dict(sorted(found.items()))
+    return city.leaves_of[tile]
+
+
+def _units_on(city: City, leaf: str) -> list[str]:
+    return leaves_of(city, leaf.rpartition(".")[0])[leaf]
+
+
+def _textures(city: City, leaf: str) -> Iterable[Node]:
+    return [("texture", u) for u in _units_on(city, leaf)]
+
+
+def _count(city: City) -> int | None:
+    if not city.survey.textures:
+        return 0
+    known = all(t in city.units_of for t in city.tiles)
+    return sum(len(leaves_of(city, t)) for t in city.tiles) if known else None
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="leaf: a square of a ground tile",
+    text="patches of the units that it holds → pages shared by all formats",
+    needs=(_textures,),
+    task=lambda city, leaf: task(city.survey, leaf, _units_on(city, leaf)),
+    count=_count,
+    parameters=(AtlasParameters,),
+    cost=Cost(3.0, 900.0, 8.0),
+)

@@ -23,7 +23,7 @@ from cityflow.io.array_file import decode_arrays, encode_arrays
 from cityflow.io.fetch import local_file
 from cityflow.io.image_header import opened
 from cityflow.io.stac import sha256_of
-from cityflow.stages.ingest import STAGE
+from cityflow.stages.city import INGEST as NAME
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.stages.survey import Survey
 
@@ -53,11 +53,11 @@ def task(survey: Survey, unit: str) -> Task:
     parameters = how.model_dump(mode="json")
     del parameters["calibration"]["folder"]
     return Task(
-        STAGE, unit, "cityflow.stages.calibration:run", VERSION,
+        NAME, unit, "cityflow.stages.calibration:run", VERSION,
         parameters=parameters,
         inputs={"dark": digest_of([checksum(h) for h in darks]), "flat": digest_of([checksum(h) for h in flats])},
         arguments={"folder": folder, "camera": camera, "dark": darks, "flat": flats},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
 from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, digest_of
 from cityflow.io.depth_map import decode_depth_map
@@ -118,3 +119,8 @@ def _extent(points: ImagePoints) -> Bounds:
         return np.inf, np.inf, -np.inf, -np.inf
     low, high = points.xyz.min(axis=0), points.xyz.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:
+    """The depth maps over ground tiles."""
+    return [("match", f.name) for t in tiles for f in survey.images.flight_tiles(survey.tiles[t])]

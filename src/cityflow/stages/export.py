@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,26 +11,26 @@ from shapely import Polygon
 
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
-from cityflow.flow.store import Store
+from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import overhang_rows, read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
-from cityflow.stages import atlas
+from cityflow.stages import atlas, export_city, texture, windows
 from cityflow.stages.block import failed_block, surface_over
+from cityflow.stages.city import CITY, EXPORT, City
 from cityflow.stages.city_textures import texture_sets, with_texture_figures
+from cityflow.stages.export_rows import ROWS, encode_rows
 from cityflow.stages.formats import WRITERS, CityTile
 from cityflow.stages.outline_lines import Standing, decode_all
 from cityflow.stages.parameters import ExportParameters
-from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.stages.survey import IMAGES, Survey, UnitEntry
 from cityflow.stages.terrain_drape import Draped, drape
 from cityflow.stages.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
 
-STAGE = "export"
-CITY = "city"
-ROWS = "units.json"
+NAME = EXPORT
 VERSION = 9
 
 
@@ -47,8 +46,8 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     opened = _windows(survey, own)
     unseen = {u: why for u in sorted(own) if (why := survey.failure_of("windows", u))}
     return Task(
-        STAGE, name, "cityflow.stages.export:run", VERSION,
-        parameters=survey.parameters_for(STAGE, name, survey.parameters.export),
+        NAME, name, "cityflow.stages.export:run", VERSION,
+        parameters=survey.parameters_for(NAME, name, survey.parameters.export),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
@@ -62,7 +61,7 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
             "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
             "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -86,7 +85,7 @@ def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
 
 def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
     """Whether an earlier export has the version and parameters that it would have now, and stands on that surface."""
-    parameters = survey.parameters_for(STAGE, record.unit, survey.parameters.export)
+    parameters = survey.parameters_for(NAME, record.unit, survey.parameters.export)
     stood_on = record.inputs.get(f"surface {record.unit}")
     return (record.version, dict(record.parameters), stood_on) == (VERSION, parameters, surface.result.get("digest"))
 
@@ -129,18 +128,12 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     finished.update({b.id: b for b in own})
     rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
-    workspace.write(ROWS, json.dumps(rows, ensure_ascii=False, sort_keys=True).encode())
+    workspace.write(ROWS, encode_rows(rows))
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
         f"no picture on the terrain: {draped.lost}" if draped.lost else "",
         {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)},
     )
-
-
-def read_rows(store: Store, outputs: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """Unit → status, reason, and attributes (None where it left no building), from what export tasks have written."""
-    paths = [p for p in outputs if p.endswith(f"/{ROWS}")]
-    return {unit: row for _, data in store.read_many(paths) for unit, row in json.loads(data).items()}
 
 
 def _row(building: Building | None, hull: Mapping[str, Any]) -> dict[str, Any]:
@@ -189,3 +182,73 @@ def _terrain(workspace: Workspace, task: Task, standings: Iterable[Standing], pa
     inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
     grid, layers = surface_over(workspace.store, task.arguments, bounds)
     return terrain_tin(grid, layers["dtm"], inside, parameters.terrain, bounds)
+
+
+def _all_else(city: City, unit: str) -> Iterable[Node]:
+    """For the city: its tiles, and the orthos of these and of the frames that look at them."""
+    if unit != CITY:
+        return []
+    tiles = [(NAME, t) for t in city.tiles]
+    if city.survey.door != IMAGES:
+        return tiles
+    frames = city.survey.images.frame_units_over(city.tiles)
+    return [*tiles, *(("ortho", t) for t in city.tiles), *(("frame", u) for u in frames)]
+
+
+def _units_of_ring(city: City, tile: str) -> Iterable[Node]:
+    return [(city.unit_stage, t) for t in city.survey.ring(tile)] if tile != CITY else []
+
+
+def _units_beside(city: City, tile: str) -> Iterable[Node]:
+    """Of the tiles that own neighbours of its units, and models around them."""
+    if tile == CITY:
+        return []
+    survey, own = city.survey, [city.units[u] for u in city.chosen[tile]]
+    around = [t for u in own for t in texture.tiles_around(survey, u)] if survey.textures else []
+    return [(city.unit_stage, t) for t in (*(t for u in own for t in u.neighbour_tiles), *around)]
+
+
+def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
+    """Terrain, models and pages of textures, and the ortho that lies on the terrain."""
+    if tile == CITY:
+        return []
+    survey, own = city.survey, city.chosen[tile]
+    models = [*(("surface", t) for t in survey.ring(tile)), *(("reconstruct", u) for u in _units_shown(city, tile))]
+    if not survey.textures:
+        return models
+    looked = [("windows", u) for u in own] if windows.are_wanted(survey) else []
+    under = [("ortho", tile)] if survey.door == IMAGES else []
+    return [*models, *(("atlas", leaf) for leaf in atlas.leaves_of(city, tile)), *looked, *under]
+
+
+def _units_shown(city: City, tile: str) -> list[str]:
+    """Its own units and those that share walls with them."""
+    own = city.chosen[tile]
+    return list(dict.fromkeys([*own, *(n for u in own for n in city.units[u].neighbours if n in city.units)]))
+
+
+def _task(city: City, tile: str) -> Task:
+    survey = city.survey
+    leaves = {
+        t: list(atlas.leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
+    }
+    if tile == CITY:
+        return export_city.task(survey, leaves, survey.refused_outlines() if city.area.is_everywhere else {})
+    shown = [city.units[u] for u in _units_shown(city, tile)]
+    return task(survey, tile, city.chosen[tile], shown, leaves[tile])
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile, then one merge",
+    text=(
+        "hulls of the tile and of their neighbours, pages of its leaves, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
+        "terrain"
+    ),
+    needs=(_all_else, _units_of_ring, _units_beside, _what_it_shows),
+    task=_task,
+    starts=lambda city, ended: [*city.tiles, CITY] if ended == START else (),
+    count=lambda city: len(city.tiles) + 1,
+    parameters=(ExportParameters,),
+    cost=Cost(5.0, 600.0, 4.0),
+)

@@ -34,7 +34,9 @@ from cityflow.io.tiles3d import FOLDER as TILES3D
 from cityflow.io.tiles3d import PORTABLE, RAW
 from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.stages import atlas
-from cityflow.stages.export import CITY, STAGE, read_rows
+from cityflow.stages.city import CITY
+from cityflow.stages.city import EXPORT as NAME
+from cityflow.stages.export_rows import read_rows
 from cityflow.stages.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.parameters import ExportParameters
@@ -60,14 +62,14 @@ def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[s
     outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     splits = {p: d for t in tiles for p, d in survey.split_files(t).items()}
-    exports = {t: survey.records[STAGE, t].outputs for t in tiles}
+    exports = {t: survey.records[NAME, t].outputs for t in tiles}
     pages = _pages(survey)
     surfaces = {
         t: {**survey.products_of("surface", t), **survey.products_of("ortho", t), **pages.get(t, {})} for t in tiles
     }
     return Task(
-        STAGE, CITY, "cityflow.stages.export_city:run", VERSION,
-        parameters=survey.parameters_for(STAGE, CITY, survey.parameters.export),
+        NAME, CITY, "cityflow.stages.export_city:run", VERSION,
+        parameters=survey.parameters_for(NAME, CITY, survey.parameters.export),
         inputs={
             "outlines": digest_of([outlines, units, splits]), "refused": digest_of([dict(refused), shapes]), "said": digest_of(survey.said),
             **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
@@ -79,7 +81,7 @@ def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[s
             "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
             "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -88,7 +90,7 @@ def _pages(survey: Survey) -> dict[str, dict[str, str]]:
     """Tile → the pages of its leaves, path → digest."""
     found: dict[str, dict[str, str]] = {}
     for stage, leaf in sorted(survey.records):
-        if stage == atlas.STAGE:
+        if stage == atlas.NAME:
             found.setdefault(leaf.rpartition(".")[0], {}).update(survey.products_of(stage, leaf))
     return found
 

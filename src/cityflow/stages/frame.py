@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -11,19 +12,29 @@ from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.local_frame import LocalFrame
+from cityflow.core.parameters import Parameters
+from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
-from cityflow.stages.depth_reader import DepthReader, depths_over, reach_of
+from cityflow.stages.city import City
+from cityflow.stages.depth_reader import DepthReader, depths_over, matches_over, reach_of
 from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
 from cityflow.stages.rasters import store_layers
-from cityflow.stages.survey import FRAMES, Survey
+from cityflow.stages.survey import FRAMES, IMAGES, Survey
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 
-STAGE = "frame"
+NAME = "frame"
 VERSION = 3
 EMPTY = "no view of this direction has a depth here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
+
+
+class FrameParameters(Parameters):
+    """What a frame's tile is made with: the same as a ground tile."""
+
+    fuse: FuseParameters = FuseParameters()
+    ortho: OrthoParameters = OrthoParameters()
 
 
 def task(survey: Survey, unit: str) -> Task:
@@ -47,10 +58,10 @@ def task(survey: Survey, unit: str) -> Task:
         "origin": place.frame.origin.tolist(),
     }
     return Task(
-        STAGE, unit, "cityflow.stages.frame:run", VERSION,
+        NAME, unit, "cityflow.stages.frame:run", VERSION,
         parameters={
-            "fuse": survey.parameters_for(STAGE, unit, survey.parameters.image_surface.fuse),
-            "ortho": survey.parameters_for(STAGE, unit, survey.parameters.ortho),
+            "fuse": survey.parameters_for(NAME, unit, survey.parameters.image_surface.fuse),
+            "ortho": survey.parameters_for(NAME, unit, survey.parameters.ortho),
         },
         inputs={
             **inputs, "wanted": digest_of(sorted(own)),
@@ -62,7 +73,7 @@ def task(survey: Survey, unit: str) -> Task:
             "frame_grid": list(survey.images.frame_grid(place.frame).bounds),
             "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -124,3 +135,24 @@ def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> d
         "dsm": dsm, "dsm_filled": surface[part], "count": fused.count[part].astype(np.uint32),
         "sigma": fused.sigma[part].astype(np.float32), "holes": np.isnan(dsm),
     }  # fmt: skip
+
+
+def _depth_maps(city: City, unit: str) -> Iterable[Node]:
+    return matches_over(city.survey, ground_around(city.survey, unit))
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    """The tiles of frames that look at the ground tiles to export."""
+    return city.survey.images.frame_units_over(city.tiles) if ended == START and city.survey.door == IMAGES else []
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="tile of a local reference frame",
+    text="depth maps of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
+    needs=(_depth_maps,),
+    task=lambda city, unit: task(city.survey, unit),
+    starts=_starts,
+    parameters=(FrameParameters,),
+    cost=Cost(10.0, 1500.0, 20.0),
+)

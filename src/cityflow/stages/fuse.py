@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,16 +10,18 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.array_file import decode_arrays, encode_arrays
-from cityflow.stages.depth_reader import DepthReader, depths_over, reach_of
+from cityflow.stages.city import City
+from cityflow.stages.depth_reader import DepthReader, depths_over, matches_over, reach_of
 from cityflow.stages.survey import Survey
 from cityflow.surface.fuse import Fused, FuseParameters
 from cityflow.surface.fused_tile import FusedTile, fused_tile
 
-STAGE = "fuse"
+NAME = "fuse"
 VERSION = 3
 FUSED = "fused.cfa"
 UNMATCHED = "without the depths of {}"
@@ -26,13 +29,11 @@ UNMATCHED = "without the depths of {}"
 
 def task(survey: Survey, name: str) -> Task:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
-    own = survey.parameters.image_surface.fuse.reach_m(survey.product_grid.cell)
-    reach = reach_of(survey, own)
-    inputs, arguments = depths_over(survey, survey.near(name, reach))
+    inputs, arguments = depths_over(survey, _tiles_around(survey, name))
     failed = survey.unmatched([name])
     return Task(
-        STAGE, name, "cityflow.stages.fuse:run", VERSION,
-        parameters=survey.parameters_for(STAGE, name, survey.parameters.image_surface.fuse),
+        NAME, name, "cityflow.stages.fuse:run", VERSION,
+        parameters=survey.parameters_for(NAME, name, survey.parameters.image_surface.fuse),
         inputs={
             **inputs, **{f"failed {u}": "missing" for u in failed}, "grid": survey.place,
         },
@@ -40,7 +41,7 @@ def task(survey: Survey, name: str) -> Task:
             **arguments, "bounds": list(survey.tiles[name].bounds), "failed": failed,
             "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -75,3 +76,27 @@ def read_fused(store: Store, path: str) -> FusedTile:
     grid = Grid(said["x_min"], said["y_max"], said["cell"], *arrays["dsm"].shape)
     surface = Fused(grid, arrays["dsm"], arrays["count"], arrays["sigma"])
     return FusedTile(surface, arrays["filled"], said["factor"], arrays["colour"])
+
+
+def _tiles_around(survey: Survey, name: str) -> list[str]:
+    """Tiles whose depth maps may have points in this one, or look past them."""
+    own = survey.parameters.image_surface.fuse.reach_m(survey.product_grid.cell)
+    return survey.near(name, reach_of(survey, own))
+
+
+def _depth_maps(city: City, name: str) -> Iterable[Node]:
+    return matches_over(city.survey, _tiles_around(city.survey, name))
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile",
+    text=(
+        "depth maps of the tile and its rim, less the depths that other depth maps look through → one surface at the images' resolution, with "
+        "precision and colour"
+    ),
+    needs=(_depth_maps,),
+    task=lambda city, name: task(city.survey, name),
+    parameters=(FuseParameters,),
+    cost=Cost(10.0, 1500.0, 10.0),
+)

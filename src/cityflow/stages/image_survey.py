@@ -20,7 +20,7 @@ from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View, footprints, gsd, sees
-from cityflow.stages.parameters import CELLS_M, CityParameters
+from cityflow.stages.parameters import CELLS_M, SurveyParameters
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
@@ -48,7 +48,7 @@ class ImageSurvey:
         are for textures only
     """
 
-    def __init__(self, catalog: Catalog, parameters: CityParameters) -> None:
+    def __init__(self, catalog: Catalog, parameters: SurveyParameters) -> None:
         self.parameters = parameters
         developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
         self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}

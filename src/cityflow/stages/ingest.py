@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from cityflow.core.edits import Edits
-from cityflow.errors import CatalogError
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.point_index import split_file
 from cityflow.io.reference import resolve
-from cityflow.io.stac import sha256_of
 from cityflow.io.vector import read_outlines
 from cityflow.outlines.edited import apply_to_outlines
 from cityflow.outlines.given import Refusal, clean_outlines
 from cityflow.outlines.noding import node_outlines, vanished
+from cityflow.stages import calibration, ingest_image, outline_accuracy
+from cityflow.stages.city import INGEST, OUTLINES, City
 from cityflow.stages.outline_lines import Standing, lines, owned
 from cityflow.stages.outline_sample import SAMPLE, sampled
+from cityflow.stages.parameters import TileParameters
+from cityflow.stages.pieces import refuse_other_file
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
-from cityflow.stages.survey import Survey
+from cityflow.stages.survey import ACCURACY, Survey
 
-STAGE = "ingest"
-OUTLINES = "outlines"
+NAME = INGEST
 VERSION = 1
 OUTLINES_VERSION = 2
 OUTSIDE = "stands outside the survey: nothing was measured there"
@@ -34,11 +35,11 @@ def points_task(survey: Survey, name: str) -> Task:
     """Index one LiDAR file."""
     asset = survey.files[name]
     return Task(
-        STAGE, name, "cityflow.stages.ingest:run_points", VERSION,
+        NAME, name, "cityflow.stages.ingest:run_points", VERSION,
         parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
         inputs={"file": asset.checksum},
         arguments={"href": asset.href, "size": asset.size},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -58,23 +59,12 @@ def run_points(workspace: Workspace, task: Task) -> Outcome:
     )
 
 
-def refuse_other_file(path: Path, task: Task) -> None:
-    """Digests promise what is in the files: one that has changed since the catalog was made would break all of them."""
-    checksum, size = sha256_of(path)
-    if checksum != task.inputs["file"]:
-        raise CatalogError(
-            f"the file is another than when the catalog was made ({size:,} bytes, then {task.arguments['size']:,})",
-            where=task.arguments["href"],
-            remedy="fetch it again, or make the catalog again if the new file is meant",
-        )
-
-
 def outlines_task(survey: Survey) -> Task:
     """Clean, node and deal out the given outlines of the whole city: duplicates and shared walls know no tiles."""
     asset = survey.catalog.outlines
     assert asset is not None
     return Task(
-        STAGE, OUTLINES, "cityflow.stages.ingest:run_outlines", OUTLINES_VERSION,
+        NAME, OUTLINES, "cityflow.stages.ingest:run_outlines", OUTLINES_VERSION,
         parameters={
             "tile_m": survey.parameters.tiles.tile_m,
             "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
@@ -87,7 +77,7 @@ def outlines_task(survey: Survey) -> Task:
             **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
         },
         arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles), "edits": survey.edits.lines()},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -143,3 +133,49 @@ def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[Refusal]:
         taken.add(name)
         named.append(replace(refusal, id=name))
     return named
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    return [OUTLINES] if ended == START and city.survey.outlines_given else []
+
+
+def _known_before(city: City, name: str) -> Iterable[Node]:
+    """Raw frames wait for the calibration of their camera; how exact outlines are is asked when they are known."""
+    if name == ACCURACY:
+        return [(NAME, OUTLINES)]
+    camera = calibration.unit_of(city.survey, name) if name in city.survey.images.assets else None
+    return [(NAME, camera)] if camera else []
+
+
+def _sampled_file(city: City, name: str) -> Iterable[Node]:
+    """The one LiDAR file that tells how exact outlines are: they have named it."""
+    file = city.survey.outline_sample[0] if name == ACCURACY else ""
+    return [(NAME, file)] if file else []
+
+
+def _task(city: City, name: str) -> Task:
+    survey = city.survey
+    if name == OUTLINES:
+        return outlines_task(survey)
+    if name == ACCURACY:
+        return outline_accuracy.task(survey)
+    if name in survey.images.assets:
+        return ingest_image.image_task(survey, name)
+    return calibration.task(survey, name) if name.startswith(calibration.UNIT) else points_task(survey, name)
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="LiDAR file; image; camera with calibration frames; the outlines' file",
+    text=(
+        "points, streamed once → one LAZ piece per index cell that the file touches. Images, decoded once, raw frames corrected → tiled TIFF with a "
+        "pyramid. Outlines → cleaned and noded with the whole city in view (duplicates and shared walls know no tiles), dealt out to tiles; how exact "
+        "they are, by the façades in one LiDAR file"
+    ),
+    needs=(_known_before, _sampled_file),
+    task=_task,
+    starts=_starts,
+    parameters=(TileParameters,),
+    cost=Cost(1.0, 400.0, 4.0),
+    limits=Limits(7200, 6000),
+)

@@ -14,9 +14,10 @@ from cityflow.io.fetch import local_file
 from cityflow.io.image_tiles import tile_image
 from cityflow.io.images import check_against, image_header
 from cityflow.stages.calibration import placed, stamp, unit_of
+from cityflow.stages.city import INGEST as NAME
 from cityflow.stages.develop import Corrections, Frame, develop
-from cityflow.stages.ingest import STAGE, refuse_other_file
 from cityflow.stages.oriented import of_json, to_json
+from cityflow.stages.pieces import refuse_other_file
 from cityflow.stages.raw_parameters import RawInput
 from cityflow.stages.survey import Survey
 
@@ -40,8 +41,8 @@ def image_task(survey: Survey, name: str) -> Task:
         _add_calibration(survey, name, inputs, arguments)
         _add_infrared(raw, name, inputs, arguments)
     return Task(
-        STAGE, name, "cityflow.stages.ingest_image:run", VERSION,
-        parameters=parameters, inputs=inputs, arguments=arguments, limits=survey.limits(STAGE),
+        NAME, name, "cityflow.stages.ingest_image:run", VERSION,
+        parameters=parameters, inputs=inputs, arguments=arguments, limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -49,8 +50,8 @@ def _add_calibration(survey: Survey, name: str, inputs: dict[str, str], argument
     if survey.parameters.raw.calibration is None:
         return
     unit = unit_of(survey, name)
-    record = survey.records.get((STAGE, unit)) if unit else None
-    inputs["calibration"] = survey.digest_of_result(STAGE, unit) if unit else "no camera"
+    record = survey.records.get((NAME, unit)) if unit else None
+    inputs["calibration"] = survey.digest_of_result(NAME, unit) if unit else "no camera"
     if record is not None and record.status is not Status.FAILED:
         arguments["calibration"] = list(record.outputs)
     else:

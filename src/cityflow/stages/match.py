@@ -12,15 +12,17 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.json_values import rounded
 from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.task import Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.depth_map import encode_depth_map
 from cityflow.matching.match import Matched, MatchParameters, match
+from cityflow.stages.city import City
 from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.pieces import open_pixels
 from cityflow.stages.survey import Survey
 
-STAGE = "match"
+NAME = "match"
 VERSION = 1
 DEPTHS = "depth.cfd"
 NO_PARTNER = "no partner of the base image could be read"
@@ -36,13 +38,13 @@ def task(survey: Survey, unit: str) -> Task:
     place = {"tile": list(cells.tile), "cell_m": cells.cell_m, "chosen": [list(c) for c in cells.chosen],
              "heights": list(view.heights), "images": [to_json(survey.images.flown[n].image) for n in names]}  # fmt: skip
     return Task(
-        STAGE, unit, "cityflow.stages.match:run", VERSION,
-        parameters=survey.parameters_for(STAGE, unit, survey.parameters.match),
+        NAME, unit, "cityflow.stages.match:run", VERSION,
+        parameters=survey.parameters_for(NAME, unit, survey.parameters.match),
         inputs={**{f"image {n}": survey.digest_of_result("ingest", n) for n in names}, "place": digest_of(place)},
         arguments={**place, "pixels": {n: read[n] for n in usable}, "base": flight_tile.base,
                    "level": survey.parameters.images.level,
                    "unread": [n for n in names if read[n] is None]},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -92,3 +94,21 @@ def _figures(found: Matched) -> dict[str, Any]:
         },
         "sgm_seconds": round(found.sgm_seconds, 3),
     }  # fmt: skip
+
+
+def _images(city: City, unit: str) -> Iterable[Node]:
+    """The base image and its partners."""
+    flight_tile = city.survey.images.flight_tile(unit)
+    return [("ingest", n) for n in (flight_tile.base, *flight_tile.partners)]
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="flight tile: one base image over one ground tile",
+    text="windows of the base image and its partners → depth map with precision, agreeing partners and colour",
+    needs=(_images,),
+    task=lambda city, unit: task(city.survey, unit),
+    parameters=(MatchParameters,),
+    cost=Cost(10.0, 1500.0, 10.0),
+    limits=Limits(1800, 6000),
+)

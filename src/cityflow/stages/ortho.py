@@ -11,17 +11,19 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
+from cityflow.stages.city import City
 from cityflow.stages.oriented import of_json, to_json
 from cityflow.stages.pieces import open_pixels
 from cityflow.stages.rasters import publish_rasters, store_layers
-from cityflow.stages.survey import ZARR, Survey
+from cityflow.stages.survey import IMAGES, ZARR, Survey
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 
-STAGE = "ortho"
+NAME = "ortho"
 VERSION = 5
 UNSEEN = "no image over this tile could be read"
 
@@ -32,8 +34,8 @@ def task(survey: Survey, name: str) -> Task:
     images = [n for n in survey.images.ortho_images(tile) if survey.tiled_image(n) is not None]
     shown, slanting = shown_images(survey, images), [n for n in images if survey.images.is_slanting(n)]
     return Task(
-        STAGE, name, "cityflow.stages.ortho:run", VERSION,
-        parameters=survey.parameters_for(STAGE, name, survey.parameters.ortho),
+        NAME, name, "cityflow.stages.ortho:run", VERSION,
+        parameters=survey.parameters_for(NAME, name, survey.parameters.ortho),
         inputs={
             **{f"surface {t}": survey.digest_of_result("surface", t) for t in ring},
             **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of([shown, slanting]), "grid": survey.place,
@@ -43,7 +45,7 @@ def task(survey: Survey, name: str) -> Task:
             "working_cell_m": survey.cell_m, "images": shown, "slanting": slanting, "pixels": {n: survey.tiled_image(n) for n in images},
             "crs": survey.catalog.reference.code,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -120,3 +122,25 @@ def with_alpha(made: Ortho) -> np.ndarray:
     full = np.iinfo(made.colour.dtype).max
     alpha = np.where(made.mask, full, 0).astype(made.colour.dtype)
     return np.concatenate([np.moveaxis(made.colour, -1, 0), alpha[None]])
+
+
+def _surfaces_and_images(city: City, name: str) -> Iterable[Node]:
+    survey = city.survey
+    images = survey.images.ortho_images(survey.tiles[name])
+    return [*(("surface", t) for t in survey.ring(name)), *(("ingest", n) for n in images)]
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    return city.tiles if ended == START and city.survey.door == IMAGES else ()
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile",
+    text="DSM of the tile and its ring, images → true ortho",
+    needs=(_surfaces_and_images,),
+    task=lambda city, name: task(city.survey, name),
+    starts=_starts,
+    parameters=(OrthoParameters,),
+    cost=Cost(5.0, 1000.0, 20.0),
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from cityflow.core.building import Outline, Status
 from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Grid, Tile
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
@@ -19,12 +20,15 @@ from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.found_walls import found_walls_in, seen_in
 from cityflow.outlines.walls_in import WallsInParameters
 from cityflow.stages import outline_walls
+from cityflow.stages.city import INGEST, City
+from cityflow.stages.city import OUTLINES as OUTLINES_GIVEN
 from cityflow.stages.outline_lines import decode_all, entries, lines, owned
+from cityflow.stages.parameters import OutlineParameters
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
-from cityflow.stages.survey import Survey
+from cityflow.stages.survey import ACCURACY, LIDAR, Survey
 from cityflow.stages.walls import read_walls
 
-STAGE = "outline"
+NAME = "outline"
 VERSION = 7
 OUTLINES = "outlines.jsonl"
 
@@ -38,17 +42,17 @@ def _given_task(survey: Survey, name: str) -> Task:
     mine = survey.given_outlines(name)
     if not mine or not outline_walls.are_looked_for(survey):
         return Task(
-            STAGE, name, "cityflow.stages.outline:run_given", VERSION,
-            inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(STAGE),
+            NAME, name, "cityflow.stages.outline:run_given", VERSION,
+            inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(NAME),
         )  # fmt: skip
     others = survey.given_outlines_beside(name)
-    parameters: Any = survey.parameters_for(STAGE, name, survey.outline_parameters)
+    parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
     return Task(
-        STAGE, name, "cityflow.stages.outline:run_walled", VERSION,
+        NAME, name, "cityflow.stages.outline:run_walled", VERSION,
         parameters={"walls_in": parameters["walls_in"], "outline_sigma_m": survey.outline_sigma_m},
         inputs={**mine, **others, **outline_walls.inputs_of(survey, name)},
         arguments={"pieces": list(mine), "others": list(others), **outline_walls.arguments_of(survey, name)},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -81,7 +85,7 @@ def run_walled(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _found_task(survey: Survey, name: str) -> Task:
-    parameters: Any = survey.parameters_for(STAGE, name, survey.outline_parameters)
+    parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
     seen = survey.near(name, survey.parameters.outline.found.halo_m)
     walls = {p: d for t in seen for p, d in survey.outputs_of("walls", t).items()} if survey.sees_walls else {}
     blind = {
@@ -93,7 +97,7 @@ def _found_task(survey: Survey, name: str) -> Task:
     unread = {f"unread {f}": "missing" for f in survey.unread(reach)} if reach else {}
     edits = edits_digest(survey.edits, around)
     return Task(
-        STAGE, name, "cityflow.stages.outline:run_found", VERSION,
+        NAME, name, "cityflow.stages.outline:run_found", VERSION,
         parameters={"found": parameters["found"], "walls_in": parameters["walls_in"]},
         inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
         arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
@@ -101,7 +105,7 @@ def _found_task(survey: Survey, name: str) -> Task:
                    "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind,
                    "points": list(points), "index_cell_m": survey.parameters.tiles.index_cell_m,
                    "edits": survey.edits.within(around).lines()},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -156,3 +160,40 @@ def _seen(workspace: Workspace, task: Task, outlines: Sequence[Outline], surface
     assert surface.dtm is not None
     terrain = surface.grid, surface.dtm.astype(np.float64)
     return outline_walls.scanned_houses(workspace.store, a["points"], a["index_cell_m"], outlines, terrain)
+
+
+def _sources(city: City, name: str) -> Iterable[Node]:
+    """Given outlines and what may show their walls, or the surfaces and façades that outlines are found in."""
+    survey = city.survey
+    if survey.outlines_given:
+        return [(INGEST, OUTLINES_GIVEN), *_walls_of_given(survey, name)]
+    near = survey.near(name, survey.parameters.outline.found.halo_m)
+    seen = [("walls", t) for t in near] if survey.sees_walls else []
+    reach = outline_walls.reach_of_found(survey, name)
+    files = survey.files_over(reach) if reach else []
+    return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files)]
+
+
+def _walls_of_given(survey: Survey, name: str) -> list[Node]:
+    """Where façades may tell that given outlines are rims of roofs: the points and façades around them."""
+    if not outline_walls.are_looked_for(survey):
+        return []
+    if survey.door == LIDAR:
+        around = survey.tiles[name].buffered(outline_walls.REACH_M)
+        return [(INGEST, ACCURACY), *((INGEST, f.name) for f in survey.files_over(around))]
+    near = survey.near(name, outline_walls.REACH_M)
+    return [*(("surface", t) for t in near), *(("walls", t) for t in near)]
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile",
+    text=(
+        "given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are known inside. Outlines of the "
+        "tile: those whose representative point it holds"
+    ),
+    needs=(_sources,),
+    task=lambda city, name: task(city.survey, name),
+    parameters=(OutlineParameters,),
+    cost=Cost(0.2, 400.0, 0.2),
+)

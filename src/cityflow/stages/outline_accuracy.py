@@ -16,7 +16,7 @@ from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.outlines.accuracy import accuracy_of, facade_offsets
 from cityflow.outlines.facades_inside import SeenHouses
-from cityflow.stages.ingest import STAGE
+from cityflow.stages.city import INGEST as NAME
 from cityflow.stages.outline_lines import decode_all
 from cityflow.stages.outline_walls import NEAR_M, houses_of
 from cityflow.stages.survey import ACCURACY, Survey
@@ -29,10 +29,10 @@ def task(survey: Survey) -> Task:
     name, sample = survey.outline_sample
     pieces = survey.pieces_of_file(name)
     return Task(
-        STAGE, ACCURACY, "cityflow.stages.outline_accuracy:run", VERSION,
+        NAME, ACCURACY, "cityflow.stages.outline_accuracy:run", VERSION,
         inputs={**sample, **pieces},
         arguments={"sample": list(sample), "pieces": list(pieces), "index_cell_m": survey.parameters.tiles.index_cell_m},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 

@@ -139,31 +139,16 @@ class StageLimits(Parameters):
 
 
 class ExecutionParameters(Parameters):
-    """How tasks are run; nothing here changes a result."""
+    """How tasks are run; nothing here changes a result. Each stage has limits of its own under its name (`cityflow.pipeline.parameters`)."""
 
     max_in_flight: int | None = Field(None, ge=1, description="tasks on the scheduler at once; null: some per worker")
-    ingest: StageLimits = StageLimits(time_s=7200)
-    match: StageLimits = StageLimits(time_s=1800)
-    fuse: StageLimits = StageLimits()
-    surface: StageLimits = StageLimits()
-    ortho: StageLimits = StageLimits()
-    frame: StageLimits = StageLimits()
-    walls: StageLimits = StageLimits()
-    outline: StageLimits = StageLimits()
-    split: StageLimits = StageLimits(time_s=300)
-    units: StageLimits = StageLimits()
-    reconstruct: StageLimits = StageLimits(time_s=300)
-    texture: StageLimits = StageLimits()
-    atlas: StageLimits = StageLimits()
-    windows: StageLimits = StageLimits()
-    export: StageLimits = StageLimits()
 
     def limits_of(self, stage: str) -> Limits:
         chosen: StageLimits = getattr(self, stage)
         return Limits(chosen.time_s, chosen.memory_mb, chosen.retries)
 
 
-class CityParameters(Parameters):
+class SurveyParameters(Parameters):
     """All parameters of a run, by stage."""
 
     tiles: TileParameters = TileParameters()
@@ -189,7 +174,7 @@ class CityParameters(Parameters):
     execution: ExecutionParameters = ExecutionParameters()
 
     @model_validator(mode="after")
-    def _tiles_fit(self) -> CityParameters:
+    def _tiles_fit(self) -> SurveyParameters:
         """Tiles are whole chunks of whole cells."""
         cells = self.tiles.tile_m / self.surface.cell_m
         if abs(cells - round(cells)) > 1e-9:

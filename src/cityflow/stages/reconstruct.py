@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, NoReturn
 
@@ -14,19 +14,21 @@ from cityflow.core.grid import grown
 from cityflow.core.json_values import finite
 from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
+from cityflow.stages.city import City
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_text
-from cityflow.stages.survey import HULL, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
+from cityflow.stages.survey import HULL, IMAGES, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
 from cityflow.stages.unit_evidence import arguments_of, gather, inputs_of
 
-STAGE = "reconstruct"
+NAME = "reconstruct"
 VERSION = 26
 CANDIDATES = "candidates.city.jsonl"
 
@@ -37,7 +39,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
     roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
     return Task(
-        STAGE, unit.id, "cityflow.stages.reconstruct:run", VERSION,
+        NAME, unit.id, "cityflow.stages.reconstruct:run", VERSION,
         parameters=_parameters(survey, unit.id),
         inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
                 **({"edits": digest_of(roofs)} if roofs else {})},
@@ -46,13 +48,13 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
             "edits": roofs,
             "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def _parameters(survey: Survey, unit: str) -> dict[str, Json]:
     """Those of the stage, with how exact the survey's outlines are where nobody states it."""
-    parameters = survey.parameters_for(STAGE, unit, survey.parameters.reconstruct)
+    parameters = survey.parameters_for(NAME, unit, survey.parameters.reconstruct)
     overhangs: Any = parameters["overhangs"]
     if overhangs["outline_sigma_m"] is None:
         overhangs["outline_sigma_m"] = survey.outline_sigma_m
@@ -62,8 +64,8 @@ def _parameters(survey: Survey, unit: str) -> dict[str, Json]:
 def refused_task(survey: Survey, unit: str, reason: str) -> Task:
     """A record for an outline that cannot be a building."""
     return Task(
-        STAGE, unit, "cityflow.stages.reconstruct:refuse", VERSION,
-        inputs={"reason": reason}, arguments={"reason": reason}, limits=survey.limits(STAGE),
+        NAME, unit, "cityflow.stages.reconstruct:refuse", VERSION,
+        inputs={"reason": reason}, arguments={"reason": reason}, limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -148,3 +150,37 @@ def with_source(source: Mapping[str, Scalar], own: Mapping[str, Scalar]) -> dict
 def scores_of(choice: Choice) -> list[dict[str, Json]]:
     """Every candidate's score, for `explain`; what is not a number becomes null."""
     return [finite(asdict(s)) for s in choice.scores]
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    """The units of a tile, as soon as they are known; outlines that were refused leave a record, too."""
+    named = city.chosen[ended[1]] if city.names_units(ended) else []
+    return [*city.refused_by(ended), *named]
+
+
+def _evidence(city: City, name: str) -> Iterable[Node]:
+    """Surfaces under a unit, and what images show of it."""
+    if name not in city.units:
+        return []
+    under = city.survey.tiles_under(city.units[name])
+    pictures = [(s, t) for s in ("ortho", "walls") for t in under] if city.survey.door == IMAGES else []
+    return [*(("surface", t) for t in under), *pictures]
+
+
+def _task(city: City, name: str) -> Task:
+    unit = city.units.get(name)
+    return refused_task(city.survey, name, city.refused[name]) if unit is None else task(city.survey, unit)
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="building",
+    text="outline, points, façades, DSM and DTM, orthos → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
+    needs=(_evidence,),
+    task=_task,
+    starts=_starts,
+    count=lambda city: city.count_units(),
+    parameters=(ModelParameters,),
+    cost=Cost(0.3, 500.0, 0.02),
+    limits=Limits(300, 6000),
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,19 +13,21 @@ from cityflow.core.edits import Edits, edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
 from cityflow.io.surface_zarr import read_layers
 from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
+from cityflow.stages.city import City
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_points, read_text
 from cityflow.stages.split_lines import encode_splitting
 from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey, UnitEntry
 from cityflow.surface.sample import sample
 
-STAGE = "split"
+NAME = "split"
 VERSION = 2
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
@@ -37,7 +39,7 @@ NO_SURFACE = "no surface along the outline"
 
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
-    parameters: Any = survey.parameters_for(STAGE, outline.id, survey.parameters.split)
+    parameters: Any = survey.parameters_for(NAME, outline.id, survey.parameters.split)
     under = survey.tiles_under(outline)
     frames = frame_units(survey, outline)
     place = shapely.box(*outline.bounds)
@@ -47,7 +49,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
         read += [("ortho", t) for t in under] + [("frame", u) for u in frames]
     pieces = survey.pieces(grown(outline.bounds, AROUND_M)) if survey.door == LIDAR else {}
     return Task(
-        STAGE, outline.id, "cityflow.stages.split:run", VERSION,
+        NAME, outline.id, "cityflow.stages.split:run", VERSION,
         parameters=parameters["method"],
         inputs={
             "outline": outline.digest, **{f"{stage} {unit}": survey.digest_of_result(stage, unit) for stage, unit in read}, **pieces,
@@ -61,7 +63,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
             "pictures": survey.door == IMAGES, "frames": _frames(survey, frames),
             "edits": survey.edits.near(place).lines(), "looks": survey.looks_for_borders,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -151,3 +153,31 @@ def _oblique(
         )
         if np.isfinite(layers["dsm"]).any():
             yield FrameRasters(frame, grid, layers["dsm"], layers["ortho"], layers["ortho_seen"])
+
+
+def _rasters(city: City, name: str) -> Iterable[Node]:
+    """Surfaces, orthos and frames that show the outline."""
+    survey, outline = city.survey, city.outlines[name]
+    under = survey.tiles_under(outline)
+    pictures = [("ortho", t) for t in under] if survey.door == IMAGES else []
+    return [*(("surface", t) for t in under), *pictures, *(("frame", u) for u in frame_units(survey, outline))]
+
+
+def _count(city: City) -> int | None:
+    if not city.survey.splits:
+        return 0
+    known = all(t in city.outlines_of for t in city.tiles)
+    return sum(len(city.outlines_of[t]) for t in city.tiles) if known else None
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="outline",
+    text="outline, orthos and surfaces of every look direction (or LiDAR) → cut lines, single units, principal directions",
+    needs=(_rasters,),
+    task=lambda city, name: task(city.survey, city.outlines[name]),
+    count=_count,
+    parameters=(SplitParameters,),
+    cost=Cost(0.5, 600.0, 0.01),
+    limits=Limits(300, 6000),
+)

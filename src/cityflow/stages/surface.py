@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.building import Status
+from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
+from cityflow.stages import surface_images, surface_rasters
+from cityflow.stages.city import City
 from cityflow.stages.pieces import read_points
 from cityflow.stages.rasters import given_dtm, publish_rasters, store_layers
-from cityflow.stages.survey import UNREAD, ZARR, Survey
+from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, UNREAD, ZARR, Survey
+from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 
-STAGE = "surface"
+NAME = "surface"
 VERSION = 3
 
 
@@ -26,7 +31,7 @@ def task(survey: Survey, name: str) -> Task:
     pieces, unread = survey.pieces(tile.buffered(model.halo_m)), survey.unread(tile.buffered(model.halo_m))
     dtm = survey.catalog.rasters.get("dtm")
     return Task(
-        STAGE, name, "cityflow.stages.surface:run", VERSION,
+        NAME, name, "cityflow.stages.surface:run", VERSION,
         parameters=_parameters(survey, name),
         inputs={
             **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.place,
@@ -36,20 +41,24 @@ def task(survey: Survey, name: str) -> Task:
             "bounds": list(tile.bounds), "pieces": list(pieces), "unread": list(unread), "dtm": dtm.href if dtm else None,
             "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
 
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
+    return _IS_MADE_ALIKE[survey.door](survey, record)
+
+
+def _is_made_alike(survey: Survey, record: Record) -> bool:
     parameters = _parameters(survey, record.unit)
     return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, survey.place)
 
 
 def _parameters(survey: Survey, name: str) -> dict[str, Json]:
     """Those of the stage; ``auto`` is decided for the whole survey, so that no tile depends on where tiles are cut."""
-    parameters = survey.parameters_for(STAGE, name, survey.parameters.surface)
+    parameters = survey.parameters_for(NAME, name, survey.parameters.surface)
     if parameters["dtm"]["method"] == "auto" and survey.has_ground_class:
         parameters["dtm"]["method"] = "classified"
     return parameters
@@ -87,3 +96,35 @@ def layers_of(surface: TileSurface) -> dict[str, NDArray[Any]]:
         "dsm": surface.dsm, "dsm_filled": surface.dsm_filled, "dtm": surface.dtm, "ndsm": surface.ndsm, "class": surface.klass,
         "count": surface.count.astype(np.uint32), "holes": surface.holes,
     }  # fmt: skip
+
+
+_TASKS = {LIDAR: task, IMAGES: surface_images.task, RASTERS: surface_rasters.task}
+_IS_MADE_ALIKE = {
+    LIDAR: _is_made_alike, IMAGES: surface_images.is_made_alike, RASTERS: surface_rasters.is_made_alike,
+}  # fmt: skip
+
+
+def _sources(city: City, name: str) -> Iterable[Node]:
+    """Files with points of the tile, or fused surfaces around it; a given DSM waits for nothing."""
+    survey = city.survey
+    if survey.door == IMAGES:
+        return [("fuse", t) for t in survey.near(name, survey.parameters.image_surface.context_m)]
+    return [("ingest", f.name) for f in survey.files_near(survey.tiles[name])]
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile",
+    text=(
+        "points of the tile and its halo (LiDAR), or what is fused of it and around it (images), or a given DSM → the tile's chunk of DSM, DTM, nDSM, "
+        "classes, count, hole mask; classified points"
+    ),
+    needs=(_sources,),
+    task=lambda city, name: _TASKS[city.survey.door](city.survey, name),
+    starts=lambda city, ended: city.tiles if ended == START else (),
+    parameters=(
+        SurfaceParameters,
+        ImageSurfaceParameters,
+    ),
+    cost=Cost(6.0, 900.0, 4.0),
+)

@@ -28,7 +28,7 @@ from cityflow.surface.fused_tile import side_by_side
 from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 
-STAGE = "surface"
+NAME = "surface"
 VERSION = 6
 PIECE_SCALE_M = 0.001
 
@@ -36,15 +36,15 @@ PIECE_SCALE_M = 0.001
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
     ring = survey.near(name, survey.parameters.image_surface.context_m)
-    fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.STAGE, t).items()}
+    fused = {p: d for t in ring for p, d in survey.outputs_of(fuse.NAME, t).items()}
     inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, 0.0)))
     sights = sights_of(survey, ring, survey.tiles[name].buffered(survey.parameters.image_surface.context_m))
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
-        t: survey.records[fuse.STAGE, t].reason for t in ring if survey.records[fuse.STAGE, t].status is Status.FAILED
+        t: survey.records[fuse.NAME, t].reason for t in ring if survey.records[fuse.NAME, t].status is Status.FAILED
     }
     return Task(
-        STAGE, name, "cityflow.stages.surface_images:run", VERSION,
+        NAME, name, "cityflow.stages.surface_images:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={
             **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(sights),
@@ -52,12 +52,12 @@ def task(survey: Survey, name: str) -> Task:
         },
         arguments={
             **arguments, "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
-            "sights": sights, "degraded": survey.reason_of(fuse.STAGE, name),
+            "sights": sights, "degraded": survey.reason_of(fuse.NAME, name),
             "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
             "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
             "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
@@ -95,7 +95,7 @@ def matched_of(sights: Mapping[str, Any]) -> list[MatchedGround]:
 
 def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
     """Those of the stage; how points are fused and refuted has been another's matter."""
-    tree = survey.parameters_for(STAGE, name, survey.parameters.image_surface)
+    tree = survey.parameters_for(NAME, name, survey.parameters.image_surface)
     return {k: v for k, v in tree.items() if k not in ("fuse", "witnesses")}
 
 

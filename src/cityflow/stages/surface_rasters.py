@@ -18,7 +18,7 @@ from cityflow.io.raster import read_window
 from cityflow.io.reference import resolve
 from cityflow.io.stac_assets import RASTERS as RASTER_KINDS
 from cityflow.stages.rasters import given_colours, given_dtm, publish_rasters, store_layers
-from cityflow.stages.surface_images import STAGE, parameters_of, write_pieces, write_rasters
+from cityflow.stages.surface_images import NAME, parameters_of, write_pieces, write_rasters
 from cityflow.stages.survey import ZARR, Survey
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile, fine_grid
@@ -35,7 +35,7 @@ def task(survey: Survey, name: str) -> Task:
     """The surface of one tile from the catalog's rasters."""
     rasters = {kind: r for kind, r in sorted(survey.catalog.rasters.items()) if kind in RASTER_KINDS}
     return Task(
-        STAGE, name, "cityflow.stages.surface_rasters:run", VERSION,
+        NAME, name, "cityflow.stages.surface_rasters:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.place},
         arguments={
@@ -44,7 +44,7 @@ def task(survey: Survey, name: str) -> Task:
             "cell_m": survey.product_grid.cell, "factor": survey.overview_factor, "product_grid": list(survey.product_grid.bounds),
             "index_cell_m": survey.parameters.tiles.index_cell_m, "crs": survey.catalog.reference.code,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 

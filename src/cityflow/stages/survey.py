@@ -20,7 +20,7 @@ from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
 from cityflow.outlines.wall_lines import WallLineParameters
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.stages.image_survey import ImageSurvey, nearest_cell
-from cityflow.stages.parameters import CityParameters, OutlineParameters
+from cityflow.stages.parameters import OutlineParameters, SurveyParameters
 from cityflow.surface.overview import overview_factor
 
 UNREAD = "without the points of {}, which could not be read"
@@ -79,7 +79,7 @@ class Survey:
     """Catalog, parameters and the records so far, with the questions that tasks are built from."""
 
     def __init__(
-        self, catalog: Catalog, parameters: CityParameters, overrides: Mapping[tuple[str, str], Mapping[str, Json]]
+        self, catalog: Catalog, parameters: SurveyParameters, overrides: Mapping[tuple[str, str], Mapping[str, Json]]
     ) -> None:
         self.catalog = catalog
         self.parameters = parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -24,6 +25,7 @@ from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.stages.block import failed_block
+from cityflow.stages.city import City
 from cityflow.stages.ortho import image_of, shown_images
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.pieces import read_text
@@ -34,7 +36,7 @@ from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
-STAGE = "texture"
+NAME = "texture"
 VERSION = 6
 TEXTURE = "texture.cfa"
 LONGEST_M = 60.0
@@ -46,8 +48,8 @@ ORTHO_MARGIN_M = 8.0
 def parameters_of(survey: Survey, unit: UnitEntry) -> TextureParameters:
     """Those of the workflow, with what was asked for this unit alone; a patch is never larger than a page of the atlas."""
     asked = survey.parameters.texture
-    if (STAGE, unit.id) in survey.overrides:
-        asked = TextureParameters.model_validate(survey.parameters_for(STAGE, unit.id, asked))
+    if (NAME, unit.id) in survey.overrides:
+        asked = TextureParameters.model_validate(survey.parameters_for(NAME, unit.id, asked))
     page_px = min(asked.placement.page_px, survey.parameters.atlas.placement.page_px)
     if asked.patches.largest_px <= page_px:
         return asked
@@ -89,7 +91,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
     orthos = survey.given_orthos()
     hulls = {u: survey.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
     return Task(
-        STAGE, unit.id, "cityflow.stages.texture:run", VERSION,
+        NAME, unit.id, "cityflow.stages.texture:run", VERSION,
         parameters=parameters_of(survey, unit).model_dump(mode="json"),
         inputs={
             **{f"hull {u}": survey.digest_of_hull(u) for u in hulls},
@@ -109,7 +111,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
             "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
             "unread": [n for n in known if survey.tiled_image(n) is None], "white": survey.images.white,
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -217,3 +219,42 @@ def _covers(colours: FloatArray, grid: Grid, bounds: Bounds) -> bool:
     """Whether an ortho has a colour everywhere within `bounds`."""
     part = Grid.covering(bounds, grid.cell)
     return bool(np.isfinite(colours[(slice(None), *grid.slices(part))]).all())
+
+
+def _around(city: City, unit: UnitEntry) -> list[str]:
+    """Units near this one, whatever tiles they are in: these tiles' units are all known."""
+    near = [u for t in tiles_around(city.survey, unit) for u in city.units_of.get(t, [])]
+    return [u for u in hulls_around(city.survey, unit, near) if u in city.units]
+
+
+def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
+    """The models and surfaces that may stand between a unit and the cameras, and the images."""
+    survey, unit = city.survey, city.units[name]
+    return [
+        *(("reconstruct", u) for u in (name, *_around(city, unit))),
+        *(("surface", t) for t in surfaces_around(survey, unit)),
+        *(("ingest", n) for n in images_of(survey, unit)),
+    ]
+
+
+def _task(city: City, name: str) -> Task | None:
+    """None where there is no model to lay a texture on."""
+    if not city.survey.hull(name)["path"]:
+        return None
+    unit = city.units[name]
+    return task(city.survey, unit, [city.units[u] for u in _around(city, unit)])
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="building",
+    text=(
+        "hulls of the unit and of those around it, DSM, images that have it in their frame, given orthos → a patch for each face, raw and rectified, "
+        "on an atlas of its own; of each texel, which image it is of"
+    ),
+    needs=(_models_surfaces_images,),
+    task=_task,
+    count=lambda city: city.count_units() if city.survey.textures else 0,
+    parameters=(TextureParameters,),
+    cost=Cost(3.0, 900.0, 2.0),
+)

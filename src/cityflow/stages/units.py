@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Outline, OutlineEdge, Status
 from cityflow.core.edits import Edits
 from cityflow.core.splitting import Splitting
+from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
@@ -22,13 +23,14 @@ from cityflow.outlines.adjacency import party_edges
 from cityflow.outlines.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
+from cityflow.stages.city import City
 from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
 from cityflow.stages.pieces import read_text
 from cityflow.stages.refused_outlines import REFUSED, encode_refused
 from cityflow.stages.split_lines import decode_splitting
 from cityflow.stages.survey import Survey, UnitEntry
 
-STAGE = "units"
+NAME = "units"
 VERSION = 3
 UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
@@ -53,7 +55,7 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
     edits = [survey.edits.near(shapely.box(*o.bounds)) for o in every if len(survey.edits)]
     drawn = list(dict.fromkeys(line for e in edits for line in e.lines()))
     return Task(
-        STAGE, name, "cityflow.stages.units:run", VERSION,
+        NAME, name, "cityflow.stages.units:run", VERSION,
         inputs={
             **({"edits": digest_of(drawn)} if drawn else {}),
             **{f"outline {o.id}": o.digest for o in every}, **{p: d for s in splits.values() for p, d in s.items()},
@@ -66,7 +68,7 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
                 for o in every
             },
         },
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -183,3 +185,40 @@ def _with_vertices_of(part: _Part, beside: np.ndarray) -> _Part:
         return part
     polygon = with_vertices(part.outline.polygon, np.unique(shapely.get_coordinates(beside), axis=0), TIE_M)
     return replace(part, outline=replace(part.outline, polygon=polygon))
+
+
+def _own_outlines(_: City, tile: str) -> Iterable[Node]:
+    return [("outline", tile)]
+
+
+def _outlines_beside(city: City, tile: str) -> Iterable[Node]:
+    """The tiles that own what touches its outlines."""
+    return [("outline", t) for o in city.outlines_of[tile] for t in city.outlines[o].neighbour_tiles]
+
+
+def _splits_of_touching(city: City, tile: str) -> Iterable[Node]:
+    return [("split", o) for o in _touching(city, tile)]
+
+
+def _touching(city: City, tile: str) -> list[str]:
+    """The outlines of a tile and those that touch them."""
+    own = city.outlines_of[tile]
+    beside = [n for o in own for n in city.outlines[o].neighbours if n in city.outlines]
+    return list(dict.fromkeys([*own, *beside]))
+
+
+def _task(city: City, tile: str) -> Task:
+    every = [city.outlines[o] for o in _touching(city, tile)]
+    own = len(city.outlines_of[tile])
+    return task(city.survey, tile, every[:own], every[own:])
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile",
+    text="split outlines of the tile and those that touch them → its units, noded",
+    needs=(_own_outlines, _outlines_beside, _splits_of_touching),
+    task=_task,
+    count=lambda city: len(city.ring_of(city.tiles)) if city.survey.splits else 0,
+    cost=Cost(0.2, 400.0, 0.1),
+)

@@ -13,8 +13,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Scalar, Semantic
 from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane
+from cityflow.flow.stage import Cost, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
+from cityflow.stages.city import City
 from cityflow.stages.survey import Survey, UnitEntry
 from cityflow.stages.texture import images_of
 from cityflow.stages.texture_files import Rings, decode_unit, faces_of
@@ -23,7 +25,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters
 
-STAGE = "windows"
+NAME = "windows"
 VERSION = 8
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
@@ -42,11 +44,11 @@ def task(survey: Survey, unit: UnitEntry) -> Task | None:
         return None
     path, digest = next(iter(textures.items()))
     return Task(
-        STAGE, unit.id, "cityflow.stages.windows:run", VERSION,
-        parameters=survey.parameters_for(STAGE, unit.id, survey.parameters.windows),
+        NAME, unit.id, "cityflow.stages.windows:run", VERSION,
+        parameters=survey.parameters_for(NAME, unit.id, survey.parameters.windows),
         inputs={"texture": digest},
         arguments={"texture": path},
-        limits=survey.limits(STAGE),
+        limits=survey.limits(NAME),
     )  # fmt: skip
 
 
@@ -132,3 +134,15 @@ def _moved(found: FaceOpenings, key: FaceKey) -> FaceOpenings:
 
 def _rounded(value: Any) -> float | None:
     return None if value is None else round(float(value), 4)
+
+
+STAGE: Stage[City] = Stage(
+    name=NAME,
+    unit="building that photographs show",
+    text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows and the reason where nobody could look",
+    needs=(lambda _, name: [("texture", name)],),
+    task=lambda city, name: task(city.survey, city.units[name]),
+    count=lambda city: city.count_units() if are_wanted(city.survey) else 0,
+    parameters=(WindowParameters,),
+    cost=Cost(0.5, 500.0, 0.05),
+)

@@ -7,10 +7,10 @@ from typing import Any
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from cityflow.catalog.check_images import wanted_area
 from cityflow.core.grid import tiles_over
 from cityflow.stages import outline, units
 from cityflow.stages.area import Area
-from cityflow.stages.catalog_check_images import wanted_area
 from cityflow.stages.survey import Survey
 from cityflow.workflow.current import CurrentRecords
 
@@ -36,7 +36,7 @@ def surveyed_share(survey: Survey, asked: BaseGeometry) -> float | None:
 
 def tile_entries(records: CurrentRecords) -> dict[str, list[dict[str, Any]]]:
     """Tile → what it owns: id, point inside and file of each unit, or of each outline where those have not been split yet."""
-    owners = {**{r.unit: r for r in records.of(outline.STAGE)}, **{r.unit: r for r in records.of(units.STAGE)}}
+    owners = {**{r.unit: r for r in records.of(outline.NAME)}, **{r.unit: r for r in records.of(units.NAME)}}
     return {tile: record.result.get("units", []) for tile, record in sorted(owners.items())}
 
 

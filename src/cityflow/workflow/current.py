@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record, Task
-from cityflow.stages.city import CitySource
-from cityflow.stages.flow_order import in_flow_order
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.workflow.prepare import Prepared
 
 

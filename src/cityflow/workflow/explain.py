@@ -11,7 +11,6 @@ from typing import Any
 from rich.console import Console
 
 from cityflow.core.building import Lod
-from cityflow.core.parameters import Parameters
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY
 from cityflow.errors import RunError
 from cityflow.flow.inputs import LeftBehind
@@ -19,10 +18,11 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.cityjson import read_feature
+from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
 from cityflow.stages import export, reconstruct, windows
-from cityflow.stages.parameters import CityParameters
+from cityflow.stages.export_rows import read_rows
 from cityflow.stages.window_files import wall_lines
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.differences import changed
@@ -32,11 +32,6 @@ from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.score_parts import ScoreParts, score_parts
 from cityflow.workflow.status import verdict_of
 from cityflow.workflow.unit_words import plain, said_of_building, said_of_task, words
-
-STAGES_OF_A_UNIT = (
-    "reconstruct", "texture", "windows", "split", "units", "outline", "walls", "surface", "fuse", "ortho", "frame", "match", "atlas", "ingest", "export",
-)  # fmt: skip
-"""A building's own first, then those of tiles, leaves and files."""
 
 
 def print_explanation(
@@ -56,7 +51,7 @@ def print_explanation(
     """
     wanted = open_run(url)
     with Ledger.open(wanted.store) as ledger:
-        tasks = [(stage, ledger.attempts(stage, unit)) for stage in STAGES_OF_A_UNIT if ledger.latest(stage, unit)]
+        tasks = [(stage, ledger.attempts(stage, unit)) for stage in STAGES if ledger.latest(stage, unit)]
         exported = _exported(wanted.store, unit, ledger)
     if not tasks:
         remedy = f"cityflow status {url} --units lists the buildings"
@@ -82,8 +77,8 @@ def print_explanation(
 
 def _exported(store: Store, unit: str, ledger: Ledger) -> dict[str, Any]:
     """What the export of its tile says of a building; nothing where that has not run."""
-    for record in ledger.records(export.STAGE):
-        row = export.read_rows(store.expecting(LeftBehind([record])), record.outputs).get(unit)
+    for record in ledger.records(export.NAME):
+        row = read_rows(store.expecting(LeftBehind([record])), record.outputs).get(unit)
         if row is not None:
             return dict(row.get("attributes") or {})
     return {}
@@ -99,7 +94,7 @@ def write_candidates(url: str, unit: str, picture: Path) -> None:
     """
     store = open_run(url).store
     with Ledger.open(store) as ledger:
-        record = ledger.latest(reconstruct.STAGE, unit)
+        record = ledger.latest(reconstruct.NAME, unit)
     paths = [p for p in record.outputs if p.endswith(reconstruct.CANDIDATES)] if record is not None else []
     if record is None or not paths:
         raise RunError(f"no candidates of '{unit}' are kept", where=url, remedy=f"cityflow rerun {url} --unit {unit}")
@@ -125,7 +120,7 @@ def _figures(score: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _walls(store: Store, record: Record) -> Iterator[str]:
     """Wall by wall, what was found of windows, or why there are none."""
-    for path in record.outputs if record.stage == windows.STAGE else ():
+    for path in record.outputs if record.stage == windows.NAME else ():
         if store.exists(path):
             yield from (f"wall: {line}" for line in wall_lines(store.read_bytes(path)))
 
@@ -133,7 +128,7 @@ def _walls(store: Store, record: Record) -> Iterator[str]:
 def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterator[str]:
     """What a task found, and how it ended."""
     yield f"{record.stage}-{record.unit}: {record.status}{f': {record.reason}' if record.reason else ''}"
-    if record.stage == reconstruct.STAGE:
+    if record.stage == reconstruct.NAME:
         yield from (f"  {line}" for line in _verdict(record))
         yield from (f"  {line}" for line in said_of_building({**record.result, **exported}))
         yield from (f"  {line}" for line in _scores(record))
@@ -243,16 +238,7 @@ def _holds(tree: Mapping[str, Any], key: str) -> bool:
 
 def _defaults(record: Record) -> dict[str, Any]:
     """The stage's parameters where a workflow says nothing; of several kinds of tasks those that are most like the record's."""
-    city = CityParameters()
-    known: dict[str, list[Parameters]] = {
-        "reconstruct": [city.reconstruct], "split": [city.split.method], "outline": [city.outline], "walls": [city.walls],
-        "surface": [city.surface, city.image_surface], "fuse": [city.image_surface.fuse], "ortho": [city.ortho], "match": [city.match],
-        "texture": [city.texture], "atlas": [city.atlas], "windows": [city.windows], "export": [city.export],
-    }  # fmt: skip
-    trees = [model.model_dump(mode="json") for model in known.get(record.stage, [])]
-    if record.stage == "frame":
-        trees = [{"fuse": city.image_surface.fuse.model_dump(mode="json"), "ortho": city.ortho.model_dump(mode="json")}]
-    if record.stage == "ingest":
-        trees = [{"index_cell_m": city.tiles.index_cell_m}]
+    models = STAGES[record.stage].parameters if record.stage in STAGES else ()
+    trees = [model().model_dump(mode="json") for model in models]
     alike = [tree for tree in trees if tree.keys() & record.parameters.keys()]
     return max(alike, key=lambda tree: len(tree.keys() & record.parameters.keys()), default={})

@@ -11,12 +11,13 @@ from typing import Any
 from cityflow.core.grid import Grid
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Watcher
+from cityflow.flow.stage import Cost
 from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
-from cityflow.stages.city import CitySource
+from cityflow.pipeline.city_source import CitySource
 from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
 from cityflow.workflow.asked import Asked, circumstances, write_asked
-from cityflow.workflow.expected import Cost, expected_tasks
+from cityflow.workflow.expected import expected_tasks
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.retired import standing
 

@@ -26,8 +26,8 @@ def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHE
     if survey.door != IMAGES:
         return None
     asked = asked_area(survey, area)
-    matched = records.of(match.STAGE)
-    read = {r.unit: r for r in records.of(ingest.STAGE) if r.unit in survey.images.assets}
+    matched = records.of(match.NAME)
+    read = {r.unit: r for r in records.of(ingest.NAME) if r.unit in survey.images.assets}
     left_out = tuple(u for u, r in read.items() if r.status in (Status.FAILED, Status.REFUSED))
     used = {name for r in matched for name in (base_of(r), *_pairs(r))}
     return ImageFigures(
@@ -96,7 +96,7 @@ def _tiles(records: CurrentRecords) -> list[TileRow]:
     good = (Status.DONE, Status.DEGRADED)
     fused, made, shown = (
         {r.unit: r.result for r in records.of(stage) if r.status in good}
-        for stage in (fuse.STAGE, surface.STAGE, ortho.STAGE)
+        for stage in (fuse.NAME, surface.NAME, ortho.NAME)
     )
     nothing: Mapping[str, Any] = {}
     return [

@@ -55,7 +55,7 @@ class LeafFaces:
 
 def leaf_files(records: CurrentRecords) -> dict[str, str]:
     """Leaf → the file that says where each of its faces is."""
-    return {r.unit: p for r in records.of(atlas.STAGE) for p in r.outputs if p.endswith(f"/{atlas.LEAF}")}
+    return {r.unit: p for r in records.of(atlas.NAME) for p in r.outputs if p.endswith(f"/{atlas.LEAF}")}
 
 
 def read_leaves(store: Store, paths: Iterable[str]) -> Iterator[LeafFaces]:

@@ -78,7 +78,7 @@ def _noun(word: str, count: int) -> str:
 def hull_files(records: CurrentRecords) -> dict[str, str]:
     """Unit → the file of its hull."""
     good = (Status.DONE, Status.DEGRADED)
-    return {r.unit: p for r in records.of(reconstruct.STAGE) if r.status in good for p in _hull(r)}
+    return {r.unit: p for r in records.of(reconstruct.NAME) if r.status in good for p in _hull(r)}
 
 
 def _shells(building: Building) -> Iterator[Polyhedron]:

@@ -7,7 +7,7 @@ from collections import Counter
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.task import Record, Task
-from cityflow.stages.flow_order import in_flow_order
+from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.workflow.asked import Asked, circumstances, write_asked
 from cityflow.workflow.asked_area import units_beyond
 from cityflow.workflow.current import walked

@@ -84,7 +84,7 @@ def _found(store: Store, records: CurrentRecords, bounds: Bounds) -> tuple[list[
     lines = sorted(
         {
             e["path"]
-            for r in records.of(outline.STAGE)
+            for r in records.of(outline.NAME)
             for e in r.result.get("units", [])
             if bounds_meet(e["bounds"], bounds)
         }
@@ -96,7 +96,7 @@ def _found(store: Store, records: CurrentRecords, bounds: Bounds) -> tuple[list[
         if bounds_meet(s.outline.polygon.bounds, bounds)
     ]
     near = {o.id for o in outlines}
-    paths = sorted(p for r in records.of(units.STAGE) for p in r.outputs if p.endswith(SPLITS))
+    paths = sorted(p for r in records.of(units.NAME) for p in r.outputs if p.endswith(SPLITS))
     splits = [s for p in paths for name, s in read_splits(store.read_bytes(p)) if name in near]
     return outlines, [c for s in splits for c in s.cut_lines], [c for s in splits for c in s.rejected]
 

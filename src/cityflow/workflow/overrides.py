@@ -12,7 +12,7 @@ from cityflow.core.parameters import merged
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.records import quoted, unquoted
 from cityflow.flow.store import Store
-from cityflow.stages.parameters import CityParameters
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.workflow.settings import explain_invalid, parse_setting
 
 FOLDER = "overrides"

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from cityflow.stages.parameters import CityParameters
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.workflow.known_keys import SYNTH, Key, described
 from cityflow.workflow.settings import model_at, takes_several
 

@@ -65,7 +65,7 @@ def _leaves(records: CurrentRecords) -> dict[str, str]:
     known = leaf_files(records)
     return {
         name.partition(" ")[2]: r.unit
-        for r in records.of(atlas.STAGE) if r.unit in known
+        for r in records.of(atlas.NAME) if r.unit in known
         for name in r.inputs if name.startswith("texture ")
     }  # fmt: skip
 

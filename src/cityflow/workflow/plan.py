@@ -14,11 +14,12 @@ from rich.table import Table
 
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress_counts import duration
+from cityflow.flow.stage import Cost
 from cityflow.io.stac_outside import refuse_outside
-from cityflow.stages.city import CitySource
-from cityflow.stages.flow_order import in_flow_order
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.workflow.differences import why
-from cityflow.workflow.expected import Cost, costs_of
+from cityflow.workflow.expected import costs_of
 from cityflow.workflow.prepare import prepared
 from cityflow.workflow.printed import print_json
 

@@ -17,8 +17,8 @@ from cityflow.flow.store import Store
 from cityflow.io.reference import suspicion
 from cityflow.io.stac import read_catalog
 from cityflow.io.stac_assets import Catalog
+from cityflow.pipeline.city_source import CitySource
 from cityflow.stages.area import Area, parse_area
-from cityflow.stages.city import CitySource
 from cityflow.workflow.first_look import DESCRIPTION, RUNS
 from cityflow.workflow.fitting import refuse_unfit
 from cityflow.workflow.known_keys import known_keys

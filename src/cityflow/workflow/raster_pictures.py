@@ -93,7 +93,7 @@ class CityRasters:
 
 def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityRasters | None:
     """None where no tile has a surface yet."""
-    made, coloured = (tiles_made(survey, records.of(stage)) for stage in (surface.STAGE, ortho.STAGE))
+    made, coloured = (tiles_made(survey, records.of(stage)) for stage in (surface.NAME, ortho.NAME))
     if survey.door == RASTERS and "ortho" in survey.catalog.rasters:
         coloured = made
     if not made:
@@ -130,7 +130,7 @@ def frame_pictures(store: Store, survey: Survey, records: CurrentRecords) -> Ite
     """The true oblique orthos of the frames of most images."""
     if survey.door != IMAGES:
         return
-    done = {r.unit for r in records.of(frame.STAGE) if r.result.get("points")}
+    done = {r.unit for r in records.of(frame.NAME) if r.result.get("points")}
     for shown in survey.images.oblique_frames[:MOST_FRAMES]:
         tiles = tuple(
             f.tile.bounds

@@ -22,9 +22,10 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.task import Record
 from cityflow.io.globe import globe_of
 from cityflow.io.reference import vertical_datum
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import export, ingest, outline, reconstruct, surface, units
+from cityflow.stages.export_rows import read_rows
 from cityflow.stages.outline_lines import decode_all
-from cityflow.stages.parameters import CityParameters
 from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.stages.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
@@ -109,17 +110,17 @@ def uncollected() -> Iterator[None]:
 def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportData:
     parameters = run.workflow.city.report
     survey = run.source().survey
-    for record in records.of(ingest.STAGE):
+    for record in records.of(ingest.NAME):
         survey.learn(record)
     data = replace(report_data(run, records), run=named, view=f"{VIEW}/index.html")
     chosen = chosen_units(data.units, parameters)
-    crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.STAGE)))
+    crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.NAME)))
     small = {
         u.id: p
         for u in listed_units(data.units, parameters.listed)
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
-    newest = {r.unit: r for r in records.of(reconstruct.STAGE)}
+    newest = {r.unit: r for r in records.of(reconstruct.NAME)}
     looks = {s.unit.id: s.reason for s in worth_a_look(data.units)}
     write_pages(run.store, survey, chosen, newest, crops, data, looks)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
@@ -161,7 +162,7 @@ def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
 def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
-    unit_stages = (reconstruct.STAGE,)
+    unit_stages = (reconstruct.NAME,)
     survey, outlines = run.source().survey, _outlines(run, records)
     rows = tuple(_units(run, records, outlines))
     known = {row.id for row in rows}
@@ -218,8 +219,8 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
 
 def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:
     """The units that were asked for, without those beyond the area of interest that were modelled for what they share or hide."""
-    exported = export.read_rows(run.store, [p for r in records.of(export.STAGE) for p in r.outputs])
-    for record in records.of(reconstruct.STAGE):
+    exported = read_rows(run.store, [p for r in records.of(export.NAME) for p in r.outputs])
+    for record in records.of(reconstruct.NAME):
         tile = outlines.tiles.get(record.unit, "")
         if record.unit not in outlines.beyond:
             yield _unit(record, tile, outlines.rings.get(record.unit, ()), exported.get(record.unit, {}))
@@ -263,7 +264,7 @@ def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
             for standing in decode_all(run.store.read_bytes(path)):
                 found.rings[standing.outline.id] = _rings(standing.outline.polygon)
                 found.tiles[standing.outline.id] = tile
-    records_of = [r for stage in (ingest.STAGE, outline.STAGE, units.STAGE) for r in records.of(stage)]
+    records_of = [r for stage in (ingest.NAME, outline.NAME, units.NAME) for r in records.of(stage)]
     for unit, shape in refused_shapes(run.store, records_of).items():
         found.rings.setdefault(unit, _rings(shape))
     return found

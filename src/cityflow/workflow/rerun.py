@@ -15,8 +15,8 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
 from cityflow.io.stac_outside import refuse_outside
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import outline, units
-from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.current import CurrentRecords, current_records
 from cityflow.workflow.known_keys import nearest
 from cityflow.workflow.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
@@ -159,7 +159,7 @@ def _elsewhere(section: str, setting: str, chosen: AbstractSet[Node], records: C
 
 def _tiles_of(units_wanted: AbstractSet[str], records: CurrentRecords) -> set[str]:
     """Ground tiles that own any of some units."""
-    owners = records.of(units.STAGE) or records.of(outline.STAGE)
+    owners = records.of(units.NAME) or records.of(outline.NAME)
     return {r.unit for r in owners if any(entry["id"] in units_wanted for entry in r.result.get("units", []))}
 
 

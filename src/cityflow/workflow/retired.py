@@ -9,15 +9,16 @@ from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
-from cityflow.stages import atlas, export, ortho, surface, surface_images, surface_rasters
-from cityflow.stages.survey import IMAGES, LIDAR, RASTERS, Survey
+from cityflow.stages import atlas, export, ortho, surface
+from cityflow.stages.city import CITY
+from cityflow.stages.survey import Survey
 
 PRODUCTS = "products"
 
 
 def standing(record: Record, ledger: Ledger) -> Record:
     """The record, or where an export failed, with what an earlier one left: products go when there are new ones."""
-    if record.stage != export.STAGE or record.status is not Status.FAILED:
+    if record.stage != export.NAME or record.status is not Status.FAILED:
         return record
     good = ledger.last_good(record.stage, record.unit)
     return record if good is None else replace(record, outputs=good.outputs)
@@ -29,7 +30,7 @@ def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
     Tiles beyond the area of interest keep theirs as long as they were made as they would be now. A run that did not come
     to its last export has replaced nothing, so all stays.
     """
-    if (export.STAGE, export.CITY) not in survey.records:
+    if (export.NAME, CITY) not in survey.records:
         return 0
     kept = {path for record in survey.records.values() for path in record.outputs}
     kept |= {path for record in _before_they_failed(ledger, survey) for path in record.outputs}
@@ -55,14 +56,13 @@ def _before_they_failed(ledger: Ledger, survey: Survey) -> Iterator[Record]:
 
 def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
     for name in survey.tiles:
-        if (surface.STAGE, name) in survey.records and (export.STAGE, name) in survey.records:
+        if (surface.NAME, name) in survey.records and (export.NAME, name) in survey.records:
             continue
-        heights, city = ledger.latest(surface.STAGE, name), ledger.latest(export.STAGE, name)
-        kind = {LIDAR: surface, IMAGES: surface_images, RASTERS: surface_rasters}[survey.door]
-        if heights is None or not kind.is_made_alike(survey, heights):
+        heights, city = ledger.latest(surface.NAME, name), ledger.latest(export.NAME, name)
+        if heights is None or not surface.is_made_alike(survey, heights):
             continue
         yield heights
-        picture = ledger.latest(ortho.STAGE, name)
+        picture = ledger.latest(ortho.NAME, name)
         if picture is not None and picture.inputs.get(f"surface {name}") == heights.result.get("digest"):
             yield picture
         if city is not None and export.is_made_alike(survey, city, heights):
@@ -74,6 +74,6 @@ def _its_leaves(ledger: Ledger, city: Record) -> Iterator[Record]:
     """The pages that an export shows."""
     for name, digest in city.inputs.items():
         stage, _, leaf = name.partition(" ")
-        pages = ledger.latest(atlas.STAGE, leaf) if stage == atlas.STAGE else None
+        pages = ledger.latest(atlas.NAME, leaf) if stage == atlas.NAME else None
         if pages is not None and digest_of(dict(pages.outputs)) == digest:
             yield pages

@@ -36,7 +36,7 @@ from cityflow.workflow.status import Standing, print_standing, standing_of
 from cityflow.workflow.trust import refuse_untrusted
 
 NAMED = 3
-OF_A_BUILDING = (reconstruct.STAGE, texture.STAGE)
+OF_A_BUILDING = (reconstruct.NAME, texture.NAME)
 """Where these fail, a block or a plain building stands in the city."""
 
 
@@ -76,7 +76,7 @@ def run_workflow(
         console.print(note, markup=False, highlight=False, soft_wrap=True)
     if not trust:
         refuse_untrusted(wanted, settings, of_the_run=False)
-    wanted.source().tiles_of_area()
+    wanted.source().city.refuse_nothing()
     execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, verify=verify)
 
 

@@ -103,7 +103,7 @@ def bring_up_to_date(url: str, console: Console) -> None:
         records = current_records(run, ledger)
     if before and before["state"] == state_of(records) and _has_its_city(run.store, before):
         return
-    if before and sum(before["counts"].values()) and not records.of(reconstruct.STAGE):
+    if before and sum(before["counts"].values()) and not records.of(reconstruct.NAME):
         console.print("Note: shown as it was when it was last written; its inputs have changed since, run it again.")
         return
     console.print("Writing the page …")

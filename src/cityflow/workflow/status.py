@@ -19,7 +19,6 @@ from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.stages.flow_order import in_flow_order
 from cityflow.workflow.asked import Asked, read_asked
 from cityflow.workflow.printed import print_json
 
@@ -156,7 +155,7 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
     problems: list[Problem] = []
     verdicts: Counter[str] = Counter()
     beyond = 0
-    for stage in in_flow_order([*asked.expected, *asked.tasks]):
+    for stage in dict.fromkeys([*asked.expected, *asked.tasks]):
         records = [r for u in asked.tasks.get(stage, ()) if (r := ledger.latest(stage, u)) is not None]
         expected = len(records) if is_complete else asked.expected.get(stage, len(records))
         stages.append(_stage(stage, records, expected, asked.stale.get(stage, 0)))

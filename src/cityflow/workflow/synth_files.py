@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tiles_over
@@ -16,8 +18,6 @@ from cityflow.io.colmap import write_colmap
 from cityflow.io.outlines_gpkg import Layer, write_geopackage
 from cityflow.io.raster import write_vrt
 from cityflow.io.reference import resolve
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.catalog_orientation import ImageSource
 from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
 from cityflow.stages.synth_survey import SynthParameters, town_of
 from cityflow.synthetic.pose_noise import with_pose_noise

@@ -63,14 +63,14 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
     read = [paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_LEAVES)).round().astype(int).tolist()]
     for leaf in read_leaves(store, read):
         sums.add(leaf)
-    done = [r.result for r in records.of(texture.STAGE) if r.status in (Status.DONE, Status.DEGRADED)]
+    done = [r.result for r in records.of(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED)]
     textured = sum(sums.textured.values())
     shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)
     plain = (PlainFaces(reason, len(areas), sum(areas)) for reason, areas in sums.plain.items())
     return TextureFigures(
         sum(bool(r.get("textured")) for r in done), len(done), sum(int(r.get("textured", 0)) for r in done), shares,
         _median(sums.gsds, sums.weights), sums.interpolated / textured if textured else None, len(sums.images),
-        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.of(atlas.STAGE)),
+        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.of(atlas.NAME)),
         tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))), len(read), len(paths),
     )  # fmt: skip
 

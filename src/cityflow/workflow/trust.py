@@ -7,8 +7,8 @@ from collections.abc import Set as AbstractSet
 from typing import Any
 
 from cityflow.errors import RunError
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import reconstruct
-from cityflow.stages.parameters import CityParameters
 from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.settings import parse_setting
@@ -45,13 +45,13 @@ def refuse_untrusted(
 
 def _overrides(run: Prepared, cleared: AbstractSet[tuple[str, str]]) -> Iterator[Mapping[str, Any]]:
     for (stage, unit), tree in read_overrides(run.store).items():
-        if stage == reconstruct.STAGE and (stage, unit) not in cleared:
+        if stage == reconstruct.NAME and (stage, unit) not in cleared:
             yield tree
 
 
 def _sections(settings: Sequence[str]) -> Iterator[tuple[str, Any]]:
     for setting in settings:
-        tree = parse_setting(setting).get(reconstruct.STAGE)
+        tree = parse_setting(setting).get(reconstruct.NAME)
         yield from tree.items() if isinstance(tree, Mapping) else ()
 
 

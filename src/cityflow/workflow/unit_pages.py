@@ -98,7 +98,7 @@ def _page(store: Store, survey: Survey, unit: UnitRow, record: Record, crops: Cr
     shown = _shown(store, record, solids)
     heights = _heights(survey, unit, shown)
     return UnitPage(
-        unit, "", reconstruct.STAGE,
+        unit, "", reconstruct.NAME,
         (*crop_pictures(crops, unit), *photographs(store, survey, unit, heights)),
         _plan(crops, unit, shown), tuple(_planes(shown)), tuple(_scored(record, solids)),
         record.traceback, record.attempt, record.version,

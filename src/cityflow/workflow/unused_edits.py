@@ -19,6 +19,7 @@ from cityflow.core.grid import grown, tiles_over
 from cityflow.io.edits_gpkg import CUT_LINES, LOCKED, NO_CUT_LINES, OUTLINES, REJECTED, ROOF_TYPES
 from cityflow.outlines import edited
 from cityflow.stages import ingest, outline, units
+from cityflow.stages.city import OUTLINES as GIVEN_OUTLINES
 from cityflow.stages.outline_lines import decode
 from cityflow.stages.refused_outlines import refused_shapes
 from cityflow.stages.survey import Survey
@@ -94,7 +95,7 @@ class _Found:
     @cached_property
     def _of_tiles(self) -> dict[str, Any]:
         """The records that name units, by tile, of those tasks that gave a result."""
-        every = self._records.of(units.STAGE if self.survey.splits else outline.STAGE)
+        every = self._records.of(units.NAME if self.survey.splits else outline.NAME)
         return {r.unit: r for r in every if r.status in (Status.DONE, Status.DEGRADED)}
 
     @cached_property
@@ -112,8 +113,8 @@ class _Found:
     @cached_property
     def _refused(self) -> dict[str, tuple[str, BaseGeometry]]:
         """Id → reason and shape."""
-        given = [r for r in self._records.of(ingest.STAGE) if r.unit == ingest.OUTLINES]
-        records = [*given, *self._records.of(outline.STAGE), *self._records.of(units.STAGE)]
+        given = [r for r in self._records.of(ingest.NAME) if r.unit == GIVEN_OUTLINES]
+        records = [*given, *self._records.of(outline.NAME), *self._records.of(units.NAME)]
         why = {str(u): str(reason) for r in records for u, reason in r.result.get("refused", [])}
         shapes = refused_shapes(self._run.store, records)
         return {u: (reason, shapes[u]) for u, reason in why.items() if u in shapes}

@@ -152,7 +152,7 @@ class _View:
         found: dict[str, str | None] = {}
         for name, file in (("rectified", PORTABLE), ("raw", RAW)):
             found[name] = f"{TILES3D}/{file}" if self.run.store.exists(f"{TILES3D}/{file}") else None
-            exported = [p for r in self.records.of(export.STAGE) for p in r.outputs if p.startswith(f"{TILES3D}/")]
+            exported = [p for r in self.records.of(export.NAME) for p in r.outputs if p.startswith(f"{TILES3D}/")]
             own = (
                 []
                 if found[name]
@@ -207,7 +207,7 @@ class _View:
         for problem in self.data.problems:
             if problem.status in (Status.FAILED, Status.REFUSED):
                 yield f"{problem.stage} {problem.unit}: {problem.reason}".strip()
-        exported = {r.unit for r in self.records.of(export.STAGE)}
+        exported = {r.unit for r in self.records.of(export.NAME)}
         waiting = {u.tile for u in self.data.units if u.tile} - exported
         if waiting:
             tiles = (

@@ -37,7 +37,7 @@ class Leaf:
 
 def leaves(records: CurrentRecords) -> list[Leaf]:
     """Leaves that have pages."""
-    return [leaf for record in records.of(atlas.STAGE) for leaf in _leaf(record)]
+    return [leaf for record in records.of(atlas.NAME) for leaf in _leaf(record)]
 
 
 def _leaf(record: Record) -> Iterator[Leaf]:
@@ -48,7 +48,7 @@ def _leaf(record: Record) -> Iterator[Leaf]:
 
 def page_pixels(records: CurrentRecords) -> dict[str, int]:
     """Pixels of all pages, by the set that they belong to: what a viewer's memory must hold, or shrink."""
-    made = [record.result for record in records.of(atlas.STAGE)]
+    made = [record.result for record in records.of(atlas.NAME)]
     return {name: sum(int(found.get(name, {}).get("page_pixels", 0)) for found in made) for name in SETS}
 
 

@@ -52,10 +52,10 @@ class TileSource:
 def point_sources(survey: Survey, records: CurrentRecords) -> list[TileSource]:
     """Points of every ground tile: those from images with their classes, else the survey's own, by the cells of their index."""
     found: dict[str, dict[str, str]] = defaultdict(dict)
-    for record in records.of(surface.STAGE):
+    for record in records.of(surface.NAME):
         found[record.unit] |= {p: d for p, d in record.outputs.items() if p.startswith("products/points/")}
     if not any(found.values()):
-        for record in records.of(ingest.STAGE):
+        for record in records.of(ingest.NAME):
             for path, digest in record.outputs.items():
                 tile = _tile_of_piece(path, survey)
                 if tile in survey.tiles:
@@ -116,7 +116,7 @@ def _cloud(data: bytes, name: str) -> tuple[FloatArray, ByteArray | None, ByteAr
 
 def relief_sources(records: CurrentRecords) -> list[TileSource]:
     """The surface of every ground tile that has one."""
-    good = (r for r in records.of(surface.STAGE) if r.status in (Status.DONE, Status.DEGRADED))
+    good = (r for r in records.of(surface.NAME) if r.status in (Status.DONE, Status.DEGRADED))
     return [TileSource(r.unit, (), digest_of([RELIEF_VERSION, r.result.get("digest", r.digest)])) for r in good]
 
 
@@ -173,7 +173,7 @@ class Ridges:
 
 def cut_lines(store: Store, records: CurrentRecords, ridges: Ridges, ground: float, frame: PageFrame) -> Json:
     """Lines that outlines were cut along, and candidates that were not taken, above the higher roof beside them."""
-    made = [(r, p) for r in records.of(split.STAGE) for p in r.outputs if p.endswith("split.json")]
+    made = [(r, p) for r in records.of(split.NAME) for p in r.outputs if p.endswith("split.json")]
     files = dict(store.read_many([p for _, p in made]))
     rows = [row for r, p in made for row in _cut_rows(r, decode_splitting(files[p]), ridges, ground, frame)]
     return {"fields": CUT_FIELDS, "rows": rows}

@@ -68,8 +68,8 @@ def unit_files(
     units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str], pages: Set[str] = frozenset()
 ) -> Iterator[tuple[str, Json]]:
     """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit, `pages` are those that the report has."""
-    made = {r.unit: r for r in records.of(reconstruct.STAGE)}
-    textured = {r.unit: r for r in records.of(texture.STAGE)}
+    made = {r.unit: r for r in records.of(reconstruct.NAME)}
+    textured = {r.unit: r for r in records.of(texture.NAME)}
     by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
     for unit in units:
         said = _known(unit, made[unit.id], textured.get(unit.id))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from cityflow.catalog.heights import low_points, within
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.errors import CatalogError
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
@@ -17,7 +18,6 @@ from cityflow.io.oriented_images import LeftOut
 from cityflow.io.stac import ImageAsset, united
 from cityflow.io.vector import listing
 from cityflow.orientation.views import View, footprint
-from cityflow.stages.catalog_heights import low_points, within
 
 POINTS_PER_IMAGE = 400
 PROBES = 25

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from cityflow.catalog.check_images import Preflight
 from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.reference import Reference
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import horizontal_crs
 from cityflow.io.stac import Catalog
 from cityflow.orientation.coverage import Coverage, wall_name
-from cityflow.stages.catalog_check_images import Preflight
 
 RAMP = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]], np.float64)
 """Dark for little, bright for much; told apart by lightness alone, too."""

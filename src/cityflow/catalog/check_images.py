@@ -9,6 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from cityflow.catalog.findings import Finding, Level
+from cityflow.catalog.heights import low_points, raster_points
+from cityflow.catalog.images import box_of
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
@@ -27,9 +30,6 @@ from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
 from cityflow.orientation.sights import looks_level
 from cityflow.orientation.views import View, footprints, gsd
-from cityflow.stages.catalog_findings import Finding, Level
-from cityflow.stages.catalog_heights import low_points, raster_points
-from cityflow.stages.catalog_images import box_of
 
 MAP_CELLS = 300
 """Cells along the longer side of the maps."""

@@ -11,10 +11,10 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
+from cityflow.catalog.check import check_catalog
+from cityflow.catalog.create import create_catalog
+from cityflow.catalog.findings import CheckReport, Level
 from cityflow.errors import CatalogError
-from cityflow.stages.catalog_check import check_catalog
-from cityflow.stages.catalog_create import create_catalog
-from cityflow.stages.catalog_findings import CheckReport, Level
 from survey_files import CORNER, DELFT, houses, points, write_las, write_outlines
 
 RD = "EPSG:7415"

@@ -10,6 +10,9 @@ from pathlib import Path
 import fsspec
 from pyproj import CRS
 
+from cityflow.catalog.images import described_images
+from cityflow.catalog.orientation import ImageSource
+from cityflow.catalog.store import refuse_foreign_folder, store_catalog
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.las import sample
@@ -28,9 +31,6 @@ from cityflow.io.stac import (
 )
 from cityflow.io.stac_write import lidar_asset, raster_asset
 from cityflow.io.vector import read_layer, read_outlines
-from cityflow.stages.catalog_images import described_images
-from cityflow.stages.catalog_orientation import ImageSource
-from cityflow.stages.catalog_store import refuse_foreign_folder, store_catalog
 
 LIDAR_SUFFIXES = (".las", ".laz")
 ASSIGN = "assign the CRS with --crs EPSG:n, or --crs local for a metric frame of its own"

@@ -13,9 +13,9 @@ import rasterio
 import shapely
 from rasterio.transform import from_origin
 
+from cityflow.catalog.create import create_catalog
 from cityflow.errors import CatalogError
 from cityflow.io.stac import read_catalog
-from cityflow.stages.catalog_create import create_catalog
 from survey_files import CORNER, DELFT, houses, points, write_las, write_outlines
 
 LAZ = str(DELFT / "data" / "*.laz")

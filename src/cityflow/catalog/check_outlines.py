@@ -6,12 +6,12 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from cityflow.catalog.findings import Level
+from cityflow.catalog.seen import Seen
 from cityflow.errors import CatalogError
 from cityflow.io.stac import Catalog, OutlineAsset
 from cityflow.io.vector import listing, read_outlines
 from cityflow.orientation.views import View, footprint
-from cityflow.stages.catalog_findings import Level
-from cityflow.stages.catalog_seen import Seen
 
 NO_AREA_M2 = 0.01
 

@@ -9,6 +9,11 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from cityflow.catalog.check_images import check_images
+from cityflow.catalog.check_outlines import check_outlines
+from cityflow.catalog.findings import CheckReport, Level
+from cityflow.catalog.maps import write_maps
+from cityflow.catalog.seen import Seen
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
@@ -19,11 +24,6 @@ from cityflow.io.reference import contradiction, suspicion, vertical_datum
 from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
 from cityflow.io.stac_outside import refuse_outside
 from cityflow.io.vector import listing
-from cityflow.stages.catalog_check_images import check_images
-from cityflow.stages.catalog_check_outlines import check_outlines
-from cityflow.stages.catalog_findings import CheckReport, Level
-from cityflow.stages.catalog_maps import write_maps
-from cityflow.stages.catalog_seen import Seen
 
 SPARSE_PER_M2 = 2.0
 """Below this a roof plane of 10 m² has fewer than 20 points."""

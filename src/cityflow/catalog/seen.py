@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from cityflow.catalog.findings import Finding, Level
 from cityflow.core.building import Outline
 from cityflow.errors import CatalogError
 from cityflow.io.las import Sample
 from cityflow.io.las_header import LasHeader
-from cityflow.stages.catalog_findings import Finding, Level
 
 
 @dataclass(slots=True)

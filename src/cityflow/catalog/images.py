@@ -11,6 +11,18 @@ from pathlib import Path
 
 import numpy as np
 
+from cityflow.catalog.gains import Balanced, balanced
+from cityflow.catalog.heights import (
+    HeightRange,
+    given_heights,
+    heights_of_points,
+    heights_of_rasters,
+    low_points,
+    raster_points,
+)
+from cityflow.catalog.image_files import ImageFiles, matched, refuse_cut_off, sizes_of, unit_names
+from cityflow.catalog.orientation import ImageSource, read_model
+from cityflow.catalog.white import with_white
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds
@@ -26,18 +38,6 @@ from cityflow.io.vector import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.views import View, footprint
-from cityflow.stages.catalog_gains import Balanced, balanced
-from cityflow.stages.catalog_heights import (
-    HeightRange,
-    given_heights,
-    heights_of_points,
-    heights_of_rasters,
-    low_points,
-    raster_points,
-)
-from cityflow.stages.catalog_image_files import ImageFiles, matched, refuse_cut_off, sizes_of, unit_names
-from cityflow.stages.catalog_orientation import ImageSource, read_model
-from cityflow.stages.catalog_white import with_white
 
 SPARSE_FILE = "sparse.laz"
 MOST_SPARSE = 2_000_000

@@ -12,16 +12,16 @@ from PIL import Image
 from rasterio.transform import from_origin
 from scipy.ndimage import gaussian_filter
 
+from cityflow.catalog.check import check_catalog
+from cityflow.catalog.create import CreatedCatalog, create_catalog
+from cityflow.catalog.findings import Level
+from cityflow.catalog.image_files import unit_names
+from cityflow.catalog.orientation import ImageSource, OrientationFiles, image_source
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_omega_phi_kappa
 from cityflow.io.colmap import write_colmap
 from cityflow.io.stac import read_catalog
-from cityflow.stages.catalog_check import check_catalog
-from cityflow.stages.catalog_create import CreatedCatalog, create_catalog
-from cityflow.stages.catalog_findings import Level
-from cityflow.stages.catalog_image_files import unit_names
-from cityflow.stages.catalog_orientation import ImageSource, OrientationFiles, image_source
 from survey_files import write_outlines
 
 BORUSZYN = Path(__file__).parents[2] / "catalogs" / "boruszyn"

@@ -1,0 +1,1 @@
+"""Making catalogs from files, and checking them before a run."""

@@ -1,0 +1,68 @@
+"""A stage as a value: what its tasks make, what each waits for, what sets it going, and what it may take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from cityflow.core.parameters import Parameters
+from cityflow.flow.task import Limits, Task
+
+Node = tuple[str, str]
+"""Stage and unit."""
+
+START: Node = ("", "")
+"""What has happened when a run begins."""
+
+C = TypeVar("C")
+"""What tasks are made from: the names and digests that the driver knows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Of one task on one core, before the RUN has measured its own: seconds, memory of its process, disk that it leaves."""
+
+    seconds: float
+    memory_mb: float
+    disk_mb: float
+
+
+USUAL = Limits(memory_mb=6000.0)
+"""What a task may take where its stage says nothing else."""
+
+
+def nobody(_context: object, _node: Node) -> Iterable[str]:
+    """No unit: a stage whose tasks run because others need them."""
+    return ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage(Generic[C]):
+    """One kind of task.
+
+    Attributes
+    ----------
+    name : as a person reads it
+    unit : what there is a task of
+    text : what it reads → what it leaves, for people
+    task : (context, unit) → the task; None where there is nothing to do, and those who wait go on
+    needs : what a task waits for, step after step: a step may ask what only the results of the step before tell. Each takes (context, unit) and gives
+        the nodes; every one of them is wanted, too
+    starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first
+    count : (context) → number of tasks; None where nobody can know yet. Without it, those are counted that others need
+    parameters : models of its parameters; several where it has several kinds of tasks
+    cost : what a task takes, by experience
+    limits : what it may take
+    """
+
+    name: str
+    unit: str
+    text: str
+    task: Callable[[C, str], Task | None]
+    needs: Sequence[Callable[[C, str], Iterable[Node]]] = ()
+    starts: Callable[[C, Node], Iterable[str]] = nobody
+    count: Callable[[C], int | None] | None = None
+    parameters: Sequence[type[Parameters]] = ()
+    cost: Cost
+    limits: Limits = USUAL

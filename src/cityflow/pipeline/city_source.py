@@ -1,0 +1,95 @@
+"""The city as a source of tasks: what is ready at the start, and what becomes ready when something ends.
+
+The graph is data-dependent: units are known once the outlines of their tile are; whoever needs a surface asks for it, and a surface asks for the
+files it is made of. Everything here runs in the driver and touches names and digests only.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+from cityflow.flow.stage import Node, Stage
+from cityflow.flow.task import Json, Record, Task
+from cityflow.io.stac_assets import Catalog
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.pipeline import PIPELINE
+from cityflow.pipeline.walk import Walk
+from cityflow.stages.area import EVERYWHERE, Area
+from cityflow.stages.city import City, outlines_are_missing
+from cityflow.stages.survey import IMAGES, Survey
+
+
+class CitySource:
+    """Tasks of one run, in the order in which they become ready.
+
+    Parameters
+    ----------
+    catalog, parameters : what there is, and what is asked for
+    area : only these units, and what they need
+    overrides : (stage, unit) → tree of values laid over the stage's parameters
+    stages : in the order of the flow
+    """
+
+    def __init__(
+        self,
+        catalog: Catalog,
+        parameters: CityParameters,
+        area: Area = EVERYWHERE,
+        overrides: Mapping[Node, Mapping[str, Json]] | None = None,
+        stages: Sequence[Stage[City]] = PIPELINE,
+    ) -> None:
+        self.city = City(catalog, parameters, area, overrides)
+        self.walk = Walk(stages, self.city)
+        self._foreseen: Counter[str] = Counter()
+
+    @property
+    def survey(self) -> Survey:
+        return self.city.survey
+
+    @property
+    def area(self) -> Area:
+        return self.city.area
+
+    def initial(self) -> Iterator[Task]:
+        """What can start at once; everything else follows from `after`.
+
+        Raises
+        ------
+        CatalogError
+            There is nothing to make a city of, no tile meets the area, or a file of edits cannot be read.
+        """
+        self.city.refuse_nothing()
+        # what a person has drawn is read before anything runs: a file that is not there is said at once
+        _ = self.survey.edits
+        yield from self.walk.begin()
+
+    def after(self, task: Task, record: Record) -> Iterator[Task]:
+        """What a finished task sets free."""
+        self.city.learn(record)
+        if not outlines_are_missing(record):
+            yield from self.walk.ended((task.stage, task.unit))
+
+    def expected_units(self) -> dict[str, int | None]:
+        """Tasks per stage as far as one can know now, in the order of the flow; None where the buildings decide and nobody knows them yet.
+
+        What does not depend on records is counted by following what every task reads.
+        """
+        if not self._foreseen:
+            self._foreseen = Counter(stage for stage, _ in self.walk.foreseen(self._under_outlines()))
+        wanted = self.walk.wanted()
+        found: dict[str, int | None] = {}
+        for name, stage in self.walk.stages.items():
+            count = stage.count(self.city) if stage.count else self._foreseen[name]
+            known = count if count is None else max(count, wanted[name])
+            if known != 0:
+                found[name] = known
+        return found
+
+    def _under_outlines(self) -> list[Node]:
+        """The tasks that follow from the catalog alone: those for outlines of the tiles and of all that touch them."""
+        city, images = self.city, self.survey.door == IMAGES
+        ring = city.ring_of(city.tiles)
+        frames = self.survey.images.frame_units_over(city.tiles) if images else []
+        pictures = [(s, t) for s in ("ortho", "walls") for t in city.tiles] if images else []
+        return [*((s, t) for s in ("surface", "outline") for t in ring), *pictures, *(("frame", u) for u in frames)]

@@ -1,0 +1,61 @@
+"""The pipeline: every stage, in the order in which a survey passes through them. All else that lists stages is derived from this."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cityflow.flow.stage import Stage
+from cityflow.stages import (
+    atlas,
+    export,
+    frame,
+    fuse,
+    ingest,
+    match,
+    ortho,
+    outline,
+    reconstruct,
+    split,
+    surface,
+    texture,
+    units,
+    walls,
+    windows,
+)  # fmt: skip
+from cityflow.stages.city import City
+
+PIPELINE: tuple[Stage[City], ...] = (
+    ingest.STAGE,
+    match.STAGE,
+    fuse.STAGE,
+    surface.STAGE,
+    ortho.STAGE,
+    frame.STAGE,
+    walls.STAGE,
+    outline.STAGE,
+    split.STAGE,
+    units.STAGE,
+    reconstruct.STAGE,
+    texture.STAGE,
+    windows.STAGE,
+    atlas.STAGE,
+    export.STAGE,
+)
+
+STAGES = {stage.name: stage for stage in PIPELINE}
+
+
+def table_of_stages(stages: Iterable[Stage[City]] = PIPELINE) -> str:
+    """The stages as a table in Markdown, a row each."""
+    rows = (f"| `{s.name}` | {s.unit} | {s.text} |" for s in stages)
+    return "\n".join(["| stage | unit of work | in → out |", "|---|---|---|", *rows])
+
+
+def in_flow_order(stages: Iterable[str]) -> list[str]:
+    """Names of stages as data passes through them; names that are no stage of a city come last, by the alphabet.
+
+    >>> in_flow_order(["export", "toy", "ingest", "atlas"])
+    ['ingest', 'atlas', 'export', 'toy']
+    """
+    place = {stage.name: k for k, stage in enumerate(PIPELINE)}
+    return sorted(set(stages), key=lambda stage: (place.get(stage, len(place)), stage))
