@@ -189,8 +189,8 @@ STAGE = Stage(
     name=NAME,
     unit="ground tile",
     text=(
-        "given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are known inside. Outlines of the "
-        "tile: those whose representative point it holds"
+        "given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
+        "known inside. Outlines of the tile: those whose representative point it holds"
     ),
     needs=(_sources,),
     task=lambda city, name: task(city.survey, name),
