@@ -10,7 +10,7 @@ import pytest
 from missing_tools import missing_tools
 
 # a machine that others use, too, is slow now and then: that says nothing of the code
-hypothesis.settings.register_profile("cityflow", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.register_profile("cityflow", suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("cityflow")
 
 

@@ -9,13 +9,12 @@ from cityflow.flow.damage import Written
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.outputs import digests_of
 from cityflow.flow.records import unquoted
+from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
 
 WORK, PRODUCTS = "work/", "products/"
 KEPT = 500
 """Units whose outputs stay at hand: tasks of one tile read the same few."""
-
-Node = tuple[str, str]
 
 
 class Inputs:

@@ -59,7 +59,9 @@ def images_of_ground(matched: Iterable[MatchedGround], grid: Grid, heights: Floa
 def looked_down_on(views: Sequence[View]) -> BaseGeometry:
     """Ground, world metres, within `BEYOND_M` of what the views see that look down steeply; of what all see where no two of them do."""
     steep = [v for v in views if v.image.tilt <= MOST_TILT]
-    return shapely.union_all(footprints(steep if len(steep) > 1 else views)).buffer(BEYOND_M)
+    ground = shapely.union_all(footprints(steep if len(steep) > 1 else views)).buffer(BEYOND_M)
+    shapely.prepare(ground)
+    return ground
 
 
 def _window(grid: Grid, cells: GroundCells) -> tuple[slice, slice]:

@@ -7,9 +7,9 @@ files it is made of. Everything here runs in the driver and touches names and di
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
-from cityflow.flow.stage import Node, Stage
+from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
 from cityflow.io.stac_assets import Catalog
 from cityflow.pipeline.parameters import CityParameters
@@ -28,7 +28,6 @@ class CitySource:
     catalog, parameters : what there is, and what is asked for
     area : only these units, and what they need
     overrides : (stage, unit) → tree of values laid over the stage's parameters
-    stages : in the order of the flow
     """
 
     def __init__(
@@ -37,10 +36,9 @@ class CitySource:
         parameters: CityParameters,
         area: Area = EVERYWHERE,
         overrides: Mapping[Node, Mapping[str, Json]] | None = None,
-        stages: Sequence[Stage[City]] = PIPELINE,
     ) -> None:
         self.city = City(catalog, parameters, area, overrides)
-        self.walk = Walk(stages, self.city)
+        self.walk = Walk(PIPELINE, self.city)
         self._foreseen: Counter[str] = Counter()
 
     @property

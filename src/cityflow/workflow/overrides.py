@@ -11,12 +11,12 @@ from pydantic import ValidationError
 from cityflow.core.parameters import merged
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.records import quoted, unquoted
+from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.workflow.settings import explain_invalid, parse_setting
 
 FOLDER = "overrides"
-Node = tuple[str, str]
 
 CITY_WIDE: Mapping[str, tuple[str, ...]] = {
     "surface": ("cell_m",),

@@ -12,6 +12,7 @@ from rich.console import Console
 from cityflow.core.building import Status
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
 from cityflow.io.stac_outside import refuse_outside
@@ -25,7 +26,6 @@ from cityflow.workflow.run_folder import open_run
 from cityflow.workflow.settings import parse_setting
 from cityflow.workflow.trust import refuse_untrusted
 
-Node = tuple[str, str]
 UNITS_NAMED = 5
 
 
