@@ -52,6 +52,11 @@ def test_an_unknown_key_is_refused_with_the_nearest_known_one(tmp_path: Path, te
         ("name: a\nsurface: {cell_m: -1}", "surface.cell_m = -1"),
         ("name: a\nsurface: {cell_m: 0.3}", "tiles.tile_m (250) is no multiple of surface.cell_m (0.3)"),
         ("name: a\nsurface: {cell_m: wide}", "surface.cell_m = 'wide'"),
+        (
+            "name: a\nsurface: {dtm: {method: cloth}}",
+            "surface.dtm.method = 'cloth': should be 'auto', 'classified', 'essential_points' or 'windows'",
+        ),
+        ("name: a\nsurface: {dtm: {cloth: {steps: 9}}}", "unknown key 'surface.dtm.cloth'; there are method, "),
         ("name: a\nreconstruct: {methods: [guessing]}", "no method 'guessing'; known: orientation_histogram"),
         ("- a\n- b", "not a mapping"),
         ("name: [", "not readable as YAML"),

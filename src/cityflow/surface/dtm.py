@@ -11,9 +11,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
-from cityflow.surface import dtm_classified, dtm_cloth, dtm_essential_points, dtm_windows
+from cityflow.surface import dtm_classified, dtm_essential_points, dtm_windows
 
-Method = Literal["classified", "essential_points", "windows", "cloth"]
+Method = Literal["classified", "essential_points", "windows"]
 
 BEST_WITHOUT_CLASSES: Method = "windows"
 """The most accurate one against known terrain (docs/surface.md)."""
@@ -22,20 +22,18 @@ METHODS: dict[Method, Callable[[PointCloud, FloatArray, Grid, Any], FloatArray]]
     "classified": dtm_classified.estimate_dtm,
     "essential_points": dtm_essential_points.estimate_dtm,
     "windows": dtm_windows.estimate_dtm,
-    "cloth": dtm_cloth.estimate_dtm,
 }
 
 
 class DtmParameters(Parameters):
     """Which method finds the terrain, and each method's own parameters."""
 
-    method: Method | Literal["auto"] = Field(
+    method: Literal["auto", Method] = Field(
         "auto", description="auto: classified where the cloud has ground points, else the best of the others"
     )
     classified: dtm_classified.ClassifiedParameters = dtm_classified.ClassifiedParameters()
     essential_points: dtm_essential_points.EssentialPointsParameters = dtm_essential_points.EssentialPointsParameters()
     windows: dtm_windows.WindowsParameters = dtm_windows.WindowsParameters()
-    cloth: dtm_cloth.ClothParameters = dtm_cloth.ClothParameters()
 
     @property
     def halo_m(self) -> float:
