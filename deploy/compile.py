@@ -14,7 +14,8 @@ import shapely
 
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.depth_map import ImagePoints, points_of
+from cityflow.core.depth_map import points_of
+from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.reconstruction import Evidence
@@ -44,6 +45,7 @@ from cityflow.windows.window_parameters import WindowParameters
 from cityflow.workflow.known_keys import CITY, SYNTH, known_keys
 
 HOUSES = 8
+CELL_M = 0.125
 
 
 def reconstruct_houses() -> None:
@@ -51,39 +53,48 @@ def reconstruct_houses() -> None:
     for number, building in enumerate(scene.buildings[:HOUSES]):
         points = scene.points.take(np.flatnonzero(scene.truth_building == number))
         evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
-        for methods in (("orientation_histogram",), ("orientation_histogram", "volumetric", "roof_types", "primitives")):
+        for methods in (
+            ("orientation_histogram",),
+            ("orientation_histogram", "volumetric", "roof_types", "primitives"),
+        ):
             measure(model(evidence, ModelParameters(methods=methods)), evidence)
 
 
-def work_on_pictures() -> None:
-    """Three views of a textured plain, matched, fused and laid over what comes of it, in arrays of the kinds that a run has."""
+def photographs() -> list[ColourImage]:
+    """Three views of a textured plain."""
     texture = (
         np.random.default_rng(1).integers(40, 215, (60, 128, 3)).astype(np.uint8).repeat(4, axis=0).repeat(4, axis=1)
     )
     camera, upright = Camera(320, 240, 450.0, 450.0, 160.0, 120.0), np.diag([1.0, -1.0, -1.0])
     views = [OrientedImage(f"view{i}", camera, upright, np.array([42.0 + 8 * i, 50.0, 60.0])) for i in range(3)]
     pixels = [ArrayPixels(np.ascontiguousarray(texture[:, 60 * i : 60 * i + 320])) for i in range(3)]
+    return [ColourImage(view, own) for view, own in zip(views, pixels, strict=True)]
+
+
+def match_pictures() -> None:
+    """Match and fuse, and lay the ortho over what comes of it, in arrays of the kinds that a run has."""
+    left, middle, right = images = photographs()
     cells = GroundCells((0.0, 0.0, 100.0, 100.0), 10.0, tuple((c, r) for c in range(3, 7) for r in range(3, 7)))
-    partners = [(views[0], pixels[0]), (views[2], pixels[2])]
-    found = match(views[1], pixels[1], partners, cells, (-5.0, 12.0), MatchParameters())
+    partners = [(left.image, left.pixels), (right.image, right.pixels)]
+    found = match(middle.image, middle.pixels, partners, cells, (-5.0, 12.0), MatchParameters())
     assert found.depth_map is not None
-    points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), views[1])
+    points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), middle.image)
     assert len(points), "the plain was not matched"
     find_wall_points(points, WallPointParameters())
-    surface_and_ortho(points, [ColourImage(v, p) for v, p in zip(views, pixels, strict=True)])
-
-
-def surface_and_ortho(points: ImagePoints, images: list[ColourImage]) -> None:
-    bounds, cell, factor = (40.0, 40.0, 60.0, 60.0), 0.125, 4
-    surface = image_surface(points, bounds, cell, factor)
-    grid = surface.fine.grid
+    surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
-    heights = surface.fine.dsm_filled.astype(np.float32)
+    heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
     true_ortho(grid, heights, (grid, heights), images)
+
+
+def paint_house() -> None:
+    """Textures, windows and pictures of a house on the plain."""
+    grid = Grid(40.0, 60.0, CELL_M, 160, 160)
+    heights = np.zeros(grid.shape, np.float32)
     house = extrude(shapely.box(46.0, 46.0, 54.0, 54.0), -2.0, 4.0)
     made = texture_unit(
         face_planes(house, None),
-        images,
+        photographs(),
         Surroundings([house], [], heights.astype(np.float64), grid),
         TextureParameters(),
     )
@@ -106,8 +117,9 @@ def render() -> None:
 
 
 if __name__ == "__main__":
+    # the longest first; the last one uses what the first two have compiled long before
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        for part in [pool.submit(p) for p in (work_on_pictures, reconstruct_houses, render)]:
+        for part in [pool.submit(p) for p in (reconstruct_houses, match_pictures, render, paint_house)]:
             part.result()
     for of in (CITY, SYNTH):
         known_keys(of)  # so that the first typing error is answered at once

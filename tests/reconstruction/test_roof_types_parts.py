@@ -204,7 +204,7 @@ def test_robust_fit_is_not_drawn_by_a_chimney() -> None:
     t = rng.uniform(0, 1, 100)
     z = 5 + 3 * t + rng.normal(0, 0.1, 100)
     z[:6] += 4
-    _, eave, rise = fitted_heights(t, z, np.ones(100), 0.1)
+    _, eave, rise = fitted_heights(t, z, np.ones(100), 0.1, np.nan, 0.0)
     assert eave == pytest.approx(5, abs=0.1)
     assert rise == pytest.approx(3, abs=0.15)
 

@@ -88,7 +88,8 @@ class PartClues:
 
     def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
         c = self.clues
-        return fitted_heights(cell_means(t, c.cells.cell, len(c.cells)), c.cells.z, c.cells.weight, c.sigma)
+        means = cell_means(t, c.cells.cell, len(c.cells))
+        return fitted_heights(means, c.cells.z, c.cells.weight, c.sigma, math.nan, 0.0)
 
 
 def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:

@@ -148,9 +148,9 @@ def misfit(off: FloatArray, weight: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def fitted_heights(
-    t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float = np.nan, usual: float = 0.0
+    t: FloatArray, z: FloatArray, weight: FloatArray, sigma: float, known: float, usual: float
 ) -> tuple[float, float, float]:
-    """Cost, eave and rise of z = eave + rise·t, robustly; the eave alone where the rise is known.
+    """Cost, eave and rise of z = eave + rise·t, robustly; the eave alone where the rise is known, which is NaN where it is not.
 
     A usual rise, where it is not 0, counts as one more observation with a sigma of half of it.
     """
