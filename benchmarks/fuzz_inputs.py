@@ -45,8 +45,8 @@ from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.io.vector import read_outlines
-from cityflow.workflow.run_folder import open_run, workflow_tree
-from cityflow.workflow.settings import Workflow, load_workflow
+from cityflow.runs.run_folder import open_run, workflow_tree
+from cityflow.runs.settings import Workflow, load_workflow
 
 SECONDS, MEGABYTES = 5, 1000
 ODD = ["1e999", "-1", "NaN", "null", "0", "1e300", "99999999999999999999", '"x"', "[]", "{}", "true", "-0.0", "1" * 400]

@@ -30,7 +30,7 @@ from cityflow.outlines.find import FindParameters, find_outlines
 from cityflow.outlines.found_walls import found_walls_in, seen_in
 from cityflow.outlines.wall_points import WallPointParameters
 from cityflow.outlines.walls_in import WallsInParameters
-from cityflow.stages.synth_survey import SynthParameters, town_of
+from cityflow.stages.synth.survey import SynthParameters, town_of
 from cityflow.synthetic.town import Town
 from drawn_town import GSD_M, SEEDS, drawn_town, seen_walls, table
 

@@ -24,12 +24,12 @@ from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
 from cityflow.flow.task import Record
+from cityflow.handover.export_rows import ROWS
+from cityflow.reporting.report import uncollected, write_report_files
+from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import open_run
 from cityflow.stages import export, outline, reconstruct, texture, units
-from cityflow.stages.export_rows import ROWS
-from cityflow.workflow.current import CurrentRecords, current_records
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.report import uncollected, write_report_files
-from cityflow.workflow.run_folder import open_run
 
 TRACEBACK = (
     'Traceback (most recent call last):\n  File "planes.py", line 84, in found\nValueError: no plane in 3 points\n'

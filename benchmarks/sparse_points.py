@@ -19,8 +19,8 @@ from cityflow.catalog.check_images import sparse_points
 from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
 from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.survey import ZARR
-from cityflow.workflow.run_folder import open_run
+from cityflow.runs.run_folder import open_run
+from cityflow.survey.survey import ZARR
 
 AROUND_CELLS, LEVEL_M = 5, 1.0
 

@@ -22,7 +22,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.texture import FacePlane
 from cityflow.io.image_write import jpeg_bytes, png_bytes
 from cityflow.stages.atlas import without_black
-from cityflow.stages.atlas_parameters import AtlasParameters
+from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.synthetic.town import make_town
 from cityflow.texture.pages import pages_of
 from cityflow.texture.placement.place import place

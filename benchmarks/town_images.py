@@ -30,12 +30,12 @@ from cityflow.io.colmap import read_colmap
 from cityflow.io.stac import read_catalog
 from cityflow.io.stac_assets import Catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.stages.area import parse_area
-from cityflow.stages.synth_survey import SynthParameters, town_of
-from cityflow.workflow.prepare import Prepared
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import check_run, describe_run
+from cityflow.runs.settings import load_workflow
+from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.survey.area import parse_area
 from cityflow.workflow.run import execute
-from cityflow.workflow.run_folder import check_run, describe_run
-from cityflow.workflow.settings import load_workflow
 from town_figures import (
     Judge,
     other_surface_figures,

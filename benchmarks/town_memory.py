@@ -28,12 +28,12 @@ from cityflow.orientation.flight_plan import FlightTile
 from cityflow.orientation.views import View
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.area import parse_area
-from cityflow.stages.image_survey import ImageSurvey
-from cityflow.workflow.prepare import Prepared
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import check_run, describe_run
+from cityflow.runs.settings import load_workflow
+from cityflow.survey.area import parse_area
+from cityflow.survey.image_survey import ImageSurvey
 from cityflow.workflow.run import execute
-from cityflow.workflow.run_folder import check_run, describe_run
-from cityflow.workflow.settings import load_workflow
 from town_figures import stage_figures
 
 WORKFLOW = Path(__file__).parents[1] / "workflows" / "oblique_city.yaml"

@@ -22,9 +22,9 @@ from cityflow.io.globe_frame import frame_at
 from cityflow.io.reference import resolve
 from cityflow.io.tiles3d import PORTABLE, RAW, About, Scene, tile_files
 from cityflow.io.tiles3d_tree import city_tilesets
-from cityflow.stages.city_textures import texture_sets
+from cityflow.reporting.view_frame import PageFrame
+from cityflow.stages.export.textures import texture_sets
 from cityflow.viewer.view_page import page_files
-from cityflow.workflow.view_frame import PageFrame
 
 GAP_M = 20.0
 CRS = "EPSG:7415"

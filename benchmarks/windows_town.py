@@ -24,7 +24,7 @@ from cityflow.core.building import Semantic
 from cityflow.core.openings import FaceOpenings
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch, UnitTexture
 from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, total
-from cityflow.stages.texture_files import decode_unit
+from cityflow.handover.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
 from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, ImageErrors, draw_facade
 from cityflow.synthetic.town_facades import WINDOW

@@ -28,8 +28,9 @@ from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.runs.known_keys import CITY, SYNTH, known_keys
 from cityflow.stages.synth import SynthSource, run_picture
-from cityflow.stages.synth_survey import SynthParameters
+from cityflow.stages.synth.survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho
@@ -42,7 +43,6 @@ from cityflow.viewer.model_view import draw_models, surfaces_of, terrain_surface
 from cityflow.viewer.side_view import draw_side, side_camera
 from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
-from cityflow.workflow.known_keys import CITY, SYNTH, known_keys
 
 HOUSES = 8
 CELL_M = 0.125

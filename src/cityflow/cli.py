@@ -19,8 +19,7 @@ from cityflow.core.credentials import without_credentials
 from cityflow.errors import CityflowError
 from cityflow.flow.talk import Talk
 from cityflow.flow.unwritable import unwritable
-from cityflow.workflow import completion
-from cityflow.workflow.first_look import (
+from cityflow.runs.first_look import (
     agreed_folder,
     look_at_catalog,
     look_at_file,
@@ -28,7 +27,8 @@ from cityflow.workflow.first_look import (
     look_at_settings,
     look_at_workflow,
 )
-from cityflow.workflow.known_keys import CITY, SYNTH, described, known_keys
+from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
+from cityflow.workflow import completion
 
 app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
@@ -292,7 +292,7 @@ def report(
     """Write report.html, the pages of single buildings and report.json anew from the records."""
     look_at_run(run_url)
     look_at_settings(settings or [])
-    from cityflow.workflow.report import print_report
+    from cityflow.reporting.report import print_report
 
     print_report(run_url, settings or [], console)
 

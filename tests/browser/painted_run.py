@@ -17,13 +17,13 @@ from cityflow.flow.task import Record
 from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
-from cityflow.stages.area import Area
-from cityflow.workflow.current import CurrentRecords
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.report import report_data
-from cityflow.workflow.run_folder import describe_run
-from cityflow.workflow.settings import load_workflow
-from cityflow.workflow.view import write_run_view
+from cityflow.reporting.report import report_data
+from cityflow.reporting.view import write_run_view
+from cityflow.runs.current import CurrentRecords
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import describe_run
+from cityflow.runs.settings import load_workflow
+from cityflow.survey.area import Area
 from in_process import run_all
 from survey_files import write_las
 

@@ -12,7 +12,7 @@ import pytest
 
 from cityflow.flow.child import resolve
 from cityflow.flow.store import Store
-from cityflow.workflow.overrides import write_overrides
+from cityflow.runs.overrides import write_overrides
 from cluster.small_city import Commands, SmallCity, newest
 
 pytestmark = pytest.mark.cluster

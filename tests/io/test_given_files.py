@@ -30,7 +30,7 @@ from cityflow.io.oriented_images import in_order
 from cityflow.io.raster_header import read_raster_header
 from cityflow.io.reference import resolve
 from cityflow.io.vector import read_layer, read_outlines
-from cityflow.workflow.setting_text import read_tree
+from cityflow.runs.setting_text import read_tree
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{c}: &{c} [{', '.join([f'*{p}'] * 9)}]\n" for p, c in zip("abcdefgh", "bcdefghi", strict=True)

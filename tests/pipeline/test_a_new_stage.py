@@ -17,8 +17,8 @@ COUNT = '''"""Stage ``count``: how many corners the outline of a building has.""
 
 from cityflow.flow.stage import Cost, Stage
 from cityflow.flow.task import Task
-from cityflow.stages.outline_lines import decode
-from cityflow.stages.pieces import read_text
+from cityflow.handover.outline_lines import decode
+from cityflow.handover.pieces import read_text
 
 NAME = "count"
 
@@ -68,7 +68,7 @@ from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.plan import plan_of
-from cityflow.workflow.settings import load_workflow
+from cityflow.runs.settings import load_workflow
 from in_process import run_all
 
 parameters = load_workflow(Path(workflow), ["execution.count.time_s=7"]).city

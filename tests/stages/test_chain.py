@@ -18,7 +18,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome
 from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.workflow.settings import load_workflow
+from cityflow.runs.settings import load_workflow
 from cluster.small_city import SmallCity, contents, make_city, scene
 from in_process import Records, run_all
 

@@ -17,9 +17,10 @@ from cityflow.flow.task import Record, Task
 from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages import reconstruct, split, unit_evidence
-from cityflow.stages.area import EVERYWHERE, Area
-from cityflow.stages.survey import ACCURACY, HULL, SEEN_AROUND_M, UnitEntry
+from cityflow.stages import reconstruct, split
+from cityflow.stages.reconstruct import evidence as unit_evidence
+from cityflow.survey.area import EVERYWHERE, Area
+from cityflow.survey.survey import ACCURACY, HULL, SEEN_AROUND_M, UnitEntry
 
 TILE = 250.0
 ROWS_OF_HOUSES = 3

@@ -17,10 +17,10 @@ from cityflow.io.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.area import EVERYWHERE, Area
-from cityflow.stages.city import OUTLINES
-from cityflow.stages.parameters import TileParameters
-from cityflow.stages.survey import ACCURACY
+from cityflow.survey.area import EVERYWHERE, Area
+from cityflow.survey.city import OUTLINES
+from cityflow.survey.parameters import TileParameters
+from cityflow.survey.survey import ACCURACY
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
 

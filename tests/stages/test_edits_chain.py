@@ -13,7 +13,7 @@ from cityflow.core.building import Status
 from cityflow.errors import CatalogError, WorkflowError
 from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.workflow.prepare import prepared
+from cityflow.runs.prepare import prepared
 from cluster.small_city import SmallCity, make_city
 from stages.test_chain import Done, run_here
 

@@ -22,8 +22,8 @@ from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.parameters import PointsParameters, TileParameters
-from cityflow.stages.survey import RASTERS, ZARR
+from cityflow.survey.parameters import PointsParameters, TileParameters
+from cityflow.survey.survey import RASTERS, ZARR
 from in_process import run_all
 
 CELL, GROUND, EAVES = 0.25, 12.0, 17.0

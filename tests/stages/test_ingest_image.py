@@ -26,10 +26,11 @@ from cityflow.io.stac import Catalog
 from cityflow.io.stac_assets import ImageAsset
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages import calibration, ingest_image
-from cityflow.stages.develop import Corrections
-from cityflow.stages.raw_parameters import InfraredFrames, RawInput
-from cityflow.stages.survey import Survey
+from cityflow.stages.ingest import calibration
+from cityflow.stages.ingest import images as ingest_image
+from cityflow.stages.ingest.develop import Corrections
+from cityflow.survey.raw_parameters import InfraredFrames, RawInput
+from cityflow.survey.survey import Survey
 from cityflow.synthetic.raw_frames import RawParameters, dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.sensor import SensorParameters
 

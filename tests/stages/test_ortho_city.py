@@ -19,7 +19,7 @@ from cityflow.io.raster import write_cog
 from cityflow.io.reference import resolve
 from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
-from cityflow.workflow.settings import load_workflow
+from cityflow.runs.settings import load_workflow
 from in_process import Records, run_all
 
 X, Y, GROUND = 90000.0, 460000.0, 3.0

@@ -12,11 +12,11 @@ from shapely import Polygon
 from cityflow.core.building import Outline
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.store import Store
+from cityflow.handover.outline_lines import decode, encode, owned
 from cityflow.outlines.facades_inside import SeenHouses
 from cityflow.outlines.walls_in import WallsInParameters
-from cityflow.stages import outline_walls
-from cityflow.stages.outline_lines import decode, encode, owned
-from cityflow.stages.outline_sample import sampled
+from cityflow.stages.ingest.outline_sample import sampled
+from cityflow.stages.outline import walls as outline_walls
 
 TILE_M = 100.0
 

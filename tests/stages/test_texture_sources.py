@@ -24,12 +24,12 @@ from cityflow.core.texture import FIRST_IMAGE, Patch, UnitTexture
 from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task
+from cityflow.handover.texture_files import Rings, decode_unit
 from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.area import Area
-from cityflow.stages.city_textures import CUT_OTHERWISE
-from cityflow.stages.texture_files import Rings, decode_unit
+from cityflow.stages.export.textures import CUT_OTHERWISE
+from cityflow.survey.area import Area
 from in_process import Records, make_surfaces, outcome_of, record_of
 from stages.painted_houses import (
     FLOWN,

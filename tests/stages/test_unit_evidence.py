@@ -20,8 +20,8 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io import surface_zarr
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import LAYERS, create, image_layers, write_tile
-from cityflow.stages import unit_evidence
-from cityflow.stages.survey import OVERVIEW, ZARR
+from cityflow.stages.reconstruct import evidence as unit_evidence
+from cityflow.survey.survey import OVERVIEW, ZARR
 
 HOUSE = shapely.box(1010.3, 2015.2, 1022.9, 2024.7)
 FINE, COARSE = Grid(1000, 2050, 0.1, 500, 500), Grid(1000, 2050, 0.5, 100, 100)

@@ -14,9 +14,9 @@ from cityflow.core.splitting import CutLine, Splitting
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.outline_lines import Standing, decode, decode_all, encode, entries, lines
+from cityflow.handover.split_lines import decode_splitting, encode_splitting, read_splits
 from cityflow.stages import units
-from cityflow.stages.outline_lines import Standing, decode, decode_all, encode, entries, lines
-from cityflow.stages.split_lines import decode_splitting, encode_splitting
 
 WEST, EAST = shapely.box(0, 0, 20, 10), shapely.box(20, 0, 40, 10)
 CUT = LineString([(0.0, 5.0001), (20.0, 5.0001)])
@@ -80,7 +80,7 @@ def units_of_tiles(tmp_path: Path, west_fails: bool = False) -> dict[str, tuple[
         workspace = Workspace(store, task)
         outcome = units.run(workspace, task)
         path = next(p for p in outcome.outputs if p.endswith(units.UNITS))
-        listed = units.read_splits(store.read_bytes(next(p for p in outcome.outputs if p.endswith(units.SPLITS))))
+        listed = read_splits(store.read_bytes(next(p for p in outcome.outputs if p.endswith(units.SPLITS))))
         assert [outline for outline, _ in listed] == ([] if splits[name] is None else [name])
         assert [e["id"] for e in outcome.result["units"]] == [s.outline.id for s in decode_all(store.read_bytes(path))]
         found[tile] = outcome.status, decode_all(store.read_bytes(path))

@@ -22,7 +22,7 @@ from cityflow.errors import CityflowError
 from cityflow.evaluation.written import faulty
 from cityflow.flow.task import Task
 from cityflow.io.cityjson import Transform, read_feature
-from cityflow.stages.area import Area
+from cityflow.survey.area import Area
 from stages.painted_houses import (
     CRS_CODE,
     FLOOR,

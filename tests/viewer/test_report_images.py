@@ -10,12 +10,12 @@ from lxml import html
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
+from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.viewer.figures import kind_of_reason, problem_groups
 from cityflow.viewer.image_rows import CheckpointRow, DirectionRow, ImageFigures, RefusedPairs, TileRow
 from cityflow.viewer.picture import picture
 from cityflow.viewer.report import write_report
 from cityflow.viewer.rows import ProblemRow, ReportData
-from cityflow.workflow.checkpoint_rows import checkpoint_rows
 
 FIGURES = ImageFigures(
     images=30,

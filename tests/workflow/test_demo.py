@@ -10,8 +10,8 @@ from rich.console import Console
 
 from cityflow.core.building import Status
 from cityflow.errors import WorkflowError
+from cityflow.runs.prepare import prepared
 from cityflow.workflow import demo
-from cityflow.workflow.prepare import prepared
 
 
 @pytest.mark.parametrize("city", [c for c in demo.CITIES if c.catalog], ids=lambda c: c.name)

@@ -17,8 +17,8 @@ from shapely import LineString, Polygon, box
 from cityflow import cli
 from cityflow.io.outlines_gpkg import Layer, write_geopackage
 from cityflow.io.stac import read_catalog
-from cityflow.workflow.run_folder import workflow_tree
-from cityflow.workflow.settings import load_workflow
+from cityflow.runs.run_folder import workflow_tree
+from cityflow.runs.settings import load_workflow
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW, CATALOG = ROOT / "workflows" / "lidar_city.yaml", ROOT / "catalogs" / "delft"

@@ -17,10 +17,10 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.reconstruction.choose import ReconstructParameters, ScoreParameters, choose
 from cityflow.reconstruction.model import ModelParameters
+from cityflow.reporting.score_parts import score_parts
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.windows.window_parameters import WindowParameters
 from cityflow.workflow import explain
-from cityflow.workflow.score_parts import score_parts
 
 WEIGHTS = ScoreParameters()
 

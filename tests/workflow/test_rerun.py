@@ -9,7 +9,7 @@ import pytest
 from cityflow.core.building import Status
 from cityflow.errors import WorkflowError
 from cityflow.flow.task import Record
-from cityflow.workflow.current import CurrentRecords
+from cityflow.runs.current import CurrentRecords
 from cityflow.workflow.rerun import refuse_foreign
 
 

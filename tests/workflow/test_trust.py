@@ -10,12 +10,12 @@ import pytest
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.stac_assets import Catalog
-from cityflow.stages.area import EVERYWHERE
-from cityflow.workflow.overrides import read_overrides, write_overrides
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.run_folder import open_run
+from cityflow.runs.overrides import read_overrides, write_overrides
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import open_run
+from cityflow.runs.settings import checked
+from cityflow.survey.area import EVERYWHERE
 from cityflow.workflow.serve import is_inside, reader
-from cityflow.workflow.settings import checked
 from cityflow.workflow.trust import refuse_untrusted
 from cluster.small_city import make_city
 

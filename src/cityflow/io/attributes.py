@@ -24,6 +24,15 @@ _NOT_IN_NAMES = re.compile(r"_(?=x)|[^A-Za-z0-9_.-]")
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
+def with_source(source: Mapping[str, Scalar], own: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """All attributes of the source and our own; one of the source's that bears our name becomes ``source_…``.
+
+    >>> with_source({"lod": "3", "street": "Oude Delft"}, {"lod": "2.2"})
+    {'source_lod': '3', 'street': 'Oude Delft', 'lod': '2.2'}
+    """
+    return {**{f"source_{k}" if k in own else k: v for k, v in source.items()}, **own}
+
+
 def scalar(value: object) -> Scalar:
     """A JSON scalar: floats to 10 significant digits, NaN and infinities as None, numpy scalars as Python's.
 

@@ -21,6 +21,10 @@ from cityflow.geometry.facade_line import (
 from cityflow.geometry.straight_edges import WallEdge, known_part
 from cityflow.outlines.walls_in import LEAST_ROOFED, ROOF, Facade
 
+LARGEST_M = 60.0
+"""Walls of wider outlines stay: a tile's task sees all that is near to its outlines and to those that touch them, and no farther."""
+NEAR_M = 3.0
+"""What stands this near to an outline may be its façade."""
 COLUMN_M = 1.0
 """Roofs are looked at by so much of an edge at a time."""
 RIM_M, BEHIND_M, PAST_FACADE_M = 0.4, 0.6, 0.1

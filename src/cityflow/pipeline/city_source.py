@@ -15,9 +15,9 @@ from cityflow.io.stac_assets import Catalog
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
-from cityflow.stages.area import EVERYWHERE, Area
-from cityflow.stages.city import City, outlines_are_missing
-from cityflow.stages.survey import IMAGES, Survey
+from cityflow.survey.area import EVERYWHERE, Area
+from cityflow.survey.city import City, outlines_are_missing
+from cityflow.survey.survey import IMAGES, Survey
 
 
 class CitySource:

@@ -22,7 +22,7 @@ from cityflow.stages import (
     walls,
     windows,
 )  # fmt: skip
-from cityflow.stages.city import City
+from cityflow.survey.city import City
 
 PIPELINE: tuple[Stage[City], ...] = (
     ingest.STAGE,

@@ -15,11 +15,11 @@ from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, Tex
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.texture_files import SETS, Rings, decode_unit
 from cityflow.io.image_write import jpeg_bytes, png_bytes
-from cityflow.stages.atlas_parameters import AtlasParameters
-from cityflow.stages.city import City
-from cityflow.stages.survey import Survey, UnitEntry
-from cityflow.stages.texture_files import SETS, Rings, decode_unit
+from cityflow.survey.atlas_parameters import AtlasParameters
+from cityflow.survey.city import City
+from cityflow.survey.survey import Survey, UnitEntry
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 

@@ -16,13 +16,14 @@ from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
-from cityflow.stages.city import City
-from cityflow.stages.depth_reader import DepthReader, depths_over, matches_over, reach_of
+from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.rasters import store_layers
 from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
-from cityflow.stages.rasters import store_layers
-from cityflow.stages.survey import FRAMES, IMAGES, Survey
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
+from cityflow.survey.city import City
+from cityflow.survey.depths import depths_over, matches_over, reach_of
+from cityflow.survey.survey import FRAMES, IMAGES, Survey
 
 NAME = "frame"
 VERSION = 3

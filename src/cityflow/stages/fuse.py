@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Stage
-from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io.array_file import decode_arrays, encode_arrays
-from cityflow.stages.city import City
-from cityflow.stages.depth_reader import DepthReader, depths_over, matches_over, reach_of
-from cityflow.stages.survey import Survey
-from cityflow.surface.fuse import Fused, FuseParameters
-from cityflow.surface.fused_tile import FusedTile, fused_tile
+from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.fused import UNMATCHED, encode_fused
+from cityflow.surface.fuse import FuseParameters
+from cityflow.surface.fused_tile import fused_tile
+from cityflow.survey.city import City
+from cityflow.survey.depths import depths_over, matches_over, reach_of
+from cityflow.survey.survey import Survey
 
 NAME = "fuse"
 VERSION = 3
 FUSED = "fused.cfa"
-UNMATCHED = "without the depths of {}"
 
 
 def task(survey: Survey, name: str) -> Task:
@@ -54,28 +51,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = grown(bounds, reach)
     reader = DepthReader(workspace.store, a, around)
     made = fused_tile(reader, bounds, a["cell_m"], a["factor"], parameters)
-    workspace.write(FUSED, _encoded(made))
+    workspace.write(FUSED, encode_fused(made))
     status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(a["failed"]))) if a["failed"] else (Status.DONE, "")
     seen = np.isfinite(made.surface.dsm)
     sigma = float(np.median(made.surface.sigma[seen])) if seen.any() else None
     return workspace.outcome(status, reason, {"completeness": float(seen.mean()), "median_sigma_m": sigma})
-
-
-def _encoded(tile: FusedTile) -> bytes:
-    grid, surface = tile.grid, tile.surface
-    said = {"x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "factor": tile.factor}
-    arrays: dict[str, NDArray[Any]] = {
-        "dsm": surface.dsm, "count": surface.count, "sigma": surface.sigma, "filled": tile.filled, "colour": tile.colour,
-    }  # fmt: skip
-    return encode_arrays(arrays, said)
-
-
-def read_fused(store: Store, path: str) -> FusedTile:
-    """What a fuse task wrote."""
-    arrays, said = decode_arrays(store.read_bytes(path))
-    grid = Grid(said["x_min"], said["y_max"], said["cell"], *arrays["dsm"].shape)
-    surface = Fused(grid, arrays["dsm"], arrays["count"], arrays["sigma"])
-    return FusedTile(surface, arrays["filled"], said["factor"], arrays["colour"])
 
 
 def _tiles_around(survey: Survey, name: str) -> list[str]:

@@ -14,14 +14,14 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.oriented import of_json, to_json
+from cityflow.handover.pieces import open_pixels
+from cityflow.handover.rasters import publish_rasters, store_layers
 from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.city import City
-from cityflow.stages.oriented import of_json, to_json
-from cityflow.stages.pieces import open_pixels
-from cityflow.stages.rasters import publish_rasters, store_layers
-from cityflow.stages.survey import IMAGES, ZARR, Survey
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
+from cityflow.survey.city import City
+from cityflow.survey.survey import IMAGES, ZARR, Survey
 
 NAME = "ortho"
 VERSION = 5

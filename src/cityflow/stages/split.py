@@ -17,15 +17,15 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.outline_lines import decode
+from cityflow.handover.pieces import read_points, read_text
+from cityflow.handover.split_lines import encode_splitting
 from cityflow.io.surface_zarr import read_layers
 from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
-from cityflow.stages.city import City
-from cityflow.stages.outline_lines import decode
-from cityflow.stages.pieces import read_points, read_text
-from cityflow.stages.split_lines import encode_splitting
-from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey, UnitEntry
 from cityflow.surface.sample import sample
+from cityflow.survey.city import City
+from cityflow.survey.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey, UnitEntry
 
 NAME = "split"
 VERSION = 2

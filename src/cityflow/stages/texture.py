@@ -19,19 +19,19 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.block import failed_block
+from cityflow.handover.outline_lines import decode
+from cityflow.handover.pieces import read_text
+from cityflow.handover.rasters import given_colours
+from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.cityjson import read_feature
 from cityflow.io.fetch import local_file
 from cityflow.io.reference import resolve
 from cityflow.io.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
-from cityflow.stages.block import failed_block
-from cityflow.stages.city import City
 from cityflow.stages.ortho import image_of, shown_images
-from cityflow.stages.outline_lines import decode
-from cityflow.stages.pieces import read_text
-from cityflow.stages.rasters import given_colours
-from cityflow.stages.survey import ZARR, Survey, UnitEntry
-from cityflow.stages.texture_files import Rings, encode_unit
+from cityflow.survey.city import City
+from cityflow.survey.survey import ZARR, Survey, UnitEntry
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit

@@ -19,16 +19,16 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.outline_lines import Standing, decode, entries, lines, touching
+from cityflow.handover.pieces import read_text
+from cityflow.handover.refused_outlines import REFUSED, encode_refused
+from cityflow.handover.split_lines import decode_splitting
 from cityflow.outlines.adjacency import party_edges
 from cityflow.outlines.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
 from cityflow.splitting.partition import with_vertices
-from cityflow.stages.city import City
-from cityflow.stages.outline_lines import Standing, decode, entries, lines, touching
-from cityflow.stages.pieces import read_text
-from cityflow.stages.refused_outlines import REFUSED, encode_refused
-from cityflow.stages.split_lines import decode_splitting
-from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.survey.city import City
+from cityflow.survey.survey import Survey, UnitEntry
 
 NAME = "units"
 VERSION = 3
@@ -109,12 +109,6 @@ def _splits(store: Store, arguments: Mapping[str, Any]) -> bytes:
         for name, path in paths.items()
         if path
     )
-
-
-def read_splits(text: bytes) -> list[tuple[str, Splitting]]:
-    """Id of the outline, and how it was split."""
-    rows = (line.split(b"\t", 1) for line in text.splitlines())
-    return [(json.loads(name), decode_splitting(tree)) for name, tree in rows]
 
 
 def _parts(store: Store, name: str, said: Mapping[str, Any]) -> list[_Part]:

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any
-
-from numpy.typing import NDArray
+from collections.abc import Iterable
 
 from cityflow.core.grid import Bounds, grown
-from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.flow.stage import Cost, Node, Stage
-from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.wall_points import encode_walls
 from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
-from cityflow.stages.city import City
-from cityflow.stages.depth_reader import DepthReader, depths_over, matches_over, reach_of
-from cityflow.stages.survey import Survey
+from cityflow.survey.city import City
+from cityflow.survey.depths import depths_over, matches_over, reach_of
+from cityflow.survey.survey import Survey
 
 NAME = "walls"
 VERSION = 2
@@ -45,23 +41,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = grown(bounds, parameters.halo_m)
     points = DepthReader(workspace.store, a, around)(around)
     found = find_wall_points(points, parameters).within(bounds)
-    arrays: dict[str, NDArray[Any]] = {
-        "xyz": found.xyz,
-        "normal": found.normal,
-        "sigma": found.sigma,
-        "views": found.views,
-    }
-    workspace.write(WALLS, encode_arrays(arrays, {}))
+    workspace.write(WALLS, encode_walls(found))
     return workspace.outcome(result={"points": len(points), "wall_points": len(found)})
-
-
-def read_walls(store: Store, paths: Sequence[str], bounds: Bounds) -> WallPoints:
-    """What walls tasks wrote, within bounds, in the order of the paths."""
-    parts = []
-    for path in paths:
-        arrays, _ = decode_arrays(store.read_bytes(path))
-        parts.append(WallPoints(arrays["xyz"], arrays["normal"], arrays["sigma"], arrays["views"]).within(bounds))
-    return joined_walls(parts)
 
 
 def _depth_maps(city: City, name: str) -> Iterable[Node]:

@@ -16,11 +16,11 @@ from cityflow.core.texture import FaceKey, FacePlane
 from cityflow.flow.stage import Cost, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.stages.city import City
-from cityflow.stages.survey import Survey, UnitEntry
+from cityflow.handover.texture_files import Rings, decode_unit, faces_of
+from cityflow.handover.window_files import decode_openings, encode_openings
 from cityflow.stages.texture import images_of
-from cityflow.stages.texture_files import Rings, decode_unit, faces_of
-from cityflow.stages.window_files import decode_openings, encode_openings
+from cityflow.survey.city import City
+from cityflow.survey.survey import Survey, UnitEntry
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters

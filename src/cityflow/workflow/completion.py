@@ -9,8 +9,8 @@ from pathlib import Path
 import typer
 
 from cityflow.errors import CityflowError
-from cityflow.workflow.first_look import DESCRIPTION
-from cityflow.workflow.known_keys import known_keys
+from cityflow.runs.first_look import DESCRIPTION
+from cityflow.runs.known_keys import known_keys
 
 MOST = 200
 

@@ -19,13 +19,13 @@ from cityflow.errors import WorkflowError
 from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
 from cityflow.flow.talk import Talk
-from cityflow.stages.synth_survey import SynthParameters
+from cityflow.reporting.view import CITY
+from cityflow.stages.synth.survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.run import run_workflow
 from cityflow.workflow.serve import view_runs
 from cityflow.workflow.synth import make_survey
 from cityflow.workflow.synth_files import PoseNoise
-from cityflow.workflow.view import CITY
 
 SURVEY = "flight_survey"
 AROUND_M = 45.0

@@ -23,10 +23,10 @@ from cityflow.flow.store import Store
 from cityflow.io.checkpoints import Checkpoints, read_checkpoints
 from cityflow.io.reference import vertical_datum
 from cityflow.io.surface_zarr import read_layers
-from cityflow.stages.survey import IMAGES, ZARR, Survey
-from cityflow.workflow.checkpoint_rows import CHECKPOINTS
+from cityflow.reporting.checkpoint_rows import CHECKPOINTS
+from cityflow.runs.run_folder import open_run
+from cityflow.survey.survey import IMAGES, ZARR, Survey
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.run_folder import open_run
 
 BLOCK_M = 100.0
 """Heights are read in windows of this size, so that points far apart do not load the city."""

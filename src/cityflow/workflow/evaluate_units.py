@@ -12,10 +12,10 @@ from cityflow.evaluation.borders import TRACES, Border, borders_of, with_traces
 from cityflow.evaluation.outlines import united_by_adjacency
 from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
 from cityflow.io.outlines_gpkg import Layer, write_geopackage
+from cityflow.runs.run_folder import open_run
 from cityflow.workflow.evaluate_outlines import as_json, rounded, table
 from cityflow.workflow.printed import print_json
 from cityflow.workflow.reference_layers import ReferenceFile, RunLayers, run_layers, within
-from cityflow.workflow.run_folder import open_run
 
 RESULT = "evaluation_units.json"
 MAP = "evaluation_units.gpkg"

@@ -9,7 +9,7 @@ from cityflow.flow.progress_counts import Expected
 from cityflow.flow.stage import Cost, Stage
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import PIPELINE
-from cityflow.stages.city import City
+from cityflow.survey.city import City
 
 
 def costs_of(ledger: Ledger | None) -> dict[str, Cost]:

@@ -17,19 +17,19 @@ from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
+from cityflow.handover.export_rows import read_rows
+from cityflow.handover.window_files import wall_lines
 from cityflow.io.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
+from cityflow.reporting.score_parts import ScoreParts, score_parts
+from cityflow.runs.differences import changed
+from cityflow.runs.overrides import read_overrides
+from cityflow.runs.run_folder import open_run
 from cityflow.stages import export, reconstruct, windows
-from cityflow.stages.export_rows import read_rows
-from cityflow.stages.window_files import wall_lines
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
-from cityflow.workflow.differences import changed
-from cityflow.workflow.overrides import read_overrides
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.run_folder import open_run
-from cityflow.workflow.score_parts import ScoreParts, score_parts
 from cityflow.workflow.status import verdict_of
 from cityflow.workflow.unit_words import plain, said_of_building, said_of_task, words
 

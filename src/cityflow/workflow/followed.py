@@ -15,10 +15,10 @@ from cityflow.flow.stage import Cost
 from cityflow.flow.task import Record, Task
 from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
 from cityflow.pipeline.city_source import CitySource
-from cityflow.stages.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
-from cityflow.workflow.asked import Asked, circumstances, write_asked
+from cityflow.runs.asked import Asked, circumstances, write_asked
+from cityflow.runs.prepare import Prepared
+from cityflow.survey.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
 from cityflow.workflow.expected import expected_tasks
-from cityflow.workflow.prepare import Prepared
 from cityflow.workflow.retired import standing
 
 TOLD_EVERY_S, NOTED_EVERY_S = 1.0, 5.0

@@ -8,11 +8,11 @@ from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.pipeline import in_flow_order
-from cityflow.workflow.asked import Asked, circumstances, write_asked
-from cityflow.workflow.asked_area import units_beyond
-from cityflow.workflow.current import walked
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.unused_edits import unused_edits
+from cityflow.reporting.asked_area import units_beyond
+from cityflow.reporting.unused_edits import unused_edits
+from cityflow.runs.asked import Asked, circumstances, write_asked
+from cityflow.runs.current import walked
+from cityflow.runs.prepare import Prepared
 
 
 def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:

@@ -18,9 +18,9 @@ from cityflow.flow.stage import Cost
 from cityflow.io.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
-from cityflow.workflow.differences import why
+from cityflow.runs.differences import why
+from cityflow.runs.prepare import prepared
 from cityflow.workflow.expected import costs_of
-from cityflow.workflow.prepare import prepared
 from cityflow.workflow.printed import print_json
 
 AFTER_OTHERS = "waits for the stages above"

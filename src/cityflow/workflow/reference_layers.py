@@ -20,7 +20,7 @@ from cityflow.errors import CatalogError, RunError
 from cityflow.io.fetch import local_file
 from cityflow.io.surface_zarr import read_layers
 from cityflow.io.vector import Layer, read_layer, read_polygons, to_reference
-from cityflow.workflow.prepare import Prepared
+from cityflow.runs.prepare import Prepared
 
 OUTLINES_FILE = "products/outlines.gpkg"
 ACCEPTED = "used"

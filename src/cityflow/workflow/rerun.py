@@ -17,13 +17,13 @@ from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
 from cityflow.io.stac_outside import refuse_outside
 from cityflow.pipeline.parameters import CityParameters
+from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.known_keys import nearest
+from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
+from cityflow.runs.run_folder import open_run
+from cityflow.runs.settings import parse_setting
 from cityflow.stages import outline, units
-from cityflow.workflow.current import CurrentRecords, current_records
-from cityflow.workflow.known_keys import nearest
-from cityflow.workflow.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
 from cityflow.workflow.run import execute
-from cityflow.workflow.run_folder import open_run
-from cityflow.workflow.settings import parse_setting
 from cityflow.workflow.trust import refuse_untrusted
 
 UNITS_NAMED = 5

@@ -10,8 +10,8 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
 from cityflow.stages import atlas, export, ortho, surface
-from cityflow.stages.city import CITY
-from cityflow.stages.survey import Survey
+from cityflow.survey.city import CITY
+from cityflow.survey.survey import Survey
 
 PRODUCTS = "products"
 

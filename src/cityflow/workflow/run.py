@@ -21,17 +21,17 @@ from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.io.stac_outside import refuse_outside
+from cityflow.reporting.report import write_run_report
+from cityflow.runs.current import current_records
+from cityflow.runs.prepare import Prepared, prepared
+from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.stages import reconstruct, texture
-from cityflow.stages.survey import Survey
-from cityflow.workflow.current import current_records
+from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import costs_of
 from cityflow.workflow.followed import FollowedCity
 from cityflow.workflow.note_asked import note_asked
 from cityflow.workflow.passes import Passes
-from cityflow.workflow.prepare import Prepared, prepared
-from cityflow.workflow.report import write_run_report
 from cityflow.workflow.retired import remove_stale_products
-from cityflow.workflow.run_folder import check_run, describe_run
 from cityflow.workflow.status import Standing, print_standing, standing_of
 from cityflow.workflow.trust import refuse_untrusted
 

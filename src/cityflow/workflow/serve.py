@@ -17,14 +17,14 @@ from rich.console import Console
 from cityflow.errors import CityflowError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.reporting.report import report_data
+from cityflow.reporting.view import CITY, state_of, write_run_view
+from cityflow.runs.current import current_records
+from cityflow.runs.run_folder import open_run
 from cityflow.stages import reconstruct
 from cityflow.viewer.cities_page import cities_page
 from cityflow.viewer.server import Read, Served, server_for
 from cityflow.viewer.view_page import PAGE, STATIC, static
-from cityflow.workflow.current import current_records
-from cityflow.workflow.report import report_data
-from cityflow.workflow.run_folder import open_run
-from cityflow.workflow.view import CITY, state_of, write_run_view
 
 HOST = "127.0.0.1"
 

@@ -19,7 +19,7 @@ from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.workflow.asked import Asked, read_asked
+from cityflow.runs.asked import Asked, read_asked
 from cityflow.workflow.printed import print_json
 
 REASONS_SHOWN = 12
@@ -136,8 +136,8 @@ def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
     noted = read_asked(store, ledger)
     if noted is not None:
         return noted
+    from cityflow.runs.run_folder import open_run
     from cityflow.workflow.note_asked import note_asked
-    from cityflow.workflow.run_folder import open_run
 
     return note_asked(open_run(url), ledger)
 

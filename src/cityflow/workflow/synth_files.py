@@ -19,7 +19,7 @@ from cityflow.io.outlines_gpkg import Layer, write_geopackage
 from cityflow.io.raster import write_vrt
 from cityflow.io.reference import resolve
 from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
-from cityflow.stages.synth_survey import SynthParameters, town_of
+from cityflow.stages.synth.survey import SynthParameters, town_of
 from cityflow.synthetic.pose_noise import with_pose_noise
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth

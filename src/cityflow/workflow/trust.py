@@ -8,10 +8,10 @@ from typing import Any
 
 from cityflow.errors import RunError
 from cityflow.pipeline.parameters import CityParameters
+from cityflow.runs.overrides import read_overrides
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.settings import parse_setting
 from cityflow.stages import reconstruct
-from cityflow.workflow.overrides import read_overrides
-from cityflow.workflow.prepare import Prepared
-from cityflow.workflow.settings import parse_setting
 
 
 def refuse_untrusted(

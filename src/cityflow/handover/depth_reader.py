@@ -1,0 +1,91 @@
+"""Points of depth maps, without those that other depth maps refute: what every stage reads that makes something of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
+from cityflow.core.grid import Bounds, bounds_meet
+from cityflow.flow.store import Store
+from cityflow.handover.oriented import of_json
+from cityflow.io.depth_map import decode_depth_map
+from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
+
+VERSION = 2
+"""Of what is refuted."""
+POINTS_KEPT = 15_000_000
+"""Of some 40 bytes each."""
+NO_PICTURE = np.empty((0, 0, 0), np.uint8)
+
+
+class DepthReader:
+    """Points of depth maps within bounds, in a fixed order, without those that are refuted; as many maps are kept as memory allows.
+
+    Parameters
+    ----------
+    arguments : of a task, with what `depths_over` gave;  around : nothing beyond is ever asked for
+    """
+
+    def __init__(self, store: Store, arguments: Mapping[str, Any], around: Bounds) -> None:
+        self._store, self._around, self._bands = store, around, arguments["bands"]
+        self._maps, self._wanted = list(arguments["maps"]), list(arguments["wanted"])
+        self._images = {tree["name"]: of_json(tree) for tree in arguments["bases"]}
+        self._parameters = WitnessParameters.model_validate(arguments["witnesses"])
+        self._kept: dict[str, ImagePoints] = {}
+        self._extent: dict[str, Bounds] = {}
+
+    def __call__(self, bounds: Bounds) -> ImagePoints:
+        parts = []
+        for path in self._wanted:
+            if path in self._extent and not bounds_meet(self._extent[path], bounds):
+                continue
+            points = self._points(path)
+            parts.append(points.take(within(points, bounds)))
+        return joined(parts, self._bands)
+
+    def _points(self, path: str) -> ImagePoints:
+        if path in self._kept:
+            return self._kept[path]
+        depth_map = without_refuted(self._read(path), self._words)
+        whole = points_of(depth_map, self._images[depth_map.image])
+        points = whole.take(within(whole, self._around))
+        self._extent[path] = _extent(points)
+        if sum(len(p) for p in self._kept.values()) + len(points) <= POINTS_KEPT:
+            self._kept[path] = points
+        return points
+
+    def _read(self, path: str) -> DepthMap:
+        return decode_depth_map(self._store.read_bytes(path))
+
+    @cached_property
+    def _words(self) -> dict[str, Words]:
+        """What speaks for each depth of the wanted images, found once from all maps."""
+        parts: dict[str, list[DepthMap]] = {}
+        asked, wanted = set[str](), frozenset(self._wanted)
+        for path in self._maps:
+            found = self._read(path)
+            # pictures are not needed here, and are most of a map
+            parts.setdefault(found.image, []).append(replace(found, colour=NO_PICTURE))
+            if path in wanted:
+                asked.add(found.image)
+        witnesses = [Witness.of(self._images[n], parts[n]) for n in sorted(parts)]
+        return words_for(witnesses, self._around, self._parameters, asked)
+
+
+def within(points: ImagePoints, bounds: Bounds) -> NDArray[np.bool_]:
+    """Which points stand in `bounds`, half-open."""
+    x, y = points.xyz[:, 0], points.xyz[:, 1]
+    return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
+
+
+def _extent(points: ImagePoints) -> Bounds:
+    if not len(points):
+        return np.inf, np.inf, -np.inf, -np.inf
+    low, high = points.xyz.min(axis=0), points.xyz.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])

@@ -1,0 +1,33 @@
+"""The fused surface of a ground tile as a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+from cityflow.core.grid import Grid
+from cityflow.flow.store import Store
+from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.surface.fuse import Fused
+from cityflow.surface.fused_tile import FusedTile
+
+UNMATCHED = "without the depths of {}"
+
+
+def encode_fused(tile: FusedTile) -> bytes:
+    """What `read_fused` reads."""
+    grid, surface = tile.grid, tile.surface
+    said = {"x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "factor": tile.factor}
+    arrays: dict[str, NDArray[Any]] = {
+        "dsm": surface.dsm, "count": surface.count, "sigma": surface.sigma, "filled": tile.filled, "colour": tile.colour,
+    }  # fmt: skip
+    return encode_arrays(arrays, said)
+
+
+def read_fused(store: Store, path: str) -> FusedTile:
+    """What a fuse task wrote."""
+    arrays, said = decode_arrays(store.read_bytes(path))
+    grid = Grid(said["x_min"], said["y_max"], said["cell"], *arrays["dsm"].shape)
+    surface = Fused(grid, arrays["dsm"], arrays["count"], arrays["sigma"])
+    return FusedTile(surface, arrays["filled"], said["factor"], arrays["colour"])

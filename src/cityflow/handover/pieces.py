@@ -1,0 +1,69 @@
+"""Reading what earlier tasks left, once per process: units of one tile follow each other and need the same pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.points import PointCloud, concatenate
+from cityflow.errors import CatalogError
+from cityflow.flow.store import Store
+from cityflow.flow.task import Task
+from cityflow.handover.image_copies import image_copies
+from cityflow.io import las
+from cityflow.io.images import TiledImage, open_image
+from cityflow.io.stac import sha256_of
+from cityflow.io.surface_zarr import read_layers
+
+PIECES_KEPT = 24
+"""Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
+
+TEXTS_KEPT = 8
+IMAGES_KEPT = 16
+
+
+def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None) -> PointCloud:
+    """The points of index pieces, limited to `bounds`; pieces are immutable, so those read lately are kept."""
+    clouds = [_piece(store, path) for path in paths]
+    return concatenate([c if bounds is None else c.within(bounds) for c in clouds])
+
+
+def read_surface(store: Store, zarr: str, city: Grid, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
+    """Layers of one of the run's surfaces over `bounds`: float heights with NaN where there is none."""
+    return read_layers(store.zarr_store(zarr), city, bounds, ("dsm", "dtm", "ndsm", "class"))
+
+
+@lru_cache(maxsize=IMAGES_KEPT)
+def open_pixels(store: Store, path: str) -> TiledImage:
+    """An ingested image, read by window; of a remote store its copy."""
+    if not store.is_local:
+        return image_copies().open(store, path)
+    with store.local_copy(path) as file:
+        return open_image(file)
+
+
+@lru_cache(maxsize=TEXTS_KEPT)
+def read_text(store: Store, path: str) -> bytes:
+    """A file of outline lines."""
+    return store.read_bytes(path)
+
+
+@lru_cache(maxsize=PIECES_KEPT)
+def _piece(store: Store, path: str) -> PointCloud:
+    with store.local_copy(path) as local:
+        return las.read_points(local)
+
+
+def refuse_other_file(path: Path, task: Task) -> None:
+    """Digests promise what is in the files: one that has changed since the catalog was made would break all of them."""
+    checksum, size = sha256_of(path)
+    if checksum != task.inputs["file"]:
+        raise CatalogError(
+            f"the file is another than when the catalog was made ({size:,} bytes, then {task.arguments['size']:,})",
+            where=task.arguments["href"],
+            remedy="fetch it again, or make the catalog again if the new file is meant",
+        )

@@ -1,0 +1,79 @@
+"""All pictures of the report of a run, as far as the run has come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Building
+from cityflow.flow.store import Store
+from cityflow.io.cityjson import read_feature
+from cityflow.reporting.leaf_faces import leaf_files, read_leaves
+from cityflow.reporting.model_pictures import hull_files, model_pictures, nearest
+from cityflow.reporting.outline_pictures import outline_pictures
+from cityflow.reporting.raster_pictures import city_rasters, frame_pictures
+from cityflow.reporting.side_pictures import Spot, ground_m, side_pictures, viewed_spot
+from cityflow.runs.current import CurrentRecords
+from cityflow.stages import atlas
+from cityflow.survey.survey import Survey
+from cityflow.viewer.picture import Picture
+from cityflow.viewer.report_parameters import ReportParameters
+from cityflow.viewer.rows import UnitRow
+
+MOST_AROUND = 300
+"""Models around the densest spot; more would be behind those in front."""
+
+
+def run_pictures(
+    store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords, parameters: ReportParameters
+) -> tuple[Picture, ...]:
+    """Models, views from four sides, outlines, surface, ortho, classes, terrain, oblique orthos; none where no tile has a surface yet."""
+    rasters = city_rasters(store, survey, records)
+    if rasters is None:
+        return ()
+    models = model_pictures(store, units, records, rasters, parameters.models)
+    plans = outline_pictures(store, survey, units, records)
+    sides = _sides(store, survey, units, records, parameters.across_m)
+    return (*models, *sides, *plans, *rasters.pictures(), *frame_pictures(store, survey, records))
+
+
+def _sides(
+    store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords, across_m: float
+) -> Iterator[Picture]:
+    """The densest spot of what has textures, else of all models."""
+    hulls = hull_files(records)
+    middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings) and u.id in hulls}
+    sizes = {u.id: float(np.hypot(*np.ptp(u.rings[0], axis=0))) for u in units if u.id in middles}
+    leaf_of = _leaves(records)
+    # by size: many sheds are less of a town than a few houses
+    shown = sorted(u for u in middles if u in leaf_of) or sorted(middles)
+    if not shown:
+        return
+    spot = viewed_spot(np.array([middles[u] for u in shown]), np.array([sizes[u] for u in shown]), across_m)
+    near = set(_within(middles, spot, ground_m(across_m)))
+    paths = leaf_files(records)
+    leaves = list(read_leaves(store, sorted({paths[leaf_of[u]] for u in near if u in leaf_of})))
+    textured = {unit for leaf in leaves for unit in leaf.unit}
+    bare = nearest({u: middles[u] for u in near - textured}, spot, MOST_AROUND)
+    yield from side_pictures(store, survey, Spot(spot, across_m), leaves, _buildings(store, [hulls[u] for u in bare]))
+
+
+def _leaves(records: CurrentRecords) -> dict[str, str]:
+    """Unit → the leaf of the atlas that holds its texture."""
+    known = leaf_files(records)
+    return {
+        name.partition(" ")[2]: r.unit
+        for r in records.of(atlas.NAME) if r.unit in known
+        for name in r.inputs if name.startswith("texture ")
+    }  # fmt: skip
+
+
+def _within(middles: Mapping[str, FloatArray], spot: FloatArray, edge_m: float) -> list[str]:
+    return [u for u, m in middles.items() if np.abs(m - spot).max() < edge_m / 2]
+
+
+def _buildings(store: Store, paths: Sequence[str]) -> Iterator[Building]:
+    for _, data in store.read_many(paths):
+        yield read_feature(data)

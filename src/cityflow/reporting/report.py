@@ -1,0 +1,289 @@
+"""The report of a RUN: its records as rows, written as page and as JSON. Works on unfinished runs too."""
+
+from __future__ import annotations
+
+import gc
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from rich.console import Console
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Status
+from cityflow.core.parameters import merged
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
+from cityflow.errors import CityflowError, WorkflowError
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.task import Record
+from cityflow.handover.export_rows import read_rows
+from cityflow.handover.outline_lines import decode_all
+from cityflow.handover.refused_outlines import refused_shapes
+from cityflow.io.globe import globe_of
+from cityflow.io.reference import vertical_datum
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.reporting.asked_area import tile_entries, units_beyond
+from cityflow.reporting.checkpoint_rows import checkpoint_rows
+from cityflow.reporting.image_figures import image_figures
+from cityflow.reporting.pictures import run_pictures
+from cityflow.reporting.raster_pictures import tiles_made
+from cityflow.reporting.texture_figures import texture_figures
+from cityflow.reporting.unit_crops import THUMB_PX, Crops, thumbnail
+from cityflow.reporting.unit_pages import chosen_units, write_pages
+from cityflow.reporting.unused_edits import unused_edits
+from cityflow.reporting.view import write_run_view
+from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.differences import changed
+from cityflow.runs.overrides import read_overrides
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import DESCRIPTION, open_run, workflow_tree
+from cityflow.runs.settings import checked, parse_setting
+from cityflow.stages import export, ingest, outline, reconstruct, surface, units
+from cityflow.survey.survey import Survey
+from cityflow.viewer.report import listed_units, write_report
+from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.viewer.view_page import FOLDER as VIEW
+from cityflow.viewer.worth_a_look import worth_a_look
+
+PRODUCTS = {
+    "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
+    "products/cityjson": ("CityJSON by tile", "CityJSONSeq 2.0, one file per ground tile"),
+    "products/citygml": ("CityGML by tile", "CityGML 2.0 with terrain"),
+    "products/obj": ("OBJ by tile", "Meshes with materials by surface type"),
+    "products/obj_rectified": (
+        "OBJ by tile, rectified",
+        "The same with rectified textures, for programs that do not divide",
+    ),
+    "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),
+    "products/dsm.vrt": ("DSM", "Surface heights, GeoTIFF tiles under one VRT"),
+    "products/dtm.vrt": ("DTM", "Terrain heights, GeoTIFF tiles under one VRT"),
+    "products/ortho.vrt": (
+        "True ortho",
+        "Colours of the steepest views, GeoTIFF tiles under one VRT; the last band says where it has a colour",
+    ),
+    "products/tiles3d": ("3D Tiles", "The city for map viewers on the globe, with its textures where it has some"),
+    "products/textures": (
+        "Texture pages",
+        "Photographs on the faces, shared by all formats; beside each page, which photograph a pixel is of",
+    ),
+    "products/points": ("Points", "LAZ with LAS classes, colour, base image and precision, one file per ground tile"),
+    "products/catalog.json": ("STAC", "The products as a catalog"),
+    "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
+}
+
+
+def write_run_report(run: Prepared, records: CurrentRecords, named: str = "") -> str:
+    """Write report.json, report.html, the pages of single buildings and the view in the browser; returns where the report's page stands.
+
+    Parameters
+    ----------
+    named : how commands shall name the run; empty: by its full path
+    """
+    data = write_report_files(run, records, named)
+    write_run_view(run, records, data)
+    return run.store.url("report.html")
+
+
+def write_report_files(run: Prepared, records: CurrentRecords, named: str = "") -> ReportData:
+    """The report without the view in the browser, which it links to."""
+    run = records.checking(run)
+    with uncollected():
+        return _write_files(run, records, named or run.store.root)
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Half a million small values live until the report is written; to look through them for cycles again and again takes a tenth of the time."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportData:
+    parameters = run.workflow.city.report
+    survey = run.source().survey
+    for record in records.of(ingest.NAME):
+        survey.learn(record)
+    data = replace(report_data(run, records), run=named, view=f"{VIEW}/index.html")
+    chosen = chosen_units(data.units, parameters)
+    crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.NAME)))
+    small = {
+        u.id: p
+        for u in listed_units(data.units, parameters.listed)
+        if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
+    }
+    newest = {r.unit: r for r in records.of(reconstruct.NAME)}
+    looks = {s.unit.id: s.reason for s in worth_a_look(data.units)}
+    write_pages(run.store, survey, chosen, newest, crops, data, looks)
+    data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
+    page_json, page_html = write_report(data, parameters)
+    run.store.write_bytes("report.json", page_json)
+    run.store.write_bytes("report.html", page_html)
+    return data
+
+
+def print_report(url: str, settings: Sequence[str], console: Console) -> None:
+    """Write the report of an existing RUN anew, with other settings of `report` if wanted, and say where it is.
+
+    Raises
+    ------
+    WorkflowError
+        A setting is none of the report's.
+    """
+    run = with_settings(open_run(url), settings)
+    with uncollected(), Ledger.open(run.store) as ledger:
+        records = current_records(run, ledger)
+    console.print(write_run_report(run, records, url), markup=False, highlight=False, soft_wrap=True)
+
+
+def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
+    """The run with `report.key=value` settings, which change what is shown and nothing else."""
+    tree = workflow_tree(run.workflow)
+    for setting in settings:
+        over = parse_setting(setting)
+        if set(over) != {"report"}:
+            raise WorkflowError(
+                f"'{setting}' is no setting of the report",
+                where="--set",
+                remedy="`cityflow parameters report` lists them; others change results: cityflow rerun, or cityflow run",
+            )
+        tree = merged(tree, over)
+    return replace(run, workflow=checked(tree, where="--set")) if settings else run
+
+
+def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
+    """All that the report shows, from the newest record of every task."""
+    reference = run.catalog.reference
+    unit_stages = (reconstruct.NAME,)
+    survey, outlines = run.source().survey, _outlines(run, records)
+    rows = tuple(_units(run, records, outlines))
+    known = {row.id for row in rows}
+    return ReportData(
+        title=run.catalog.title,
+        workflow=run.workflow.name,
+        crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
+        vertical_datum=vertical_datum(reference),
+        units=rows,
+        stages=tuple(_stage(stage, records.of(stage)) for stage in records.stages()),
+        problems=tuple(
+            ProblemRow(r.stage, r.unit, r.status, r.reason)
+            for stage in records.stages() if stage not in unit_stages
+            for r in records.of(stage) if r.status is not Status.DONE
+        ),
+        products=tuple(_products(run)),
+        sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
+        versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
+        parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
+        overrides=_overrides(run),
+        changed=_changed(run),
+        waiting={unit: outlines.rings[unit] for unit in sorted(outlines.tiles.keys() - outlines.beyond - known)},
+        pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
+        images=image_figures(survey, records, run.area),
+        checkpoints=checkpoint_rows(run.store),
+        unused_edits=unused_edits(run, records),
+        textures=texture_figures(run.store, survey, records),
+        placing=_placing(run, survey),
+    )  # fmt: skip
+
+
+def _changed(run: Prepared) -> tuple[tuple[str, Any, Any], ...]:
+    """Parameters of the run that are not as by default."""
+    usual, tree = CityParameters().model_dump(mode="json"), run.workflow.city.model_dump(mode="json")
+    return tuple((key, new, old) for key, old, new in changed(usual, tree))
+
+
+def _overrides(run: Prepared) -> dict[str, dict[str, Any]]:
+    """Unit → stage → what was set for the unit alone."""
+    found: dict[str, dict[str, Any]] = {}
+    for (stage, unit), tree in sorted(read_overrides(run.store).items()):
+        found.setdefault(unit, {})[stage] = tree
+    return found
+
+
+def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
+    """How the city stands on the globe; nothing for a local frame, or where nobody knows the way."""
+    try:
+        globe = globe_of(run.catalog.reference, survey.grid.bounds)
+    except CityflowError as error:
+        return {"horizontal_operation": "nowhere", "geoid": str(error)}
+    return {} if globe is None else dict(globe.placing.said())
+
+
+def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:
+    """The units that were asked for, without those beyond the area of interest that were modelled for what they share or hide."""
+    exported = read_rows(run.store, [p for r in records.of(export.NAME) for p in r.outputs])
+    for record in records.of(reconstruct.NAME):
+        tile = outlines.tiles.get(record.unit, "")
+        if record.unit not in outlines.beyond:
+            yield _unit(record, tile, outlines.rings.get(record.unit, ()), exported.get(record.unit, {}))
+
+
+def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
+    """A row of a unit; `exported`: what the export of its tile says of it, nothing where that did not run yet."""
+    found, attributes = record.result, exported.get("attributes") or {}
+    reaches = tuple(float(row[4]) for row in exported.get("overhangs", []))
+    more = {k: v for k, v in {**found, **attributes}.items() if k not in ("scores", "notes", "reason", "status")}
+    return UnitRow(
+        record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
+        int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
+        found.get("share_explained"), record.seconds, record.peak_mb, rings, more, reaches, *_judged(record),
+    )  # fmt: skip
+
+
+def _judged(record: Record) -> tuple[str, str, float | None]:
+    """Verdict, reason and probability of a unit; a failed one is poor whatever else is known, a refused one has none."""
+    if record.status is Status.REFUSED:
+        return "", "", None
+    if record.status is Status.FAILED:
+        return Verdict.POOR.value, record.reason, 0.0
+    found = record.result
+    return str(found.get(VERDICT_KEY, "")), str(found.get(REASON_KEY, "")), found.get(PROBABILITY_KEY)
+
+
+@dataclass(frozen=True, slots=True)
+class _Outlines:
+    """Rings of every unit and refused outline that is a polygon, the tiles that own the units, and the units that were not asked for."""
+
+    rings: dict[str, tuple[FloatArray, ...]]
+    tiles: dict[str, str]
+    beyond: frozenset[str]
+
+
+def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
+    found = _Outlines({}, {}, frozenset(units_beyond(records, run.area)))
+    for tile, entries in tile_entries(records).items():
+        for path in sorted({entry["path"] for entry in entries}):
+            for standing in decode_all(run.store.read_bytes(path)):
+                found.rings[standing.outline.id] = _rings(standing.outline.polygon)
+                found.tiles[standing.outline.id] = tile
+    records_of = [r for stage in (ingest.NAME, outline.NAME, units.NAME) for r in records.of(stage)]
+    for unit, shape in refused_shapes(run.store, records_of).items():
+        found.rings.setdefault(unit, _rings(shape))
+    return found
+
+
+def _rings(shape: shapely.Geometry) -> tuple[FloatArray, ...]:
+    return tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape))
+
+
+def _stage(stage: str, records: list[Record]) -> StageRow:
+    seconds = np.array([r.seconds for r in records])
+    count = {s: sum(r.status is s for r in records) for s in Status}
+    return StageRow(
+        stage, len(records), count[Status.DONE], count[Status.DEGRADED], count[Status.FAILED], count[Status.REFUSED],
+        float(seconds.sum()), float(np.median(seconds)), float(seconds.max()), max(r.peak_mb for r in records),
+    )  # fmt: skip
+
+
+def _products(run: Prepared) -> Iterator[Product]:
+    for path, (title, text) in PRODUCTS.items():
+        if run.store.exists(path) or run.store.find(path):
+            yield Product(path, title, text)

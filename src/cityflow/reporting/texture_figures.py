@@ -1,0 +1,85 @@
+"""What the leaves of the atlas say of textures, as the report wants it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Status
+from cityflow.flow.store import Store
+from cityflow.reporting.leaf_faces import SET, UNTEXTURED, LeafFaces, leaf_files, read_leaves
+from cityflow.runs.current import CurrentRecords
+from cityflow.stages import atlas, texture
+from cityflow.survey.survey import Survey
+from cityflow.viewer.texture_rows import PlainFaces, SurfaceShare, TextureFigures
+
+MOST_LEAVES = 64
+"""Of more, so many are read, evenly spread over the city: shares do not change for the others, but time would."""
+UPRIGHT = 0.1
+"""Faces whose normal climbs or falls by no more than this are façades."""
+KINDS = ("roofs", "façades", "undersides")
+
+
+@dataclass
+class _Sums:
+    """What is added up, leaf by leaf, so that no more than one leaf is in memory."""
+
+    images: set[str] = field(default_factory=set)
+    interpolated: float = 0.0
+    area: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
+    textured: dict[str, float] = field(default_factory=lambda: dict.fromkeys(KINDS, 0.0))
+    gsds: list[FloatArray] = field(default_factory=list)
+    weights: list[FloatArray] = field(default_factory=list)
+    plain: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+
+    def add(self, leaf: LeafFaces) -> None:
+        vectors = leaf.area_vectors()
+        area = np.linalg.norm(vectors, axis=1)
+        wanted = (leaf.page != UNTEXTURED) | np.array([bool(r) for r in leaf.reason])
+        has = leaf.page != UNTEXTURED
+        climb = vectors[:, 2] / np.maximum(area, 1e-12)
+        for kind, of_kind in zip(KINDS, (climb > UPRIGHT, np.abs(climb) <= UPRIGHT, climb < -UPRIGHT), strict=True):
+            self.area[kind] += float(area[wanted & of_kind].sum())
+            self.textured[kind] += float(area[has & of_kind].sum())
+        self.images |= set(leaf.images)
+        self.interpolated += float((area[has] * leaf.interpolated[has]).sum())
+        self.gsds.append(leaf.gsd_m[has])
+        self.weights.append(area[has])
+        for reason, m2 in zip(leaf.reason, area.tolist(), strict=True):
+            if reason:
+                self.plain[reason].append(m2)
+
+
+def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> TextureFigures | None:
+    """None where the run makes no textures."""
+    if not survey.textures:
+        return None
+    sums = _Sums()
+    paths = sorted(leaf_files(records).values())
+    read = [paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_LEAVES)).round().astype(int).tolist()]
+    for leaf in read_leaves(store, read):
+        sums.add(leaf)
+    done = [r.result for r in records.of(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED)]
+    textured = sum(sums.textured.values())
+    shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)
+    plain = (PlainFaces(reason, len(areas), sum(areas)) for reason, areas in sums.plain.items())
+    return TextureFigures(
+        sum(bool(r.get("textured")) for r in done), len(done), sum(int(r.get("textured", 0)) for r in done), shares,
+        _median(sums.gsds, sums.weights), sums.interpolated / textured if textured else None, len(sums.images),
+        sum(int((r.result.get(SET) or {}).get("pages", 0)) for r in records.of(atlas.NAME)),
+        tuple(sorted(plain, key=lambda p: (-p.area_m2, p.reason))), len(read), len(paths),
+    )  # fmt: skip
+
+
+def _median(values: Sequence[FloatArray], weights: Sequence[FloatArray]) -> float | None:
+    """Weighted median; None of nothing."""
+    if not sum(len(v) for v in values):
+        return None
+    value, weight = np.concatenate(values), np.concatenate(weights)
+    order = np.argsort(value, kind="stable")
+    reached = np.searchsorted(np.cumsum(weight[order]), 0.5 * weight.sum())
+    return float(value[order][min(int(reached), len(value) - 1)])

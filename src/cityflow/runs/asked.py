@@ -1,0 +1,78 @@
+"""Which tasks a run was last asked for, noted beside its records: `status` reads it and needs not follow the graph, whose stages take seconds to import.
+
+A note counts while `run.json`, the overrides and the program are those that it was written under and no record came or went since; without one the
+graph is followed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+
+from cityflow.flow.exclusive import is_held
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.runs.known_keys import sources_digest
+
+NOTE = "asked.json"
+DESCRIPTION, OVERRIDES = "run.json", "overrides"
+VERSION = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a run was asked for.
+
+    Attributes
+    ----------
+    title : of the catalog;  workflow : its name
+    tasks : stage → units that have a record or are at work, stages in the order of the flow
+    expected : stage → tasks in all, stages in the order of the flow; None where nobody can know yet
+    stale : stage → units whose record is of other inputs, parameters or versions than those of today, or has lost an output
+    beyond : buildings outside the area of interest, modelled for what they share with those inside, or hide of them
+    edits : what a person has drawn without effect, each with its remedy
+    records : files of records when this was written
+    under : digest of the circumstances
+    is_at_work : a driver writes this while it works, and what it names is what it has come to
+    """
+
+    title: str
+    workflow: str
+    tasks: Mapping[str, Sequence[str]]
+    expected: Mapping[str, int | None]
+    stale: Mapping[str, int]
+    beyond: Sequence[str] = ()
+    edits: Sequence[tuple[str, str]] = ()
+    records: int = 0
+    under: str = ""
+    is_at_work: bool = False
+    version: int = VERSION
+
+
+def write_asked(store: Store, asked: Asked) -> None:
+    """Note it; a RUN that cannot be written goes without."""
+    with suppress(OSError):
+        store.write_bytes(NOTE, (json.dumps(asdict(asked), ensure_ascii=False) + "\n").encode())
+
+
+def read_asked(store: Store, ledger: Ledger) -> Asked | None:
+    """The note, where it counts."""
+    try:
+        tree = json.loads(store.read_bytes(NOTE))
+        asked = Asked(**tree)
+    except (OSError, ValueError, TypeError):
+        return None
+    if asked.version != VERSION or asked.under != circumstances(store):
+        return None
+    counts = is_held(store) if asked.is_at_work else asked.records == ledger.count_files()
+    return asked if counts else None
+
+
+def circumstances(store: Store) -> str:
+    """Digest of all that decides, beside records, which tasks are asked for and which of them are done."""
+    overrides = [(path, store.read_bytes(path).decode()) for path in store.find(OVERRIDES)]
+    told = json.dumps([store.read_bytes(DESCRIPTION).decode(), overrides, sources_digest()])
+    return sha256(told.encode()).hexdigest()

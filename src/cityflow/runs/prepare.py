@@ -1,0 +1,122 @@
+"""From the options of a command to what they mean: workflow, catalog, area, RUN."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cityflow.errors import WorkflowError
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.io.reference import suspicion
+from cityflow.io.stac import read_catalog
+from cityflow.io.stac_assets import Catalog
+from cityflow.pipeline.city_source import CitySource
+from cityflow.runs.first_look import DESCRIPTION, RUNS
+from cityflow.runs.fitting import refuse_unfit
+from cityflow.runs.known_keys import known_keys
+from cityflow.runs.overrides import read_overrides
+from cityflow.runs.settings import Workflow, load_workflow
+from cityflow.survey.area import Area, parse_area
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """What a run needs to know before it starts; `notes` are for whoever gave the command."""
+
+    workflow: Workflow
+    catalog: Catalog
+    area: Area
+    store: Store
+    notes: tuple[str, ...] = ()
+
+    @property
+    def overrides(self) -> Mapping[tuple[str, str], Mapping[str, Any]]:
+        return read_overrides(self.store)
+
+    def source(self) -> CitySource:
+        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides)
+
+    @contextmanager
+    def ledger(self) -> Iterator[Ledger | None]:
+        """The ledger of the RUN, or None where nothing ran there yet (nothing is created)."""
+        if not self.store.exists("run.json"):
+            yield None
+            return
+        with Ledger.open(self.store) as ledger:
+            yield ledger
+
+
+def prepared(
+    workflow_path: Path, catalog: str, out: str, settings: Sequence[str], aoi: str, *, allow_outside: bool = False
+) -> Prepared:
+    """Read workflow and catalog; nothing is written. Where neither the command nor the workflow names a catalog, it is that of the RUN, and so is the area.
+
+    Raises
+    ------
+    WorkflowError, CatalogError, RunError
+    """
+    known_keys()  # kept for the next command's look
+    workflow = _with_edits(load_workflow(workflow_path, settings), workflow_path)
+    store = Store.open(out or f"{RUNS}/{workflow.name}")
+    known = {} if catalog or workflow.catalog else _description(store)
+    found = read_catalog(
+        catalog or known.get("catalog", "") or _own_catalog(workflow, workflow_path), allow_outside=allow_outside
+    )
+    refuse_unfit(workflow.city, found)
+    area = Area.of_wkt(known["area"]) if known.get("area") and not aoi else parse_area(aoi, found.reference)
+    notes: tuple[str, ...] = ()
+    if known:
+        limited = " and its area" if known.get("area") and not aoi else ""
+        notes = (f"Catalog{limited} as in the RUN: {found.href}",)
+    if doubt := suspicion(found.reference, found.bounds):
+        notes += (f"Look out: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
+    return Prepared(workflow, found, area, store, notes)
+
+
+def _description(store: Store) -> dict[str, Any]:
+    """What the RUN says of itself; nothing where there is none."""
+    if not store.exists(DESCRIPTION):
+        return {}
+    tree = json.loads(store.read_bytes(DESCRIPTION))
+    return tree if isinstance(tree, dict) else {}
+
+
+def _with_edits(workflow: Workflow, path: Path) -> Workflow:
+    """The file of edits by a path that holds wherever a later rerun is started from.
+
+    Raises
+    ------
+    WorkflowError
+        It is neither in the folder one stands in nor beside the workflow file.
+    """
+    named = workflow.city.edits.path
+    if not named or "://" in named:
+        return workflow
+    places = list(dict.fromkeys((Path(named).absolute(), (path.parent / named).absolute())))
+    here = next((p for p in places if p.is_file()), None)
+    if here is None:
+        raise WorkflowError(
+            f"edits.path = '{named}' is no file: looked for {' and '.join(map(str, places))}",
+            where=str(path),
+            remedy="a relative path counts from the folder one stands in, else from the workflow file's; mend it, or leave edits.path empty",
+        )
+    tree = workflow.model_dump(mode="json")
+    tree["city"]["edits"]["path"] = str(here)
+    return Workflow.model_validate(tree)
+
+
+def _own_catalog(workflow: Workflow, path: Path) -> str:
+    if not workflow.catalog:
+        raise WorkflowError(
+            "names no catalog", where=str(path), remedy="give one with --catalog, or as `catalog:` in the file"
+        )
+    if "://" in workflow.catalog or Path(workflow.catalog).is_absolute():
+        return workflow.catalog
+    return os.path.normpath(path.parent / workflow.catalog)

@@ -1,0 +1,255 @@
+"""Stage ``export``: the buildings of a ground tile, their party walls cut, and the terrain they stand on, in every format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import shapely
+from shapely import Polygon
+
+from cityflow.core.building import Building, Lod, Status
+from cityflow.core.grid import Bounds
+from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.block import failed_block, surface_over
+from cityflow.handover.export_rows import ROWS, encode_rows
+from cityflow.handover.outline_lines import Standing, decode_all
+from cityflow.io.cityjson import overhang_rows, read_feature
+from cityflow.io.reference import resolve
+from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
+from cityflow.stages import atlas, texture, windows
+from cityflow.stages.export import city as export_city
+from cityflow.stages.export.formats import WRITERS, CityTile
+from cityflow.stages.export.terrain import Draped, drape
+from cityflow.stages.export.textures import texture_sets, with_texture_figures
+from cityflow.stages.windows import openings_on, with_window_figures
+from cityflow.surface.tin import Tin, terrain_tin
+from cityflow.survey.city import CITY, EXPORT, City
+from cityflow.survey.parameters import ExportParameters
+from cityflow.survey.survey import IMAGES, Survey, UnitEntry
+
+NAME = EXPORT
+VERSION = 9
+
+
+def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
+    """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `leaves` hold their textures."""
+    ring = survey.ring(name)
+    tiles = sorted({*ring, *(u.tile for u in units)})
+    outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
+    surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in ring}
+    pages = {leaf: survey.outputs_of("atlas", leaf) for leaf in leaves}
+    hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
+    bare = {u: why for u in sorted(own) if (why := survey.failure_of("texture", u))}
+    opened = _windows(survey, own)
+    unseen = {u: why for u in sorted(own) if (why := survey.failure_of("windows", u))}
+    return Task(
+        NAME, name, "cityflow.stages.export:run", VERSION,
+        parameters=survey.parameters_for(NAME, name, survey.parameters.export),
+        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
+                **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
+                **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
+        arguments={
+            "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
+            "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
+            "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
+            "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
+            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+            "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "unseen": unseen,
+            "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
+            "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
+        },
+        limits=survey.limits(NAME),
+        in_place=True,
+    )  # fmt: skip
+
+
+def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """What the look of a tile depends on; nothing where nobody wants textures."""
+    if not survey.textures:
+        return {}
+    orthos = {k: r.checksum for k, r in survey.given_orthos().items()}
+    own = {"ortho": survey.digest_of_result("ortho", tile)} if survey.reads_own_orthos else {}
+    if own and survey.images.dtype != "uint8":
+        own["white"] = f"{survey.images.white:g}"
+    return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
+
+
+def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Unit → path and digest of the windows that were found."""
+    found = {u: survey.outputs_of("windows", u) for u in sorted(own)}
+    return {u: next(iter(outputs.items())) for u, outputs in found.items() if outputs}
+
+
+def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
+    """Whether an earlier export has the version and parameters that it would have now, and stands on that surface."""
+    parameters = survey.parameters_for(NAME, record.unit, survey.parameters.export)
+    stood_on = record.inputs.get(f"surface {record.unit}")
+    return (record.version, dict(record.parameters), stood_on) == (VERSION, parameters, surface.result.get("digest"))
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Write the tile in every format that is asked for, and beside them what became of its units."""
+    parameters = ExportParameters.model_validate(task.parameters)
+    standings = {s.outline.id: s for p in task.arguments["outlines"] for s in decode_all(workspace.read(p))}
+    finished = with_party_walls(_buildings(workspace, task, standings))
+    names = [u for u in task.arguments["own"] if u in finished]
+    sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
+    portable = sets["rectified"].buildings
+    bare = task.arguments["bare"]
+    opened = {
+        u: openings_on(workspace.read(path), finished[u])
+        for u, path in task.arguments["windows"].items()
+        if u in finished
+    }
+    unseen = task.arguments["unseen"]
+    own = tuple(
+        with_window_figures(
+            with_texture_figures(finished[u], portable.get(u), bare.get(u, "")), opened.get(u), unseen.get(u, "")
+        )
+        for u in names
+    )
+    wanted = task.arguments["textures"]
+    draped = (
+        drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
+        if wanted else Draped(None)
+    )  # fmt: skip
+    tile = CityTile(
+        task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
+        resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
+        city=tuple(task.arguments["city"]), drape=draped.drape, openings=opened,
+        **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
+    )  # fmt: skip
+    # all of them before the first is replaced: what fails here leaves the products of before as they are
+    for path, data in [file for form in parameters.formats for file in WRITERS[form](tile)]:
+        workspace.publish(path, data)
+    unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
+    finished.update({b.id: b for b in own})
+    rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
+    workspace.write(ROWS, encode_rows(rows))
+    return workspace.outcome(
+        Status.DEGRADED if draped.lost else Status.DONE,
+        f"no picture on the terrain: {draped.lost}" if draped.lost else "",
+        {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)},
+    )
+
+
+def _row(building: Building | None, hull: Mapping[str, Any]) -> dict[str, Any]:
+    """What the report and the status map say of a unit."""
+    if building is None:
+        return {"status": str(hull["status"]), "reason": str(hull["reason"]), "attributes": None}
+    return {
+        "status": str(building.status), "reason": building.reason, "attributes": dict(building.attributes),
+        "overhangs": overhang_rows(building.overhangs),
+    }  # fmt: skip
+
+
+def _buildings(workspace: Workspace, task: Task, standings: Mapping[str, Standing]) -> dict[str, Building]:
+    """The reconstructed hulls; of units without one a block, marked as failed, where heights are known."""
+    hulls = {u: h for u, h in task.arguments["hulls"].items() if h["status"] != Status.REFUSED}
+    unit_of = {h["path"]: u for u, h in hulls.items() if h["path"] is not None}
+    found = {unit_of[path]: read_feature(data) for path, data in workspace.store.read_many(list(unit_of))}
+    for unit in hulls.keys() - found.keys():
+        block = failed_block(workspace.store, task.arguments, standings[unit].outline, str(hulls[unit]["reason"]))
+        if block is not None:
+            found[unit] = block
+    return {unit: found[unit] for unit in sorted(found)}
+
+
+def with_party_walls(buildings: Mapping[str, Building]) -> dict[str, Building]:
+    """Buildings whose LoD2.2 walls are cut where they touch a neighbour's, with the areas of both kinds of wall."""
+    cut = cut_party_walls({u: b.solids[Lod.LOD22] for u, b in buildings.items()})
+    finished = {}
+    for unit, building in buildings.items():
+        areas = wall_areas(cut[unit])
+        solids = {**building.solids, Lod.LOD22: cut[unit]}
+        finished[unit] = replace(building, solids=solids).with_attributes(
+            {"outer_wall_area_m2": round(areas.outer, 2), "shared_wall_area_m2": round(areas.shared, 2)}
+        )
+    return finished
+
+
+def _plans(standings: Iterable[Standing]) -> list[Polygon]:
+    return [s.outline.polygon for s in sorted(standings, key=lambda s: s.outline.id)]
+
+
+def _terrain(workspace: Workspace, task: Task, standings: Iterable[Standing], parameters: ExportParameters) -> Tin:
+    bounds: Bounds = tuple(task.arguments["bounds"])
+    frame = shapely.box(*bounds)
+    outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
+    inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
+    grid, layers = surface_over(workspace.store, task.arguments, bounds)
+    return terrain_tin(grid, layers["dtm"], inside, parameters.terrain, bounds)
+
+
+def _all_else(city: City, unit: str) -> Iterable[Node]:
+    """For the city: its tiles, and the orthos of these and of the frames that look at them."""
+    if unit != CITY:
+        return []
+    tiles = [(NAME, t) for t in city.tiles]
+    if city.survey.door != IMAGES:
+        return tiles
+    frames = city.survey.images.frame_units_over(city.tiles)
+    return [*tiles, *(("ortho", t) for t in city.tiles), *(("frame", u) for u in frames)]
+
+
+def _units_of_ring(city: City, tile: str) -> Iterable[Node]:
+    return [(city.unit_stage, t) for t in city.survey.ring(tile)] if tile != CITY else []
+
+
+def _units_beside(city: City, tile: str) -> Iterable[Node]:
+    """Of the tiles that own neighbours of its units, and models around them."""
+    if tile == CITY:
+        return []
+    survey, own = city.survey, [city.units[u] for u in city.chosen[tile]]
+    around = [t for u in own for t in texture.tiles_around(survey, u)] if survey.textures else []
+    return [(city.unit_stage, t) for t in (*(t for u in own for t in u.neighbour_tiles), *around)]
+
+
+def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
+    """Terrain, models and pages of textures, and the ortho that lies on the terrain."""
+    if tile == CITY:
+        return []
+    survey, own = city.survey, city.chosen[tile]
+    models = [*(("surface", t) for t in survey.ring(tile)), *(("reconstruct", u) for u in _units_shown(city, tile))]
+    if not survey.textures:
+        return models
+    looked = [("windows", u) for u in own] if windows.are_wanted(survey) else []
+    under = [("ortho", tile)] if survey.door == IMAGES else []
+    return [*models, *(("atlas", leaf) for leaf in atlas.leaves_of(city, tile)), *looked, *under]
+
+
+def _units_shown(city: City, tile: str) -> list[str]:
+    """Its own units and those that share walls with them."""
+    own = city.chosen[tile]
+    return list(dict.fromkeys([*own, *(n for u in own for n in city.units[u].neighbours if n in city.units)]))
+
+
+def _task(city: City, tile: str) -> Task:
+    survey = city.survey
+    leaves = {
+        t: list(atlas.leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
+    }
+    if tile == CITY:
+        return export_city.task(survey, leaves, survey.refused_outlines() if city.area.is_everywhere else {})
+    shown = [city.units[u] for u in _units_shown(city, tile)]
+    return task(survey, tile, city.chosen[tile], shown, leaves[tile])
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="ground tile, then one merge",
+    text=(
+        "hulls of the tile and of their neighbours, pages of its leaves, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
+        "terrain"
+    ),
+    needs=(_all_else, _units_of_ring, _units_beside, _what_it_shows),
+    task=_task,
+    starts=lambda city, ended: [*city.tiles, CITY] if ended == START else (),
+    count=lambda city: len(city.tiles) + 1,
+    parameters=(ExportParameters,),
+    cost=Cost(5.0, 600.0, 4.0),
+)

@@ -1,0 +1,126 @@
+"""A tile's ortho as a picture for its terrain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from affine import Affine
+from numpy.typing import NDArray
+from rasterio.features import rasterize
+from shapely import Polygon
+
+from cityflow.core.arrays import BoolArray, Float32Array
+from cityflow.core.grid import Bounds, Grid
+from cityflow.core.texture import Drape, TexturePage
+from cityflow.errors import CatalogError
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.rasters import given_colours
+from cityflow.io.fetch import local_file
+from cityflow.io.image_write import jpeg_bytes
+from cityflow.io.raster_white import WHITE
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import read_layers
+from cityflow.stages.atlas import FOLDER
+from cityflow.survey.survey import ZARR
+from cityflow.texture.patches.fill import interpolated
+
+DRAPE_QUALITY = 88
+EAVES_M = 0.8
+"""Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
+STRIP_CELLS = 512
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draped:
+    """The picture, None where there is none; and what was wrong with orthos that could not be read."""
+
+    drape: Drape | None
+    lost: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Colours:
+    """(rows, cols, 3) of 0 to 255, which cells have one, and where they are."""
+
+    values: Float32Array
+    known: BoolArray
+    grid: Grid
+
+
+def drape(workspace: Workspace, a: Mapping[str, Any], tile: str, covered: Sequence[Polygon], longest_px: int) -> Draped:
+    """The ortho over a tile, with the ground's colours where it shows roofs or nothing.
+
+    Parameters
+    ----------
+    a : arguments of the task that exports the tile
+    covered : plans of what stands on the terrain; an ortho shows roofs there, and beside it eaves that reach beyond the walls
+    """
+    bounds: Bounds = tuple(a["bounds"])
+    try:
+        found = _own(workspace, a, bounds, longest_px) if a["own_orthos"] else _given(a, bounds, longest_px)
+    except CatalogError as error:
+        return Draped(None, str(error))
+    if found is None:
+        return Draped(None)
+    colours = np.clip(np.rint(_ground(found, covered)), 0, 255).astype(np.uint8)
+    path = workspace.publish(f"{FOLDER}/{tile}.terrain.jpg", jpeg_bytes(colours, DRAPE_QUALITY))
+    page = TexturePage(path, colours.shape[1], colours.shape[0], "image/jpeg")
+    return Draped(Drape(page, found.grid.bounds))
+
+
+def _own(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds, longest_px: int) -> _Colours | None:
+    """The run's own true ortho, as means of as many cells as make it small enough; a strip at a time."""
+    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
+    fine = Grid.covering(bounds, whole.cell)
+    factor = max(-(-max(fine.rows, fine.cols) // longest_px), 1)
+    grid = Grid(fine.x_min, fine.y_max, fine.cell * factor, -(-fine.rows // factor), -(-fine.cols // factor))
+    values, known = np.zeros((*grid.shape, 3), np.float32), np.zeros(grid.shape, bool)
+    rows = max(STRIP_CELLS // factor, 1)
+    for first in range(0, grid.rows, rows):
+        last = min(first + rows, grid.rows)
+        top, low = fine.y_max - first * grid.cell, max(fine.y_max - last * grid.cell, bounds[1])
+        _, layers = read_layers(
+            workspace.store.zarr_store(ZARR), whole, (bounds[0], low, bounds[2], top), ("ortho", "ortho_seen")
+        )
+        values[first:last], known[first:last] = _means(layers["ortho"], layers["ortho_seen"], factor)
+    values *= np.float32(WHITE / a["white"])
+    return _Colours(values, known, grid) if known.any() else None
+
+
+def _means(bands: NDArray[Any], seen: BoolArray, factor: int) -> tuple[Float32Array, BoolArray]:
+    """Mean colours of squares of so many cells, over the cells that have one; squares at the end may be smaller."""
+    three = bands[:3] if len(bands) >= 3 else np.repeat(bands[:1], 3, axis=0)
+    weighted = np.concatenate([three * seen.astype(np.float32), seen[None].astype(np.float32)])
+    tall, wide = -(-seen.shape[0] // factor) * factor, -(-seen.shape[1] // factor) * factor
+    padded = np.pad(weighted, ((0, 0), (0, tall - seen.shape[0]), (0, wide - seen.shape[1])))
+    sums = padded.reshape(4, tall // factor, factor, wide // factor, factor).sum(axis=(2, 4))
+    return np.moveaxis(sums[:3] / np.maximum(sums[3], 1), 0, -1), np.asarray(sums[3] > 0)
+
+
+def _given(a: Mapping[str, Any], bounds: Bounds, longest_px: int) -> _Colours | None:
+    """The first of the orthos that the catalog names that shows something here."""
+    for _, href, cell in a["given_orthos"]:
+        longest = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
+        coarser = longest / longest_px > cell
+        grid = Grid.covering(bounds, longest / longest_px if coarser else cell)
+        with local_file(href) as path:
+            given = given_colours(path, grid, resolve(a["crs"]), "average" if coarser else "bilinear")
+        colours = np.moveaxis(given, 0, -1).astype(np.float32)
+        known = np.isfinite(colours).all(axis=-1)
+        if known.any():
+            return _Colours(np.nan_to_num(colours), np.asarray(known), grid)
+    return None
+
+
+def _ground(found: _Colours, covered: Sequence[Polygon]) -> Float32Array:
+    """Interpolated from the ground around under and beside buildings, and where the ortho has no colour."""
+    ground = found.known
+    if covered:
+        wide = shapely.union_all(shapely.buffer(np.array(covered, dtype=object), EAVES_M, quad_segs=2))
+        roofs = rasterize([wide], out_shape=found.grid.shape, transform=Affine(*found.grid.transform))
+        ground = ground & ~roofs.astype(bool)
+    return interpolated(found.values, ground if ground.any() else found.known)

@@ -1,0 +1,182 @@
+"""Stage ``ingest``: each LiDAR file streamed once into an index of small pieces; given outlines cleaned, noded and dealt out to tiles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from cityflow.core.edits import Edits
+from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.outline_lines import Standing, lines, owned
+from cityflow.handover.pieces import refuse_other_file
+from cityflow.handover.refused_outlines import REFUSED, encode_refused
+from cityflow.io.fetch import local_file
+from cityflow.io.point_index import split_file
+from cityflow.io.reference import resolve
+from cityflow.io.vector import read_outlines
+from cityflow.outlines.edited import apply_to_outlines
+from cityflow.outlines.given import Refusal, clean_outlines
+from cityflow.outlines.noding import node_outlines, vanished
+from cityflow.stages.ingest import calibration, outline_accuracy
+from cityflow.stages.ingest import images as ingest_image
+from cityflow.stages.ingest.outline_sample import SAMPLE, sampled
+from cityflow.survey.city import INGEST, OUTLINES, City
+from cityflow.survey.parameters import TileParameters
+from cityflow.survey.survey import ACCURACY, Survey
+
+NAME = INGEST
+VERSION = 1
+OUTLINES_VERSION = 2
+OUTSIDE = "stands outside the survey: nothing was measured there"
+
+
+def points_task(survey: Survey, name: str) -> Task:
+    """Index one LiDAR file."""
+    asset = survey.files[name]
+    return Task(
+        NAME, name, "cityflow.stages.ingest:run_points", VERSION,
+        parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
+        inputs={"file": asset.checksum},
+        arguments={"href": asset.href, "size": asset.size},
+        limits=survey.limits(NAME),
+    )  # fmt: skip
+
+
+def run_points(workspace: Workspace, task: Task) -> Outcome:
+    """One LAZ piece per index cell that the file touches."""
+    with local_file(task.arguments["href"]) as path:
+        index = split_file(
+            path, task.parameters["index_cell_m"], lambda cell, data: workspace.write(f"{cell}.laz", data)
+        )
+        refuse_other_file(path, task)
+    return workspace.outcome(
+        result={
+            "points": index.points,
+            "dropped": index.dropped,
+            "classes": {str(k): v for k, v in index.classes.items()},
+        }
+    )
+
+
+def outlines_task(survey: Survey) -> Task:
+    """Clean, node and deal out the given outlines of the whole city: duplicates and shared walls know no tiles."""
+    asset = survey.catalog.outlines
+    assert asset is not None
+    return Task(
+        NAME, OUTLINES, "cityflow.stages.ingest:run_outlines", OUTLINES_VERSION,
+        parameters={
+            "tile_m": survey.parameters.tiles.tile_m,
+            "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
+            "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
+            "crs": survey.catalog.reference.code,
+            "files": {f.name: list(f.bounds) for f in survey.files.values()},
+        },
+        inputs={
+            "file": asset.checksum, "tiles": digest_of(list(survey.tiles)),
+            **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
+        },
+        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles), "edits": survey.edits.lines()},
+        limits=survey.limits(NAME),
+    )  # fmt: skip
+
+
+def run_outlines(workspace: Workspace, task: Task) -> Outcome:
+    """One file of outline lines per tile, and those refused with their reasons and places."""
+    p = task.parameters
+    with local_file(task.arguments["href"]) as path:
+        refuse_other_file(path, task)
+        raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
+    clean, refused = clean_outlines(raw)
+    clean, rejected = apply_to_outlines(clean, Edits.from_lines(task.arguments["edits"]))
+    noded = node_outlines(clean, p["noding_tolerance_m"])
+    known = set(task.arguments["tiles"])
+    by_tile = owned(noded, p["tile_m"], known)
+    for tile in sorted(known & by_tile.keys()):
+        workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
+    sampled_from, sample = sampled([s for t in sorted(known & by_tile.keys()) for s in by_tile[t]], p["files"])
+    if sample:
+        workspace.write(SAMPLE, sample)
+    far = [s.outline for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]
+    outside = [Refusal(o.id, OUTSIDE, o.polygon) for o in far]
+    named = _unique_names(
+        [*refused, *rejected, *vanished(clean, noded), *outside], {o.id for o in noded} - {r.id for r in outside}
+    )
+    if named:
+        workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in named))
+    return workspace.outcome(
+        reason="; ".join(notes),
+        result={
+            "refused": [[r.id, r.reason] for r in named],
+            "notes": notes,
+            "outlines": len(raw),
+            "beside": _beside(by_tile, known),
+            "sampled_from": sampled_from,
+        },
+    )
+
+
+def _beside(by_tile: Mapping[str, Sequence[Standing]], known: set[str]) -> dict[str, Json]:
+    """Tiles whose outlines touch ones of a tile, where there are any."""
+    near = {t: sorted({n for s in by_tile[t] for n in s.neighbour_tiles} - {t}) for t in sorted(known & by_tile.keys())}
+    return {t: list(others) for t, others in near.items() if others}
+
+
+def _unique_names(refusals: list[Refusal], taken: set[str]) -> list[Refusal]:
+    """Refused outlines under names of their own: a duplicate must not hide the unit whose id it bears."""
+    named = []
+    for refusal in refusals:
+        name, n = refusal.id, 1
+        while name in taken:
+            n += 1
+            name = f"{refusal.id}~{n}"
+        taken.add(name)
+        named.append(replace(refusal, id=name))
+    return named
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    return [OUTLINES] if ended == START and city.survey.outlines_given else []
+
+
+def _known_before(city: City, name: str) -> Iterable[Node]:
+    """Raw frames wait for the calibration of their camera; how exact outlines are is asked when they are known."""
+    if name == ACCURACY:
+        return [(NAME, OUTLINES)]
+    camera = calibration.unit_of(city.survey, name) if name in city.survey.images.assets else None
+    return [(NAME, camera)] if camera else []
+
+
+def _sampled_file(city: City, name: str) -> Iterable[Node]:
+    """The one LiDAR file that tells how exact outlines are: they have named it."""
+    file = city.survey.outline_sample[0] if name == ACCURACY else ""
+    return [(NAME, file)] if file else []
+
+
+def _task(city: City, name: str) -> Task:
+    survey = city.survey
+    if name == OUTLINES:
+        return outlines_task(survey)
+    if name == ACCURACY:
+        return outline_accuracy.task(survey)
+    if name in survey.images.assets:
+        return ingest_image.image_task(survey, name)
+    return calibration.task(survey, name) if name.startswith(calibration.UNIT) else points_task(survey, name)
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="LiDAR file; image; camera with calibration frames; the outlines' file",
+    text=(
+        "points, streamed once → one LAZ piece per index cell that the file touches. Images, decoded once, raw frames corrected → tiled TIFF with a "
+        "pyramid. Outlines → cleaned and noded with the whole city in view (duplicates and shared walls know no tiles), dealt out to tiles; how exact "
+        "they are, by the façades in one LiDAR file"
+    ),
+    needs=(_known_before, _sampled_file),
+    task=_task,
+    starts=_starts,
+    parameters=(TileParameters,),
+    cost=Cost(1.0, 400.0, 4.0),
+    limits=Limits(7200, 6000),
+)

@@ -1,0 +1,56 @@
+"""Stage ``ingest``, unit ``outline_accuracy``: how exact the given outlines are, by those that stand in one LiDAR file; before any of them is used.
+
+Every unit needs the figure, and it must depend on no area of interest and no tile: so it comes from one file, the one that most outlines stand in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import numpy as np
+
+from cityflow.core.building import Outline
+from cityflow.core.grid import grown, tiles_over
+from cityflow.core.json_values import finite
+from cityflow.flow.task import Outcome, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.house_points import houses_of
+from cityflow.handover.outline_lines import decode_all
+from cityflow.outlines.accuracy import accuracy_of, facade_offsets
+from cityflow.outlines.facades_inside import NEAR_M, SeenHouses
+from cityflow.survey.city import INGEST as NAME
+from cityflow.survey.survey import ACCURACY, Survey
+
+VERSION = 2
+
+
+def task(survey: Survey) -> Task:
+    """Of the file that outlines were sampled from."""
+    name, sample = survey.outline_sample
+    pieces = survey.pieces_of_file(name)
+    return Task(
+        NAME, ACCURACY, "cityflow.stages.ingest.outline_accuracy:run", VERSION,
+        inputs={**sample, **pieces},
+        arguments={"sample": list(sample), "pieces": list(pieces), "index_cell_m": survey.parameters.tiles.index_cell_m},
+        limits=survey.limits(NAME),
+    )  # fmt: skip
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """One figure, with the number of façades that it comes from."""
+    a = task.arguments
+    outlines = [s.outline for path in a["sample"] for s in decode_all(workspace.read(path))]
+    offsets: list[tuple[float, float]] = []
+    by_cell = {path.rsplit("/", 1)[-1].rsplit(".", 1)[0]: path for path in a["pieces"]}
+    for outline in sorted(outlines, key=lambda o: _row_of_cells(o, a["index_cell_m"])):
+        near = grown(outline.polygon.bounds, NEAR_M)
+        cells = [t.name for t in tiles_over(near, a["index_cell_m"])]
+        tops = houses_of(workspace.store, [by_cell[c] for c in cells if c in by_cell], near)
+        offsets += facade_offsets([outline], SeenHouses.of(tops, None))
+    return workspace.outcome(result=finite(asdict(accuracy_of(offsets))))
+
+
+def _row_of_cells(outline: Outline, cell_m: float) -> tuple[float, float]:
+    """Neighbours follow each other, so that pieces are read once."""
+    x, y = outline.polygon.bounds[:2]
+    return np.floor(y / cell_m), x

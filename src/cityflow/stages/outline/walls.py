@@ -1,0 +1,124 @@
+"""Given outlines and their walls: what of points and façades a tile's task reads, and the outlines whose walls moved in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Outline
+from cityflow.core.grid import Bounds, Grid, grown, tiles_over
+from cityflow.flow.store import Store
+from cityflow.flow.task import Json
+from cityflow.handover.house_points import LOW_M, houses_of
+from cityflow.handover.outline_lines import Standing
+from cityflow.handover.wall_points import read_walls
+from cityflow.io.surface_zarr import read_layers
+from cityflow.outlines.adjacency import party_edges
+from cityflow.outlines.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
+from cityflow.outlines.walls_in import WallsInParameters, walls_moved_in
+from cityflow.surface.sample import sample
+from cityflow.survey.survey import LIDAR, Survey
+
+REACH_M = 2 * LARGEST_M + NEAR_M
+
+
+def are_looked_for(survey: Survey) -> bool:
+    """Whether façades may tell that given outlines are rims of roofs: not where a surface is given."""
+    return survey.outlines_given and survey.parameters.outline.walls_in.wanted and survey.sees_facades
+
+
+def inputs_of(survey: Survey, name: str) -> dict[str, str]:
+    """What the walls of a tile's outlines depend on, beside the outlines."""
+    around = survey.tiles[name].buffered(REACH_M)
+    if survey.door == LIDAR:
+        return {**survey.pieces(around), **{f"unread {f}": "missing" for f in survey.unread(around)}}
+    near = survey.near(name, REACH_M)
+    walls = {p: d for t in near for p, d in survey.outputs_of("walls", t).items()}
+    return {**{f"surface {t}": survey.digest_of_result("surface", t) for t in near}, **walls}
+
+
+def arguments_of(survey: Survey, name: str) -> dict[str, Json]:
+    """Where `moved_in` finds it."""
+    around = survey.tiles[name].buffered(REACH_M)
+    near = survey.near(name, REACH_M)
+    walls = [p for t in near for p in survey.outputs_of("walls", t)]
+    scanned = survey.door == LIDAR
+    return {
+        "points": list(survey.pieces(around)) if scanned else None, "walls": [] if scanned else walls,
+        "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
+    }  # fmt: skip
+
+
+def moved_in(
+    store: Store, arguments: Mapping[str, Any], own: Sequence[Standing], others: Iterable[Standing], parameters: WallsInParameters,
+    outline_sigma_m: float,
+) -> list[Standing]:  # fmt: skip
+    """A tile's own outlines by their walls; they stay with their tile and their neighbours.
+
+    Parameters
+    ----------
+    others : outlines of other tiles; those count that touch own ones
+    outline_sigma_m : how exact the outlines are (standard deviation)
+    """
+    beside = {n for s in own for n in s.neighbours}
+    every = [*own, *(s for s in others if s.outline.id in beside)]
+    low, high = (np.array([s.outline.polygon.bounds for s in every])[:, k : k + 2] for k in (0, 2))
+    narrow = {s.outline.id for s, size in zip(every, (high - low).max(axis=1), strict=True) if size <= LARGEST_M}
+    if not narrow:
+        return list(own)
+    seen = _seen(store, arguments, grown((*low.min(axis=0), *high.max(axis=0)), NEAR_M))
+    moved = walls_moved_in(
+        [s.outline for s in every],
+        lambda outline, edge: facade_inside(outline, edge, seen, outline_sigma_m) if outline.id in narrow else None,
+        parameters,
+    )
+    party = party_edges(moved)
+    return [replace(s, outline=replace(o, party=party[o.id])) for s, o in zip(own, moved, strict=False)]
+
+
+def _seen(store: Store, arguments: Mapping[str, Any], bounds: Bounds) -> SeenHouses:
+    if arguments["points"] is not None:
+        return SeenHouses.of(houses_of(store, arguments["points"], bounds), None)
+    grid, layers = read_layers(
+        store.zarr_store(arguments["zarr"]),
+        Grid.covering(tuple(arguments["city"]), arguments["cell_m"]),
+        bounds,
+        ("dsm",),
+    )
+    return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, arguments["walls"], bounds))
+
+
+def reach_of_found(survey: Survey, name: str) -> Bounds | None:
+    """Where a laser's points may tell where the walls of a tile's found outlines stand; None where nobody asks or no laser has seen them."""
+    if survey.door != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
+        return None
+    return survey.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)
+
+
+def scanned_houses(
+    store: Store,
+    pieces: Sequence[str],
+    index_cell_m: float,
+    outlines: Sequence[Outline],
+    terrain: tuple[Grid, FloatArray],
+) -> SeenHouses | None:
+    """What a laser has seen around outlines, above the terrain; None without pieces or outlines.
+
+    Parameters
+    ----------
+    pieces : of the index, with cells of `index_cell_m`; those that no outline is near are not read
+    terrain : its grid and its heights (rows, cols), NaN where unknown
+    """
+    near = [grown(o.polygon.bounds, NEAR_M) for o in outlines]
+    cells = {t.name for bounds in near for t in tiles_over(bounds, index_cell_m)}
+    read = [path for path in pieces if path.rsplit("/", 1)[-1].rsplit(".", 1)[0] in cells]
+    if not read:
+        return None
+    low, high = (np.array(near)[:, k : k + 2] for k in (0, 2))
+    xyz = houses_of(store, read, (*low.min(axis=0), *high.max(axis=0)))
+    ground = sample(*terrain, xyz[:, 0], xyz[:, 1])
+    return SeenHouses.of(xyz[~(xyz[:, 2] - ground <= LOW_M)], None)

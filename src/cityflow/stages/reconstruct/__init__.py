@@ -1,0 +1,178 @@
+"""Stage ``reconstruct``: one building, from outline, points and terrain to a hull at every level of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, replace
+from typing import Any, NoReturn
+
+import shapely
+
+from cityflow.core.building import Building, Lod, Outline, Scalar, Status
+from cityflow.core.edits import Edits
+from cityflow.core.grid import grown
+from cityflow.core.json_values import finite
+from cityflow.core.reconstruction import Evidence
+from cityflow.errors import RefusedUnit
+from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.outline_lines import decode
+from cityflow.handover.pieces import read_text
+from cityflow.io.attributes import with_source
+from cityflow.io.cityjson import feature_line
+from cityflow.reconstruction.choose import Choice
+from cityflow.reconstruction.measures import measure
+from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
+from cityflow.stages.reconstruct.evidence import arguments_of, gather, inputs_of
+from cityflow.survey.city import City
+from cityflow.survey.survey import HULL, IMAGES, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
+
+NAME = "reconstruct"
+VERSION = 26
+CANDIDATES = "candidates.city.jsonl"
+
+
+def task(survey: Survey, unit: UnitEntry) -> Task:
+    """One building."""
+    under = survey.tiles_under(unit)
+    source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
+    roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
+    return Task(
+        NAME, unit.id, "cityflow.stages.reconstruct:run", VERSION,
+        parameters=_parameters(survey, unit.id),
+        inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
+                **({"edits": digest_of(roofs)} if roofs else {})},
+        arguments={
+            "outline": [unit.path, unit.start, unit.length], **arguments_of(survey, unit), "source": source,
+            "edits": roofs,
+            "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
+        },
+        limits=survey.limits(NAME),
+    )  # fmt: skip
+
+
+def _parameters(survey: Survey, unit: str) -> dict[str, Json]:
+    """Those of the stage, with how exact the survey's outlines are where nobody states it."""
+    parameters = survey.parameters_for(NAME, unit, survey.parameters.reconstruct)
+    overhangs: Any = parameters["overhangs"]
+    if overhangs["outline_sigma_m"] is None:
+        overhangs["outline_sigma_m"] = survey.outline_sigma_m
+    return parameters
+
+
+def refused_task(survey: Survey, unit: str, reason: str) -> Task:
+    """A record for an outline that cannot be a building."""
+    return Task(
+        NAME, unit, "cityflow.stages.reconstruct:refuse", VERSION,
+        inputs={"reason": reason}, arguments={"reason": reason}, limits=survey.limits(NAME),
+    )  # fmt: skip
+
+
+def refuse(_: Workspace, task: Task) -> NoReturn:
+    """Say why."""
+    raise RefusedUnit(task.arguments["reason"])
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """The best candidate of the methods that the workflow names, with its measures."""
+    parameters = ModelParameters.model_validate(task.parameters)
+    path, start, length = task.arguments["outline"]
+    outline = decode(read_text(workspace.store, path)[start : start + length]).outline
+    wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
+    evidence = gather(workspace, task, outline, wanted)
+    judged = judged_model(evidence, parameters)
+    choice = _obeying(_admitting(judged.choice, task.arguments["unread"]), wanted)
+    measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
+    result = {
+        **measures,
+        "notes": dict(choice.candidate.notes),
+        "scores": scores_of(choice),
+        "kept": choice.kept,
+    }
+    workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
+    if choice.candidate.solid is None or choice.status is Status.FAILED:
+        return workspace.outcome(choice.status, choice.reason, result)
+    workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))
+    return workspace.outcome(choice.status, choice.reason, result)
+
+
+def _admitting(choice: Choice, unread: list[str]) -> Choice:
+    """A choice made without the points of a broken file says so."""
+    if not unread:
+        return choice
+    status = Status.DEGRADED if choice.status is Status.DONE else choice.status
+    return replace(
+        choice, status=status, reason="; ".join(filter(None, [choice.reason, UNREAD.format(", ".join(unread))]))
+    )
+
+
+def _obeying(choice: Choice, wanted: str) -> Choice:
+    """A roof that is not of the type that a person has set says so."""
+    if wanted in ("", choice.candidate.roof_type):
+        return choice
+    status = Status.DEGRADED if choice.status is Status.DONE else choice.status
+    unfulfilled = f"an edit sets the roof type {wanted!r}, but no valid roof of that type fits"
+    return replace(choice, status=status, reason="; ".join(filter(None, [choice.reason, unfulfilled])))
+
+
+def _candidate_lines(outline: Outline, evidence: Evidence, choice: Choice) -> bytes:
+    """Every candidate with a solid, as a building whose id is the name in the scores."""
+    buildings = [
+        Building(s.method, outline.polygon, evidence.ground_height, {Lod.LOD22: c.solid}, c.planes)
+        for s, c in zip(choice.scores, choice.tried, strict=True)
+        if c.solid is not None
+    ]
+    return b"".join(feature_line(b) for b in buildings)
+
+
+def _building(outline: Outline, evidence: Evidence, choice: Choice, attributes: Mapping[str, Scalar]) -> Building:
+    candidate = choice.candidate
+    assert candidate.solid is not None
+    lower = {lod: candidate.blocks.get(lod, candidate.solid) for lod in (Lod.LOD12, Lod.LOD13)}
+    remark = {"outline_remark": outline.remark} if outline.remark else {}
+    return Building(
+        outline.id, outline.polygon, evidence.ground_height, {**lower, Lod.LOD22: candidate.solid}, candidate.planes,
+        with_source(outline.attributes, {**attributes, **remark}), choice.status, choice.reason,
+        tuple(o for o in candidate.overhangs if o.reach_m > 0), candidate.beyond,
+    )  # fmt: skip
+
+
+def scores_of(choice: Choice) -> list[dict[str, Json]]:
+    """Every candidate's score, for `explain`; what is not a number becomes null."""
+    return [finite(asdict(s)) for s in choice.scores]
+
+
+def _starts(city: City, ended: Node) -> Iterable[str]:
+    """The units of a tile, as soon as they are known; outlines that were refused leave a record, too."""
+    named = city.chosen[ended[1]] if city.names_units(ended) else []
+    return [*city.refused_by(ended), *named]
+
+
+def _evidence(city: City, name: str) -> Iterable[Node]:
+    """Surfaces under a unit, and what images show of it."""
+    if name not in city.units:
+        return []
+    under = city.survey.tiles_under(city.units[name])
+    pictures = [(s, t) for s in ("ortho", "walls") for t in under] if city.survey.door == IMAGES else []
+    return [*(("surface", t) for t in under), *pictures]
+
+
+def _task(city: City, name: str) -> Task:
+    unit = city.units.get(name)
+    return refused_task(city.survey, name, city.refused[name]) if unit is None else task(city.survey, unit)
+
+
+STAGE = Stage(
+    name=NAME,
+    unit="building",
+    text="outline, points, façades, DSM and DTM, orthos → hull at LoD 1.2, 1.3, 2.2 with its measures and overhangs; every candidate with its scores",
+    needs=(_evidence,),
+    task=_task,
+    starts=_starts,
+    count=lambda city: city.count_units(),
+    parameters=(ModelParameters,),
+    cost=Cost(0.3, 500.0, 0.02),
+    limits=Limits(300, 6000),
+)

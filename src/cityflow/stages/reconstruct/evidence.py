@@ -1,0 +1,234 @@
+"""What is known of one unit, gathered for reconstruction: points, façades, rasters, orthos, and what stands beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.building import Outline
+from cityflow.core.grid import Grid, grown
+from cityflow.core.points import (
+    BUILDING,
+    HIGH_NOISE,
+    HIGH_VEGETATION,
+    LOW_NOISE,
+    PointCloud,
+)
+from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
+from cityflow.core.wall_points import WallPoints
+from cityflow.errors import CityflowError, RefusedUnit
+from cityflow.flow.store import Store
+from cityflow.flow.task import Json, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
+from cityflow.handover.pieces import read_points
+from cityflow.handover.rasters import given_colours
+from cityflow.handover.wall_points import read_walls
+from cityflow.io.fetch import local_file
+from cityflow.io.reference import resolve
+from cityflow.io.surface_zarr import read_layers, window_of
+from cityflow.surface.evenness import NEIGHBOURS
+from cityflow.surface.sample import sample
+from cityflow.surface.vegetation import is_foliage
+from cityflow.survey.survey import IMAGES, LIDAR, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
+
+GROUND_SAMPLING_M = 0.5
+LOWEST_ROOF_M = 1.5
+AROUND_M = 2.0
+"""What stands this near to an outline belongs to its unit's surroundings: eaves, balconies, the outline's own error."""
+
+RASTER_MARGIN_M = SEEN_AROUND_M
+"""The widest eaves, and a stretch of ground beyond them."""
+
+
+def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
+    """What a unit's evidence depends on, beside its outline: name → digest."""
+    under = survey.tiles_under(unit)
+    around = grown(unit.bounds, AROUND_M)
+    orthos = (
+        {f"ortho {t}": survey.digest_of_result("ortho", t) for t in under} if survey.reads_own_orthos else
+        {kind: r.checksum for kind, r in survey.given_orthos().items()}
+    )  # fmt: skip
+    return {
+        **{f"surface {t}": survey.digest_of_result("surface", t) for t in under}, **survey.pieces(around), **_walls(survey, unit),
+        **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.has_building_class),
+        **({"uneven": str(_uneven(survey))} if _uneven(survey) else {}),
+    }  # fmt: skip
+
+
+def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
+    """Where `gather` finds it."""
+    around = grown(unit.bounds, AROUND_M)
+    return {
+        "pieces": list(survey.pieces(around)), "unread": list(survey.unread(around)), "walls": list(_walls(survey, unit)),
+        "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
+        "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+        "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
+        "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
+        "classified": survey.has_building_class, "uneven": _uneven(survey),
+        "matched": survey.door != LIDAR, "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
+    }  # fmt: skip
+
+
+def _uneven(survey: Survey) -> float:
+    """What of a scanner's points is foliage; 0 where classes tell, or where points are cells of a surface."""
+    scanned = survey.door == LIDAR and not survey.has_building_class
+    return survey.parameters.surface.vegetation.uneven if scanned else 0.0
+
+
+def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
+    """Façades of images, whoever drew the outlines."""
+    if survey.door != IMAGES:
+        return {}
+    return {p: d for t in survey.tiles_under(unit) for p, d in survey.outputs_of("walls", t).items()}
+
+
+def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str = "") -> Evidence:
+    """All that `arguments_of` names, cut out around the unit.
+
+    Raises
+    ------
+    RefusedUnit
+        There is no terrain along the outline.
+    CityflowError
+        There is none because something before this failed.
+    """
+    a, store = task.arguments, workspace.store
+    near = grown(outline.polygon.bounds, AROUND_M)
+    seen = _rasters(store, a, outline)
+    grid, layers = seen.grid, seen.layers
+    points = _in_order(read_points(store, a["pieces"], near))
+    inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
+    ground = sample(grid, layers["dtm"], *_along(outline.polygon))
+    if not np.isfinite(ground).any():
+        _complain(task, len(inside))
+    close = points.take(shapely.dwithin(shapely.points(points.xyz[:, :2]), outline.polygon, AROUND_M))
+    return Evidence(
+        outline.id, outline.polygon, _roof_points(inside, grid, layers, a), _floor(ground),
+        outline.aspects, outline.slopes,
+        around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
+        heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
+        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
+        rims=outline.rims, matched=a["matched"],
+    )  # fmt: skip
+
+
+def _in_order(points: PointCloud) -> PointCloud:
+    """The same points in an order of their own: another index or tiling must not change a sum in its last digit."""
+    x, y, z = points.xyz.T
+    keys = (points.number_of_returns, points.return_number, points.classification, z, y, x)
+    return points.take(np.lexsort(keys))
+
+
+def _walls_in_order(walls: WallPoints) -> WallPoints:
+    x, y, z = walls.xyz.T
+    return walls.take(np.lexsort((walls.views, walls.sigma, walls.normal[:, 1], walls.normal[:, 0], z, y, x)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Rasters:
+    """What the run's rasters show of a unit.
+
+    Attributes
+    ----------
+    grid, layers : terrain and classes within `AROUND_M`, on the grid that they are found on
+    heights : within `RASTER_MARGIN_M`, on the finest grid that there is
+    pictures : the run's own true ortho, where it has one
+    """
+
+    grid: Grid
+    layers: Mapping[str, np.ndarray]
+    heights: HeightRaster
+    pictures: tuple[Picture, ...]
+
+
+def _rasters(store: Store, a: Mapping[str, Any], outline: Outline) -> _Rasters:
+    """Each group is opened once: that takes longer than to read the few cells of a unit."""
+    bounds, near = (grown(outline.polygon.bounds, m) for m in (RASTER_MARGIN_M, AROUND_M))
+    alone, own = a["zarr"] == ZARR, a["own_orthos"]
+    names = ("dsm", "dtm", *(("class",) if alone else ()), *(("ortho", "ortho_seen") if own else ()))
+    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
+    fine, found = read_layers(store.zarr_store(ZARR), whole, bounds, names)
+    if alone:
+        grid = window_of(fine, near)
+        layers = {k: found[k][fine.slices(grid)] for k in ("dtm", "class")}
+    else:
+        city = Grid.covering(tuple(a["city"]), a["cell_m"])
+        grid, layers = read_layers(store.zarr_store(a["zarr"]), city, near, ("dtm", "class"))
+    heights = HeightRaster(fine, found["dsm"].astype(np.float64), found["dtm"].astype(np.float64))
+    return _Rasters(
+        grid,
+        layers,
+        heights,
+        (Picture(fine, found["ortho"], True, "ortho"),) if own and found["ortho_seen"].any() else (),
+    )
+
+
+def _given_pictures(a: Mapping[str, Any], outline: Outline) -> tuple[Picture, ...]:
+    """The orthos that the catalog names, each on cells of its own size."""
+    bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
+    found = []
+    for kind, href, cell in a["given_orthos"]:
+        grid = Grid.covering(bounds, cell)
+        with local_file(href) as path:
+            colours = given_colours(path, grid, resolve(a["crs"]))
+        if np.isfinite(colours).any():
+            found.append(Picture(grid, np.clip(np.rint(np.nan_to_num(colours)), 0, 255).astype(np.uint8), False, kind))
+    return tuple(found)
+
+
+def _complain(task: Task, points: int) -> NoReturn:
+    """No terrain: the survey's fault where something before this failed, else the outline's."""
+    problem = f"no terrain height along the outline ({points} points inside)"
+    unread, failed = task.arguments["unread"], task.arguments["failed_surfaces"]
+    if failed:
+        raise CityflowError(
+            f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed mends both"
+        )
+    if unread:
+        raise CityflowError(
+            f"{problem}: {UNREAD.format(', '.join(unread))}", remedy="mend the file, then rerun --failed"
+        )
+    raise RefusedUnit(problem)
+
+
+def _floor(ground: FloatArray) -> float:
+    """Whole centimetres below the lowest height: floors of neighbours are equal, or differ by more than a sliver."""
+    return float(np.floor(np.nanmin(ground) * 100)) / 100
+
+
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], a: Mapping[str, Any]) -> PointCloud:
+    """Points of the building class; where the survey has no such class, high points that are not vegetation.
+
+    Among scanned points an even patch is a roof, whatever its cells were taken for: those of a shed in a garden are few, and
+    half of them have leaves in them. Where nothing is even, or too few points are there to say, those count that stopped their pulse.
+    """
+    usable = points.take(np.isfinite(points.xyz[:, 2]))
+    if a["classified"]:
+        return usable.of_class(BUILDING)
+    x, y, z = usable.xyz.T
+    noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
+    high = usable.take((z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M) & ~noise)
+    row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(*high.xyz[:, :2].T), grid.shape, strict=True))
+    kept = layers["class"][row, col] != HIGH_VEGETATION
+    if not a["uneven"]:
+        return high.take(kept)
+    kept |= ~is_foliage(high, a["uneven"])
+    return high.take(kept if kept.sum() >= NEIGHBOURS else high.return_number >= high.number_of_returns)
+
+
+def _part_of_houses(points: PointCloud, grid: Grid, dtm: np.ndarray) -> PointCloud:
+    """What is above the ground and of no other class."""
+    usable = points.take(np.isfinite(points.xyz[:, 2]) & ~np.isin(points.classification, NO_PART_OF_HOUSES))
+    x, y, z = usable.xyz.T
+    return usable.take(z - sample(grid, dtm, x, y) > LOW_M)
+
+
+def _along(polygon: shapely.Polygon) -> tuple[np.ndarray, np.ndarray]:
+    xy = shapely.get_coordinates(shapely.segmentize(polygon, GROUND_SAMPLING_M))
+    return xy[:, 0], xy[:, 1]

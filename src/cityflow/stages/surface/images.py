@@ -1,0 +1,176 @@
+"""Stage ``surface``, for images: the fused surface of a ground tile and its ring becomes its chunk of every layer; its points get classes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.building import Status
+from cityflow.core.grid import Bounds, Grid, grown, tiles_over
+from cityflow.core.ground_cells import GroundCells
+from cityflow.core.points import PointCloud
+from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.fused import UNMATCHED, read_fused
+from cityflow.handover.oriented import of_json, to_json
+from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.io.las_image_points import write_image_points
+from cityflow.io.las_write import write_points
+from cityflow.io.reference import crs_of, resolve
+from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
+from cityflow.surface.fused_tile import side_by_side
+from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused
+from cityflow.surface.point_classes import classify_points
+from cityflow.survey.depths import depths_over, reach_of
+from cityflow.survey.survey import OVERVIEW, ZARR, Survey
+
+NAME = "surface"
+VERSION = 6
+PIECE_SCALE_M = 0.001
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
+    ring = survey.near(name, survey.parameters.image_surface.context_m)
+    fused = {p: d for t in ring for p, d in survey.outputs_of("fuse", t).items()}
+    inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, 0.0)))
+    sights = sights_of(survey, ring, survey.tiles[name].buffered(survey.parameters.image_surface.context_m))
+    dtm = survey.catalog.rasters.get("dtm")
+    missing = {t: survey.records["fuse", t].reason for t in ring if survey.records["fuse", t].status is Status.FAILED}
+    return Task(
+        NAME, name, "cityflow.stages.surface.images:run", VERSION,
+        parameters=parameters_of(survey, name),
+        inputs={
+            **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(sights),
+            "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
+        },
+        arguments={
+            **arguments, "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
+            "sights": sights, "degraded": survey.reason_of("fuse", name),
+            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
+            "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
+            "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code,
+        },
+        limits=survey.limits(NAME),
+        in_place=True,
+    )  # fmt: skip
+
+
+def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> dict[str, Json]:
+    """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, how many must see a place, and how far
+    within `around` the ground is looked down on."""
+    matched = [m for t in tiles for m in survey.images.matched_ground(survey.tiles[t])]
+    images = {i.name: i for m in matched for i in (m.base, *m.partners)}
+    # whole millimetres in a fixed order: an image far away changes nothing here
+    below = shapely.set_precision(shapely.intersection(survey.images.looked_down_on, shapely.box(*around)), 0.001)
+    return {
+        "looked_down_on": shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
+        "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.grid.bounds)[0],
+        "images": [to_json(images[name]) for name in sorted(images)],
+        "matched": [
+            {"base": m.base.name, "partners": [p.name for p in m.partners], "tile": list(m.cells.tile), "cell_m": m.cells.cell_m,
+             "chosen": [list(c) for c in m.cells.chosen]}
+            for m in matched
+        ],
+    }  # fmt: skip
+
+
+def matched_of(sights: Mapping[str, Any]) -> list[MatchedGround]:
+    """What `sights_of` wrote."""
+    images = {tree["name"]: of_json(tree) for tree in sights["images"]}
+    return [
+        MatchedGround(
+            images[m["base"]], tuple(images[n] for n in m["partners"]),
+            GroundCells(tuple(m["tile"]), m["cell_m"], tuple((int(c), int(r)) for c, r in m["chosen"])),
+        )
+        for m in sights["matched"]
+    ]  # fmt: skip
+
+
+def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
+    """Those of the stage; how points are fused and refuted has been another's matter."""
+    tree = survey.parameters_for(NAME, name, survey.parameters.image_surface)
+    return {k: v for k, v in tree.items() if k not in ("fuse", "witnesses")}
+
+
+def is_made_alike(survey: Survey, record: Record) -> bool:
+    """Whether an earlier surface has the version, parameters and grid that it would have now."""
+    found = (record.version, dict(record.parameters), record.inputs.get("grid"))
+    return found == (VERSION, parameters_of(survey, record.unit), survey.place)
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Write the tile's chunk of every layer on both grids, its DSM and DTM, its classified points, and thinned points for buildings."""
+    a = task.arguments
+    parameters = ImageSurfaceParameters.model_validate(task.parameters)
+    bounds: Bounds = tuple(a["bounds"])
+    context = parameters.context_m
+    around = grown(bounds, context)
+    wide = side_by_side([read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
+    working = Grid.covering(bounds, a["cell_m"] * a["factor"])
+    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working), _seen_enough(a["sights"]))
+    digest = write_rasters(workspace, task, surface)
+    points = _write_points(workspace, task, surface, bounds)
+    write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
+    known = surface.seen
+    figures = {
+        "points": points, "dtm_method": surface.method, "surveyed_m2": float(known.sum() * surface.fine.grid.cell**2),
+        "completeness": float(1 - surface.fine.holes[known].mean()) if known.any() else None,
+    }  # fmt: skip
+    without = [UNMATCHED.format(f"tile {t}") for t in a["missing"]] + ([a["degraded"]] if a["degraded"] else [])
+    return workspace.outcome(
+        Status.DEGRADED if without else Status.DONE, "; ".join(without), {"digest": digest, **figures}
+    )
+
+
+def _seen_enough(sights: Mapping[str, Any]) -> SeenEnough:
+    """Whether enough images see a place; where the terrain is not known, the lowest ground."""
+    matched, below = matched_of(sights), shapely.from_wkt(sights["looked_down_on"])
+    shapely.prepare(below)
+
+    def enough(grid: Grid, ground: FloatArray) -> BoolArray:
+        known = np.where(np.isnan(ground), sights["lowest_m"], ground)
+        looked_down_on = shapely.contains_xy(below, *grid.centres())
+        return np.asarray(looked_down_on & (images_of_ground(matched, grid, known) >= sights["least_views"]))
+
+    return enough
+
+
+def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bounds: Bounds) -> int:
+    """The tile's own points with their classes, where there is a terrain; how many."""
+    a = task.arguments
+    core = DepthReader(workspace.store, a, bounds)(bounds)
+    row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
+    core = core.take(np.isfinite(surface.fine.dtm[row, col]))
+    data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(a["crs"])))
+    workspace.publish(f"products/points/{task.unit}.laz", data)
+    return len(core)
+
+
+def write_rasters(workspace: Workspace, task: Task, surface: ImageSurface) -> str:
+    city: Bounds = tuple(task.arguments["product_grid"])
+    fine, coarse = surface.fine, surface.working
+    digest = store_layers(workspace, ZARR, city, fine.grid, {**_layers(fine), "sigma": fine.sigma})
+    digest += store_layers(workspace, OVERVIEW, city, coarse.grid, _layers(coarse))
+    publish_rasters(workspace, task, fine.grid, {"dsm": fine.dsm, "dtm": fine.dtm})
+    return digest_of(digest)
+
+
+def _layers(rasters: Rasters) -> dict[str, np.ndarray[Any, Any]]:
+    return {
+        "dsm": rasters.dsm, "dsm_filled": rasters.dsm_filled, "dtm": rasters.dtm, "ndsm": rasters.ndsm,
+        "class": rasters.klass, "count": rasters.count.astype(np.uint32), "holes": rasters.holes,
+    }  # fmt: skip
+
+
+def write_pieces(workspace: Workspace, cloud: PointCloud, bounds: Bounds, cell_m: float) -> None:
+    """Thinned points for the reconstruction, one piece per cell of the index."""
+    for cell in tiles_over(bounds, cell_m):
+        part = cloud.within(cell.bounds)
+        if len(part):
+            workspace.write(f"{cell.name}.laz", write_points(part, PIECE_SCALE_M))

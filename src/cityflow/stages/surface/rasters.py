@@ -1,0 +1,108 @@
+"""Stage ``surface``, for given rasters: a DSM (and an ortho, and a DTM) that others have made take the place of points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.arrays import Float32Array
+from cityflow.core.building import Status
+from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.reference import Reference
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.rasters import given_colours, given_dtm, publish_rasters, store_layers
+from cityflow.io.fetch import local_file
+from cityflow.io.raster import read_window
+from cityflow.io.reference import resolve
+from cityflow.io.stac_assets import RASTERS as RASTER_KINDS
+from cityflow.stages.surface.images import NAME, parameters_of, write_pieces, write_rasters
+from cityflow.surface.fuse import Fused
+from cityflow.surface.fused_tile import FusedTile, fine_grid
+from cityflow.surface.image_surface import ImageSurfaceParameters, surface_of_fused
+from cityflow.survey.survey import ZARR, Survey
+
+VERSION = 1
+ASSUMED_SIGMA_CELLS = 0.5
+"""Precision that a given DSM is credited with, in its own cells: it says none."""
+
+OUTSIDE = "the given DSM has no heights here"
+
+
+def task(survey: Survey, name: str) -> Task:
+    """The surface of one tile from the catalog's rasters."""
+    rasters = {kind: r for kind, r in sorted(survey.catalog.rasters.items()) if kind in RASTER_KINDS}
+    return Task(
+        NAME, name, "cityflow.stages.surface.rasters:run", VERSION,
+        parameters=parameters_of(survey, name),
+        inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.place},
+        arguments={
+            "bounds": list(survey.tiles[name].bounds), "rasters": {kind: r.href for kind, r in rasters.items()},
+            "dtm": rasters["dtm"].href if "dtm" in rasters else None, "source_cell_m": rasters["dsm"].cell,
+            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor, "product_grid": list(survey.product_grid.bounds),
+            "index_cell_m": survey.parameters.tiles.index_cell_m, "crs": survey.catalog.reference.code,
+        },
+        limits=survey.limits(NAME),
+        in_place=True,
+    )  # fmt: skip
+
+
+def is_made_alike(survey: Survey, record: Record) -> bool:
+    """Whether an earlier surface has the version, parameters and grid that it would have now."""
+    found = (record.version, dict(record.parameters), record.inputs.get("grid"))
+    return found == (VERSION, parameters_of(survey, record.unit), survey.place)
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """Write the tile's chunk of every layer, its DSM, DTM and ortho, and thinned points for buildings."""
+    a = task.arguments
+    parameters = ImageSurfaceParameters.model_validate(task.parameters)
+    bounds: Bounds = tuple(a["bounds"])
+    context = parameters.context_m
+    around = grown(bounds, context)
+    wide = _given(task, fine_grid(around, a["cell_m"], a["factor"]))
+    working = Grid.covering(bounds, a["cell_m"] * a["factor"])
+    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))
+    digest = write_rasters(workspace, task, surface)
+    if "ortho" in a["rasters"]:
+        _write_ortho(workspace, task, surface.fine.grid)
+    write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
+    known = float(1 - surface.fine.holes.mean())
+    figures = {"dtm_method": surface.method, "completeness": known}
+    return workspace.outcome(Status.DONE, "" if known else OUTSIDE, {"digest": digest, **figures})
+
+
+def _given(task: Task, grid: Grid) -> FusedTile:
+    """The given DSM on `grid` as if it had been fused."""
+    a, factor = task.arguments, task.arguments["factor"]
+    reference = resolve(a["crs"])
+    with local_file(a["rasters"]["dsm"]) as path:
+        dsm = read_window(path, grid, reference).astype(np.float32)
+    known = np.isfinite(dsm)
+    sigma = np.where(known, np.float32(ASSUMED_SIGMA_CELLS * a["source_cell_m"]), np.float32(np.nan)).astype(np.float32)
+    working = Grid(grid.x_min, grid.y_max, grid.cell * factor, grid.rows // factor, grid.cols // factor)
+    surface = Fused(grid, dsm, known.astype(np.uint32), sigma)
+    return FusedTile(surface, dsm.copy(), factor, _colour(a["rasters"].get("ortho"), working, reference))
+
+
+def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
+    """(rows, cols, 3) colours of the given ortho; no bands where there is none."""
+    if href is None:
+        return np.empty((*grid.shape, 0), np.float32)
+    with local_file(href) as path:
+        bands = given_colours(path, grid, reference, "average")
+    return np.moveaxis(bands, 0, -1).astype(np.float32)
+
+
+def _write_ortho(workspace: Workspace, task: Task, grid: Grid) -> None:
+    """The given ortho on the grid of the products."""
+    reference = resolve(task.arguments["crs"])
+    with local_file(task.arguments["rasters"]["ortho"]) as path:
+        bands = given_colours(path, grid, reference)
+    seen = np.asarray(np.isfinite(bands).all(axis=0))
+    colour = np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8)
+    store_layers(workspace, ZARR, tuple(task.arguments["product_grid"]), grid, {"ortho": colour, "ortho_seen": seen})
+    alpha: NDArray[Any] = np.where(seen, 255, 0).astype(np.uint8)
+    publish_rasters(workspace, task, grid, {"ortho": np.concatenate([colour, alpha[None]])})

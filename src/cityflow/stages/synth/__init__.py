@@ -1,0 +1,230 @@
+"""Stages of ``cityflow synth``: pictures, calibration frames, LiDAR tiles and truth tiles of a made town, a task each.
+
+A task makes the part of the town that it needs from the seed; nothing travels between tasks, so a town of any size is made by any number of
+workers, and each file depends on the parameters alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.camera import OrientedImage
+from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
+from cityflow.core.pixels import PixelArray
+from cityflow.core.reference import Reference
+from cityflow.flow.task import Json, Limits, Outcome, Record, Task
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.oriented import of_json, to_json
+from cityflow.io.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
+from cityflow.io.las_write import write_points
+from cityflow.io.raster import write_cog
+from cityflow.io.reference import crs_of, resolve
+from cityflow.stages.synth.survey import RawOutput, SynthParameters, town_of
+from cityflow.synthetic.caster import Scene
+from cityflow.synthetic.footprints import ground_quad
+from cityflow.synthetic.raw_frames import dark_frame, flat_frame, raw_frame
+from cityflow.synthetic.render import RenderParameters, irradiance
+from cityflow.synthetic.sensor import exposed
+from cityflow.synthetic.town import Town, TownParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from cityflow.synthetic.town_truth import NO_PART, JudgedCells, TruthRasters, judged_cells, truth_rasters
+
+PICTURE, CALIBRATION, SCAN, TRUTH = "picture", "calibration", "scan", "truth"
+STAGES = (PICTURE, CALIBRATION, SCAN, TRUTH)
+VERSION = 2
+SCAN_TILE_M, TRUTH_TILE_M = 250.0, 100.0
+SHADOW_M = 60.0
+"""What stands this far outside a picture may throw a shadow into it."""
+SCENE_STEP_M = 100.0
+WHOLE_TOWN_M = 450.0
+"""A town up to this wide is one scene for all pictures; of a wider one each picture takes its part, cut on a lattice."""
+BELOW_M = 15.0
+RIM_M = 1.0
+LIMITS = Limits(time_s=7200, memory_mb=8000)
+LAYERS: dict[str, tuple[str, float | None]] = {
+    "dsm": ("float32", float("nan")), "dsm_bare": ("float32", float("nan")), "dtm": ("float32", float("nan")),
+    "part": ("uint8", NO_PART), "unit": ("uint32", 0), "open_cells": ("uint8", None), "rim": ("uint8", None),
+}  # fmt: skip
+"""Truth rasters: dtype, and the value that means nothing is there."""
+
+
+class SynthSource:
+    """The tasks of one made survey; none waits for another."""
+
+    def __init__(self, parameters: SynthParameters) -> None:
+        self.parameters = parameters
+
+    @property
+    def images(self) -> tuple[OrientedImage, ...]:
+        """What is flown, with true poses."""
+        return self.parameters.images
+
+    def initial(self) -> Iterator[Task]:
+        """Everything."""
+        p = self.parameters
+        town = {"seed": p.seed, "town": p.whole_town.model_dump(mode="json")}
+        place = {**town, "crs": p.crs}
+        raw = None if p.raw is None else p.raw.model_dump(mode="json")
+        how = {"render": p.render.model_dump(mode="json"), "raw": raw, "jpeg_quality": p.jpeg_quality}
+        for image in self.images:
+            yield _task(PICTURE, image.name, {**town, **how, "image": to_json(image)})
+        if p.raw is not None:
+            yield from self._calibration()
+        if p.lidar is not None:
+            lidar = p.lidar.model_dump(mode="json")
+            for tile in tiles_over(p.area, SCAN_TILE_M):
+                yield _task(SCAN, tile.name, {**place, "bounds": list(clipped(tile, p.area)), "lidar": lidar})
+        for tile in tiles_over(p.area, TRUTH_TILE_M):
+            yield _task(TRUTH, tile.name, {**place, "bounds": list(clipped(tile, p.area)), "cell_m": p.truth_cell_m})
+
+    def after(self, _task: Task, _record: Record) -> Iterable[Task]:
+        return ()
+
+    def _calibration(self) -> Iterator[Task]:
+        p = self.parameters
+        assert p.raw is not None
+        assert p.flight is not None
+        sensor = p.render.sensor.model_dump(mode="json")
+        for head in p.flight.heads:
+            camera = p.flight.camera(head)
+            what = {"shape": [camera.height, camera.width], "sensor": sensor, "raw": p.raw.model_dump(mode="json")}
+            for number in range(p.raw.calibration_frames):
+                yield _task(
+                    CALIBRATION,
+                    f"{head.name}_{number:02d}",
+                    {"seed": p.seed, **what, "number": number, "head": head.name},
+                )
+
+
+def _task(stage: str, unit: str, parameters: dict[str, Json]) -> Task:
+    return Task(stage, unit, f"cityflow.stages.synth:run_{stage}", VERSION, parameters, limits=LIMITS, in_place=True)
+
+
+def clipped(tile: Tile, area: Bounds) -> Bounds:
+    """The part of a tile that lies in the area."""
+    x_min, y_min, x_max, y_max = tile.bounds
+    return max(x_min, area[0]), max(y_min, area[1]), min(x_max, area[2]), min(y_max, area[3])
+
+
+def picture_path(name: str, jpeg: bool) -> str:
+    """Where a picture is written, relative to the survey's folder."""
+    return f"images/{name}{JPEG_ENDING if jpeg else TIFF_ENDING}"
+
+
+def writes_jpeg(render: RenderParameters, jpeg_quality: int) -> bool:
+    """Whether pictures are JPEG files: colours of 8 bits only."""
+    return jpeg_quality > 0 and render.sensor.bits == 8 and not render.near_infrared
+
+
+def run_picture(workspace: Workspace, task: Task) -> Outcome:
+    """Render one picture, and read the same light out as a raw frame where that is asked for."""
+    p = task.parameters
+    image, how = of_json(p["image"]), RenderParameters.model_validate(p["render"])
+    light = irradiance(_scene_of(task, image), image, how)
+    if p["raw"] is not None:
+        frame = raw_frame(light, image, how.sensor, _raw_of(task), p["seed"])
+        workspace.publish(f"raw/{image.name}{TIFF_ENDING}", tiff_bytes(frame))
+    pixels: PixelArray = exposed(light, image, how.sensor, p["seed"])
+    jpeg = writes_jpeg(how, p["jpeg_quality"])
+    data = jpeg_bytes(pixels, p["jpeg_quality"]) if jpeg else tiff_bytes(pixels)
+    workspace.publish(picture_path(image.name, jpeg), data)
+    return workspace.outcome(result={"shape": list(pixels.shape)})
+
+
+def run_calibration(workspace: Workspace, task: Task) -> Outcome:
+    """One dark frame and one flat frame of a head."""
+    p = task.parameters
+    shape, head, number = tuple(p["shape"]), p["head"], p["number"]
+    sensor = RenderParameters.model_validate({"sensor": p["sensor"]}).sensor
+    for kind, made in (("dark", dark_frame), ("flat", flat_frame)):
+        frame = made(shape, head, number, sensor, _raw_of(task), p["seed"])
+        workspace.publish(f"raw/calibration/{head}_{kind}_{number:02d}{TIFF_ENDING}", tiff_bytes(frame))
+    return workspace.outcome()
+
+
+def run_scan(workspace: Workspace, task: Task) -> Outcome:
+    """Scan one tile from the air."""
+    p = task.parameters
+    how = TownLidarParameters.model_validate(p["lidar"])
+    scanned = town_lidar(_town_of(task), p["seed"], how, tuple(p["bounds"]))
+    crs = crs_of(resolve(p["crs"]))
+    workspace.publish(f"lidar/{task.unit}.laz", write_points(scanned.points, crs=crs))
+    truth = replace(scanned.points, classification=scanned.truth_class)
+    workspace.publish(f"truth/lidar/{task.unit}.laz", write_points(truth, crs=crs))
+    return workspace.outcome(result={"points": len(scanned.points)})
+
+
+def run_truth(workspace: Workspace, task: Task) -> Outcome:
+    """True heights, parts and units of one tile, and the cells that surfaces are judged in."""
+    p = task.parameters
+    reference: Reference = resolve(p["crs"])
+    grid = truth_grid(tuple(p["bounds"]), p["cell_m"])
+    rasters = _truth_layers(_town_of(task), grid)
+    for name, raster in rasters.items():
+        workspace.publish(f"truth/{name}/{task.unit}.tif", write_cog(raster, grid, reference, LAYERS[name][1]))
+    return workspace.outcome(result={"cells": grid.rows * grid.cols})
+
+
+def truth_grid(bounds: Bounds, cell_m: float) -> Grid:
+    """The cells of a truth tile."""
+    return Grid.covering(bounds, cell_m)
+
+
+def _truth_layers(town: Town, grid: Grid) -> dict[str, NDArray[Any]]:
+    """Seen with as much around as decides which cells are near an edge, so that no seam shows."""
+    ring = int(np.ceil(RIM_M / grid.cell)) + 4
+    wide = Grid(
+        grid.x_min - ring * grid.cell,
+        grid.y_max + ring * grid.cell,
+        grid.cell,
+        grid.rows + 2 * ring,
+        grid.cols + 2 * ring,
+    )
+    truth: TruthRasters = truth_rasters(town, wide)
+    judged: JudgedCells = judged_cells(truth, rim_m=RIM_M)
+    layers: dict[str, NDArray[Any]] = {
+        "dsm": truth.dsm, "dsm_bare": truth.dsm_bare, "dtm": truth.dtm, "part": truth.part, "unit": truth.unit + 1,
+        "open_cells": judged.open_cells, "rim": judged.rim,
+    }  # fmt: skip
+    return {
+        name: np.ascontiguousarray(layer[ring:-ring, ring:-ring].astype(LAYERS[name][0]))
+        for name, layer in layers.items()
+    }
+
+
+def _raw_of(task: Task) -> RawOutput:
+    return RawOutput.model_validate(task.parameters["raw"])
+
+
+def _town_of(task: Task) -> Town:
+    return town_of(task.parameters["seed"], TownParameters.model_validate(task.parameters["town"]))
+
+
+def _scene_of(task: Task, image: OrientedImage) -> Scene:
+    town = _town_of(task)
+    return _scene(task.parameters["seed"], town.parameters, scene_bounds(town, image))
+
+
+@lru_cache(maxsize=1)
+def _scene(seed: int, parameters: TownParameters, bounds: Bounds) -> Scene:
+    """A scene; kept, as the next picture of this worker often sees the same part."""
+    return Scene(town_of(seed, parameters).mesh(bounds))
+
+
+def scene_bounds(town: Town, image: OrientedImage) -> Bounds:
+    """What of the town an image is rendered from: all of a small one, else what it sees and what throws shadows there."""
+    whole = town.bounds
+    if max(whole[2] - whole[0], whole[3] - whole[1]) <= WHOLE_TOWN_M:
+        return whole
+    middle = np.clip(image.centre[:2], whole[:2], whole[2:])
+    quad = ground_quad(image, float(town.dtm(middle[:1], middle[1:])[0]) - BELOW_M)
+    low = np.floor((quad.min(axis=0) - SHADOW_M) / SCENE_STEP_M) * SCENE_STEP_M
+    high = np.ceil((quad.max(axis=0) + SHADOW_M) / SCENE_STEP_M) * SCENE_STEP_M
+    (x_0, y_0), (x_1, y_1) = np.maximum(low, whole[:2]).tolist(), np.minimum(high, whole[2:]).tolist()
+    return x_0, y_0, x_1, y_1

@@ -1,0 +1,138 @@
+"""What the driver knows of a city while it is made: the survey, the area of interest, and the outlines and units that the records have named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+from cityflow.core.building import Status
+from cityflow.errors import CatalogError
+from cityflow.flow.stage import Node
+from cityflow.flow.task import Json, Record
+from cityflow.io.stac_assets import Catalog
+from cityflow.survey.area import EVERYWHERE, Area
+from cityflow.survey.parameters import SurveyParameters
+from cityflow.survey.survey import IMAGES, RASTERS, Survey, UnitEntry
+
+INGEST, OUTLINE, UNITS, EXPORT = "ingest", "outline", "units", "export"
+OUTLINES = "outlines"
+"""Unit of the stage ``ingest`` that reads given outlines."""
+CITY = "city"
+"""Unit of the stage ``export`` that comes last."""
+
+
+class City:
+    """Names and digests, no data: the context of the stages.
+
+    Parameters
+    ----------
+    catalog, parameters : what there is, and what is asked for
+    area : only these units, and what they need
+    overrides : (stage, unit) → tree of values laid over the stage's parameters
+
+    Attributes
+    ----------
+    units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
+    outlines, outlines_of : the same of outlines that are split
+    leaves_of : tile → leaf of the atlas → its units, once somebody has asked
+    refused : outlines that cannot be buildings, or that a person has rejected, with the reason
+    """
+
+    def __init__(
+        self,
+        catalog: Catalog,
+        parameters: SurveyParameters,
+        area: Area = EVERYWHERE,
+        overrides: Mapping[Node, Mapping[str, Json]] | None = None,
+    ) -> None:
+        self.survey = Survey(catalog, parameters, overrides or {})
+        self.area = area
+        self.units: dict[str, UnitEntry] = {}
+        self.units_of: dict[str, list[UnitEntry]] = {}
+        self.chosen: dict[str, list[str]] = {}
+        self.outlines: dict[str, UnitEntry] = {}
+        self.outlines_of: dict[str, list[str]] = {}
+        self.refused: dict[str, str] = {}
+        self.leaves_of: dict[str, Mapping[str, list[str]]] = {}
+
+    @cached_property
+    def tiles(self) -> tuple[str, ...]:
+        """Names of the ground tiles that meet the area, south-west first."""
+        return tuple(name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds))
+
+    def refuse_nothing(self) -> None:
+        """Raise CatalogError where there is nothing to make a city of."""
+        survey = self.survey
+        if not _has_something(survey):
+            remedy = "make it again with --lidar, --images or --dsm, or set points.source to what it has"
+            raise CatalogError(
+                "the catalog names nothing that a surface can be made of", where=survey.catalog.href, remedy=remedy
+            )
+        if not self.tiles:
+            remedy = "see `cityflow catalog check` for the extent"
+            raise CatalogError("no ground tile meets the area of interest", where="--aoi", remedy=remedy)
+
+    def learn(self, record: Record) -> None:
+        """Keep what later tasks ask of a record."""
+        self.survey.learn(record)
+        self.refused.update(self.refused_by((record.stage, record.unit)))
+        if record.stage == OUTLINE and self.survey.splits:
+            found = self._entries(record)
+            self.outlines.update({o.id: o for o in found})
+            self.outlines_of[record.unit] = [o.id for o in found]
+        elif record.stage == self.unit_stage:
+            found = self._entries(record)
+            self.units.update({u.id: u for u in found})
+            self.units_of[record.unit] = found
+            self.leaves_of.pop(record.unit, None)
+            self.chosen[record.unit] = [u.id for u in found if self.area.holds(u.point)]
+
+    @staticmethod
+    def _entries(record: Record) -> list[UnitEntry]:
+        return [UnitEntry.of(record.unit, entry) for entry in record.result.get("units", [])]
+
+    @property
+    def unit_stage(self) -> str:
+        """The stage whose records name the units."""
+        return UNITS if self.survey.splits else OUTLINE
+
+    def names_units(self, node: Node) -> bool:
+        """Whether its record has named the units of one of the tiles to export."""
+        return node[0] == self.unit_stage and node[1] in self._exported
+
+    @cached_property
+    def _exported(self) -> frozenset[str]:
+        return frozenset(self.tiles)
+
+    def refused_by(self, node: Node) -> dict[str, str]:
+        """Outlines that a task has refused, with the reason: no polygons, where nothing was surveyed, or rejected by a person.
+
+        They belong to no tile, so that an area of interest leaves them out.
+        """
+        if not self.area.is_everywhere or (node[0] not in (OUTLINE, UNITS) and node != (INGEST, OUTLINES)):
+            return {}
+        return {str(unit): str(reason) for unit, reason in self.survey.records[node].result.get("refused", [])}
+
+    def count_units(self) -> int | None:
+        """Units of the area: from the records, once they name all, else from the number of given outlines; None where nobody knows yet."""
+        if all(t in self.units_of for t in self.tiles):
+            return sum(len(self.chosen[t]) for t in self.tiles)
+        survey = self.survey
+        given = survey.catalog.outlines if survey.outlines_given and self.area.is_everywhere else None
+        return given.count if given is not None and not survey.splits else None
+
+    def ring_of(self, tiles: Iterable[str]) -> list[str]:
+        """The tiles and all that touch them."""
+        return list(dict.fromkeys(t for name in tiles for t in self.survey.ring(name)))
+
+
+def outlines_are_missing(record: Record) -> bool:
+    """Given outlines could not be read: nobody knows what to export, and what an earlier run left stays."""
+    return (record.stage, record.unit) == (INGEST, OUTLINES) and record.status is Status.FAILED
+
+
+def _has_something(survey: Survey) -> bool:
+    """Whether the catalog has what the surface shall be made of."""
+    if survey.door == RASTERS:
+        return "dsm" in survey.catalog.rasters
+    return bool(survey.images.assets if survey.door == IMAGES else survey.files)

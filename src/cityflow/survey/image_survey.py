@@ -1,0 +1,302 @@
+"""What the driver knows of a survey that comes as oriented images: where they look, who is matched with whom, which cells that gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import shapely
+from shapely import MultiPoint, STRtree
+from shapely.geometry.base import BaseGeometry
+
+from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
+from cityflow.core.local_frame import LocalFrame
+from cityflow.io.stac_assets import Catalog, ImageAsset
+from cityflow.orientation.flight_plan import FlightPlan, FlightTile
+from cityflow.orientation.look_directions import look_directions, worth_a_frame
+from cityflow.orientation.sights import looks_level, sights
+from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
+from cityflow.orientation.views import View, footprints, gsd, sees
+from cityflow.survey.parameters import CELLS_M, SurveyParameters
+
+CELL_M, IMAGES_A_CELL = 10.0, 6
+"""Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
+
+STEPS_A_CELL = 4
+"""Places along the edge of a cell of masters at which the driver asks what is surveyed."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTile:
+    """One tile of a local reference frame, on the frame's own lattice, and the ground tiles whose points may stand in it."""
+
+    frame: LocalFrame
+    tile: Tile
+    ground_tiles: tuple[str, ...]
+
+
+class ImageSurvey:
+    """Images, look directions and flight plan of a catalog.
+
+    Attributes
+    ----------
+    views : of all images
+    flown : of those that surfaces are made of, at the pyramid level that is matched: photographs from the street, which see no ground,
+        are for textures only
+    """
+
+    def __init__(self, catalog: Catalog, parameters: SurveyParameters) -> None:
+        self.parameters = parameters
+        developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
+        self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
+        self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
+        level = parameters.images.level
+        self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
+        self._units: dict[str, FlightTile] = {}
+        self._over: dict[str, tuple[FlightTile, ...]] = {}
+
+    @cached_property
+    def frames(self) -> tuple[LocalFrame, ...]:
+        """Clusters of views that look the same way."""
+        return look_directions([v.image for v in self.flown.values()], self.parameters.look_directions)
+
+    @cached_property
+    def frame_of(self) -> dict[str, LocalFrame]:
+        """Name of an image → its cluster."""
+        return {name: frame for frame in self.frames for name in frame.images}
+
+    @cached_property
+    def plan(self) -> FlightPlan:
+        return FlightPlan(list(self.flown.values()), self.frames, self.parameters.flight)
+
+    @cached_property
+    def gsd(self) -> float:
+        """Median ground sampling distance of the images that look down steepest, at the level that is matched, metres."""
+        steep = sorted(self.flown.values(), key=lambda v: (v.image.tilt, v.image.name))
+        return float(np.median([gsd(v) for v in steep[: max(1, len(steep) // 5)]]))
+
+    @cached_property
+    def cell_m(self) -> float:
+        """Cell of the rasters: as the workflow says, else the one of `CELLS_M` nearest to the ground sampling distance."""
+        return self.parameters.images.cell_m or nearest_cell(self.gsd)
+
+    @cached_property
+    def bands(self) -> int:
+        return max((self.parameters.raw.bands_of(a.bands) for a in self.assets.values()), default=3)
+
+    @cached_property
+    def dtype(self) -> str:
+        """Of the orthos: 8 bits where all images have 8."""
+        kinds = {self.parameters.raw.dtype_of(a.dtype) for a in self.assets.values()}
+        return "uint16" if "uint16" in kinds else "uint8"
+
+    @cached_property
+    def white(self) -> float:
+        """The value that is shown as white, the same for every tile and unit; of developed raw frames the greatest."""
+        if self.dtype == "uint8" or self.parameters.raw.makes_16_bits:
+            return float(np.iinfo(self.dtype).max)
+        return max((a.white for a in self.assets.values()), default=0.0) or float(np.iinfo(self.dtype).max)
+
+    @cached_property
+    def tiles(self) -> dict[str, Tile]:
+        """Ground tiles with surveyed ground, south-west first."""
+        if len(self.flown) < 2:
+            return {}
+        seen = STRtree(footprints(list(self.flown.values())))
+        over = tiles_over(self.looked_down_on.bounds, self.parameters.tiles.tile_m)
+        found = [t for t in over if self._has_ground(t, seen)]
+        return {t.name: t for t in sorted(found, key=lambda t: (t.row, t.col))}
+
+    def _has_ground(self, tile: Tile, seen: STRtree) -> bool:
+        """Two views at least: one alone has no depth."""
+        box = shapely.box(*tile.bounds)
+        if len(seen.query(box, predicate="intersects")) < 2 or not self.looked_down_on.intersects(box):
+            return False
+        return bool(self.is_surveyed(self.places_in(tile.bounds), [tile]).any())
+
+    @cached_property
+    def looked_down_on(self) -> BaseGeometry:
+        """Ground beyond which nothing is surveyed, however many images see it."""
+        return looked_down_on(list(self.flown.values()))
+
+    @cached_property
+    def least_views(self) -> int:
+        """Images that must see a place for it to be surveyed: as the workflow says, but no more than any base image has with its partners."""
+        return min(self.parameters.images.least_views, self.plan.most_views)
+
+    def matched_ground(self, tile: Tile) -> list[MatchedGround]:
+        """Who is matched with whom over a ground tile, and where."""
+        flown = self.flown
+        return [
+            MatchedGround(flown[f.base].image, tuple(flown[n].image for n in f.partners), f.cells)
+            for f in self.flight_tiles(tile)
+        ]
+
+    def places_in(self, bounds: Bounds) -> Grid:
+        """The lattice on which the driver asks what is surveyed."""
+        return Grid.covering(bounds, self.plan.cell_m / STEPS_A_CELL)
+
+    def is_surveyed(self, places: Grid, tiles: Sequence[Tile]) -> BoolArray:
+        """(rows, cols) where the survey has been, were the ground as low as it can be, as far as these ground tiles reach."""
+        matched = [m for t in tiles for m in self.matched_ground(t)]
+        ground = np.full(places.shape, self.heights_over(places.bounds)[0])
+        below = shapely.contains_xy(self.looked_down_on, *places.centres())
+        return np.asarray(below & (images_of_ground(matched, places, ground) >= self.least_views))
+
+    def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
+        """The base images of a ground tile, each with its partners and cells."""
+        if tile.name not in self._over:
+            found = self.plan.flight_tiles(tile.name, tile.bounds)
+            self._over[tile.name] = found
+            self._units.update({f.name: f for f in found})
+        return self._over[tile.name]
+
+    def flight_tile(self, unit: str) -> FlightTile:
+        """One that `flight_tiles` has named."""
+        return self._units[unit]
+
+    def ortho_images(self, tile: Tile) -> list[str]:
+        """For every few metres of a ground tile those that look down on it steepest, of slanting images and of the others; names, sorted."""
+        near = self._views_over(tile.bounds)
+        slanting = [v for v in near if self.is_slanting(v.name)]
+        chosen = self._steepest([v for v in near if not self.is_slanting(v.name)], tile) | self._steepest(
+            slanting, tile
+        )
+        # what the survey's edge leaves of a tile may lie between the places of the lattice
+        return sorted(chosen) or sorted(v.name for v in near)
+
+    def is_slanting(self, name: str) -> bool:
+        """Whether an image colours only what of an ortho no others see."""
+        return bool(self.flown[name].image.tilt > np.radians(self.parameters.images.most_ortho_tilt))
+
+    def _steepest(self, views: Sequence[View], tile: Tile) -> set[str]:
+        """Names of the views that see a place of the tile's lattice along the steepest rays."""
+        x, y = np.meshgrid(
+            *(np.arange(lo + CELL_M / 2, hi, CELL_M) for lo, hi in zip(tile.bounds[:2], tile.bounds[2:], strict=True))
+        )
+        ground = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, self.heights_over(tile.bounds)[0])])
+        steepness = np.array([_steepness(v, ground) for v in views]).reshape(len(views), x.size)
+        order = np.argsort(-steepness, axis=0, kind="stable")[:IMAGES_A_CELL]
+        return {views[i].name for i in np.unique(order).tolist() if np.isfinite(steepness[i]).any()}
+
+    def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
+        """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
+        x_0, y_0, x_1, y_1 = bounds
+        box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
+        near = [v for v in self._showing(bounds) if _meets(v, box)]
+        middle = box.mean(axis=0)
+        near.sort(key=lambda v: (float(np.linalg.norm(v.image.centre - middle)), v.name))
+        return sorted(v.name for v in near[:most])
+
+    def _views_over(self, bounds: Bounds) -> list[View]:
+        views, tree = self._seen
+        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+
+    @cached_property
+    def _seen(self) -> tuple[list[View], STRtree]:
+        views = list(self.flown.values())
+        return views, STRtree(footprints(views))
+
+    def _showing(self, bounds: Bounds) -> list[View]:
+        views, tree = self._shown
+        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+
+    @cached_property
+    def _shown(self) -> tuple[list[View], STRtree]:
+        views = list(self.views.values())
+        return views, STRtree(sights(views))
+
+    @cached_property
+    def oblique_frames(self) -> tuple[LocalFrame, ...]:
+        """Frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
+        chosen = self.parameters.images
+        if not chosen.frames:
+            return ()
+        tilted = [f for f in self.frames if f.frame_from_world[2, 2] < np.cos(np.radians(chosen.least_frame_tilt))]
+        return tuple(f for f in tilted if worth_a_frame(f, self.parameters.look_directions))
+
+    @cached_property
+    def frame_tiles(self) -> dict[str, FrameTile]:
+        """All tiles of all oblique frames by unit name."""
+        found: dict[str, FrameTile] = {}
+        for frame in self.oblique_frames:
+            over: dict[Tile, list[str]] = {}
+            for name, tile in self.tiles.items():
+                for frame_tile in self._frame_tiles_of(frame, tile):
+                    over.setdefault(frame_tile, []).append(name)
+            found.update(
+                {frame_unit(frame, t): FrameTile(frame, t, tuple(sorted(names))) for t, names in sorted(over.items())}
+            )
+        return found
+
+    def frame_tile(self, unit: str) -> FrameTile:
+        return self.frame_tiles[unit]
+
+    def frame_units_over(self, tiles: Sequence[str]) -> list[str]:
+        """Frame tiles that show something of these ground tiles."""
+        chosen = set(tiles)
+        return [unit for unit, f in self.frame_tiles.items() if chosen.intersection(f.ground_tiles)]
+
+    def frame_cell_m(self, frame: LocalFrame) -> float:
+        """Cell of a frame's rasters: what its images resolve."""
+        return nearest_cell(float(np.median([gsd(self.flown[n]) for n in frame.images])))
+
+    def frame_grid(self, frame: LocalFrame) -> Grid:
+        """The grid over all tiles of a frame."""
+        return grid_over(
+            [f.tile for f in self.frame_tiles.values() if f.frame.name == frame.name], self.frame_cell_m(frame)
+        )
+
+    def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
+        """Frame tiles that a ground tile with all that stands on it falls on."""
+        x_0, y_0, x_1, y_1 = tile.buffered(self.parameters.images.frame_halo_m)
+        low, high = self.heights_over(tile.bounds)
+        corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
+        hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull
+        size = self.parameters.tiles.tile_m
+        return [t for t in tiles_over(hull.bounds, size) if hull.intersects(shapely.box(*t.bounds))]
+
+    def heights_over(self, bounds: Bounds) -> tuple[float, float]:
+        """Lowest ground and highest object that images over `bounds` expect, metres."""
+        chosen = [v.heights for v in self._views_over(bounds)] or [v.heights for v in self.views.values()]
+        return min(h[0] for h in chosen), max(h[1] for h in chosen)
+
+
+def frame_unit(frame: LocalFrame, tile: Tile) -> str:
+    return f"{frame.name}.{tile.name}"
+
+
+def _reduced(view: View, level: int) -> View:
+    image = view.image
+    return replace(view, image=replace(image, camera=image.camera.reduced(level))) if level else view
+
+
+def nearest_cell(gsd_m: float) -> float:
+    """The usual cell nearest to a ground sampling distance, by ratio.
+
+    >>> nearest_cell(0.083), nearest_cell(0.14)
+    (0.08, 0.125)
+    """
+    return min(CELLS_M, key=lambda cell: abs(np.log(cell / gsd_m)))
+
+
+def _meets(view: View, box: FloatArray) -> bool:
+    """Whether the image of (8, 3) corners may meet the frame: corners behind the camera count as inside."""
+    uv, depth = view.image.project(box)
+    if (depth <= 0).all():
+        return False
+    if (depth <= 0).any():
+        return True
+    low, high = uv.min(axis=0), uv.max(axis=0)
+    camera = view.image.camera
+    return bool((high > 0).all() and low[0] < camera.width and low[1] < camera.height)
+
+
+def _steepness(view: View, ground: FloatArray) -> FloatArray:
+    """Cosine of the angle to the vertical at which (N, 3) ground points are seen; -inf where they are not in the image."""
+    ray = ground - view.image.centre
+    cosine = -ray[:, 2] / np.linalg.norm(ray, axis=1)
+    return np.where(sees(view.image, ground), cosine, -np.inf)

@@ -1,0 +1,247 @@
+"""The files of the page: where things are, what they say, what is kept, and that the same run gives the same bytes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+import shapely
+from rich.console import Console
+
+from browser import painted_run as town
+from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow.store import Store
+from cityflow.io.reference import resolve
+from cityflow.reporting import view
+from cityflow.reporting.unit_pages import page_path
+from cityflow.reporting.view import state_of
+from cityflow.reporting.view_frame import PageFrame
+from cityflow.reporting.view_layers import Ridges
+from cityflow.runs.current import CurrentRecords
+from cityflow.runs.prepare import Prepared
+from cityflow.runs.run_folder import describe_run
+from cityflow.viewer.rows import UnitRow
+from cityflow.workflow.serve import bring_up_to_date, reader
+
+BOUNDS = (80000.0, 440000.0, 90000.0, 450000.0)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Prepared, CurrentRecords]:
+    folder = tmp_path_factory.mktemp("town")
+    wanted = town.prepare(town.write_catalog(folder), folder / "run")
+    records = town.make_run(wanted)
+    town.write_view(wanted, records)
+    return wanted, records
+
+
+def _tree(run: Prepared, name: str) -> Any:
+    return json.loads(run.store.read_bytes(f"view/data/{name}"))
+
+
+@pytest.mark.parametrize("code", ["EPSG:7415", "EPSG:28992", "local"])
+def test_positions_come_back_from_the_frame_of_the_page(code: str) -> None:
+    reference = resolve(code)
+    frame = PageFrame.over(reference, BOUNDS)
+    rng = np.random.default_rng(2)
+    world = np.column_stack(
+        [rng.uniform(80000, 90000, 200), rng.uniform(440000, 450000, 200), rng.uniform(-5, 60, 200)]
+    )
+    e, n, u = frame.local(world).T
+    back = np.column_stack([np.ones_like(e), e, n, u, e * e, e * n, n * n, e * u, n * u]) @ frame.to_world.T
+    assert np.abs(back - world).max() < 0.01
+    assert frame.worst_m < 0.01
+    assert abs(np.median(u - world[:, 2])) < 5.0, "heights are the survey's but for the earth's curvature"
+
+
+def test_the_index_has_every_building_at_its_place(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, _ = made
+    about, index = _tree(run, "city.json"), _tree(run, "index.json")
+    rows = {row[0]: dict(zip(index["fields"], row, strict=True)) for row in index["rows"]}
+    assert {r["status"] for r in rows.values()} == {"done", "failed", "refused"}
+    e, n, u = rows[town.FLAT]["place"]
+    world = np.array(about["world"]) @ [1, e, n, u, e * e, e * n, n * n, e * u, n * u]
+    middle = town.OUTLINES[town.FLAT].centroid
+    assert world == pytest.approx([middle.x, middle.y, (town.TOPS[town.FLAT] + town.GROUND) / 2], abs=0.05)
+    assert about["counts"] == {"done": 4, "degraded": 0, "failed": 1, "refused": 1}
+    assert about["layers"] == {"points": True, "dsm": True, "cuts": True, "failures": True}
+
+
+def test_what_is_known_of_a_building(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, _ = made
+    known = _tree(run, "units/900_4600.json")[town.FLAT]
+    assert known["attributes"]["roof_type"] == "flat"
+    kept = known["scores"][known["kept"]]
+    assert kept["method"].split("/")[0] == known["method"]
+    assert sum(kept["parts"].values()) == pytest.approx(kept["penalty"], abs=1e-4)
+    assert _tree(run, f"images/{known['leaf']}.json")[town.FLAT] == [["ortho", 1.0]]
+
+
+def test_a_building_with_a_page_in_the_report_leads_there(
+    made: tuple[Prepared, CurrentRecords],
+) -> None:
+    run, records = made
+    path = page_path(town.FLAT)
+    run.store.write_bytes(path, b"page")
+    try:
+        town.write_view(run, records)
+        units = _tree(run, "units/900_4600.json")
+        assert unquote(units[town.FLAT]["page"]) == path
+        assert [u for u, known in units.items() if "page" in known] == [town.FLAT]
+    finally:
+        run.store.remove(path)
+        town.write_view(run, records)
+
+
+def test_a_page_of_another_version_is_out_of_date(
+    made: tuple[Prepared, CurrentRecords], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = state_of(made[1])
+    assert before == state_of(made[1])
+    monkeypatch.setattr(view, "page_version", lambda: "another")
+    assert state_of(made[1]) != before
+
+
+def test_points_and_surface_are_the_survey_s(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, _ = made
+    about = _tree(run, "city.json")
+    tile = next(t for t in about["tiles"] if t["name"] == "900_4600")
+    count = tile["points"]["count"]
+    data = run.store.read_bytes("view/data/points/900_4600.bin")
+    xyz = np.frombuffer(data[: 12 * count], "<f4").reshape(-1, 3) + tile["points"]["origin"]
+    classes = np.frombuffer(data[12 * count :], np.uint8)
+    assert len(classes) == count == tile["points"]["of"]
+    assert set(np.unique(classes)) == {2, 6}
+    assert np.median(xyz[classes == 2, 2]) == pytest.approx(town.GROUND, abs=0.05)
+    said = tile["dsm"]
+    heights = np.frombuffer(run.store.read_bytes("view/data/dsm/900_4600.bin"), "<f4").reshape(
+        said["rows"], said["cols"]
+    )
+    assert np.nanmax(heights) == pytest.approx(town.TOPS[town.GABLE], abs=0.4)
+    spot = (
+        np.array(said["origin"])
+        + np.array(said["right"]) * said["cols"] / 2
+        + np.array(said["down"]) * said["rows"] / 2
+    )
+    e, n = spot
+    world = np.array(about["world"]) @ [1, e, n, 3.0, e * e, e * n, n * n, 3 * e, 3 * n]
+    assert world[:2] == pytest.approx([town.X + 50, town.Y + 50], abs=1.0)
+
+
+def test_the_same_run_gives_the_same_page_and_what_is_right_is_kept(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, records = made
+    root = Path(run.store.root)
+    before = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in sorted((root / "view").rglob("*")) if p.is_file()}
+    (root / "view/data/points/left_over.bin").write_bytes(b"x")
+    town.write_view(run, records)
+    after = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in sorted((root / "view").rglob("*")) if p.is_file()}
+    assert {p: data for p, (data, _) in after.items()} == {p: data for p, (data, _) in before.items()}
+    kept = [p.parent.name for p in after if after[p][1] == before[p][1]]
+    assert set(kept) == {"points", "dsm", "images"}
+
+
+def test_nothing_in_it_names_this_machine(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, _ = made
+    root = Path(run.store.root)
+    for path in (root / "view").rglob("*"):
+        if path.is_file() and path.name != "view.js":
+            assert str(root.parent).encode() not in path.read_bytes(), path
+
+
+def test_a_run_that_has_only_begun_has_a_page(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
+    run, _ = made
+    early = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path))
+    describe_run(early)
+    town.write_view(early, CurrentRecords({}))
+    about = json.loads((tmp_path / "view/data/city.json").read_text())
+    assert about["sets"] == {"rectified": None, "raw": None}
+    assert not any(about["layers"].values())
+    assert (tmp_path / "view/index.html").is_file()
+
+
+def test_a_page_is_written_where_there_is_none_and_left_alone_where_it_is_right(
+    made: tuple[Prepared, CurrentRecords],
+) -> None:
+    run, _ = made
+    root = Path(run.store.root)
+    stamp = (root / "view/index.html").stat().st_mtime_ns
+    console = Console(quiet=True)
+    bring_up_to_date(str(root), console)
+    assert (root / "view/index.html").stat().st_mtime_ns == stamp
+    (root / "view/index.html").unlink()
+    bring_up_to_date(str(root), console)
+    assert (root / "view/index.html").is_file()
+    with pytest.raises(RunError, match="no run here"):
+        bring_up_to_date(str(root / "products"), console)
+
+
+def test_a_run_before_its_last_export_shows_the_tiles_that_are_there(
+    made: tuple[Prepared, CurrentRecords], tmp_path: Path
+) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    for name in ("tileset.json", "tileset_raw.json"):
+        (tmp_path / "run/products/tiles3d" / name).unlink()
+    early = {stage: [r for r in records.of(stage) if r.unit != "city"] for stage in records.stages()}
+    early["export"] = early["export"][:1]
+    town.write_view(Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run")), CurrentRecords(early))
+    about = json.loads((tmp_path / "run/view/data/city.json").read_text())
+    assert about["notes"] == ["1 ground tile with buildings is not exported yet"]
+    sets = about["sets"]
+    assert sets == {"rectified": "view/data/tileset.json", "raw": "view/data/tileset_raw.json"}
+    for path in sets.values():
+        root = json.loads((tmp_path / "run" / path).read_text())["root"]
+        uris = [tile["content"]["uri"] for tile in root.get("children", [root])]
+        assert len(uris) == 1
+        assert all((tmp_path / "run" / path).parent.joinpath(uri).resolve().is_file() for uri in uris)
+
+
+def test_points_that_somebody_has_damaged_are_left_out(made: tuple[Prepared, CurrentRecords], tmp_path: Path) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    shutil.rmtree(tmp_path / "run/view")
+    for path in (tmp_path / "run/work/ingest/flight").rglob("*.laz"):
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    for path in (tmp_path / "run/products/textures").glob("*.index.png"):
+        path.unlink()
+    town.write_view(Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run")), records)
+    about = json.loads((tmp_path / "run/view/data/city.json").read_text())
+    assert about["layers"] == {"points": False, "dsm": True, "cuts": True, "failures": True}
+
+
+def test_pages_come_from_an_object_store_as_well() -> None:
+    store = Store.open("memory://view-reader")
+    store.write_bytes("view/index.html", b"page")
+    read = reader(store)
+    assert read("view/index.html") == b"page"
+    assert read("products/missing.glb") is None
+
+
+def test_the_reader_gives_files_and_nothing_for_folders(made: tuple[Prepared, CurrentRecords]) -> None:
+    run, _ = made
+    read = reader(run.store)
+    script, page = read("view/view.js"), read("view/index.html")
+    assert script is not None
+    assert script.startswith(b"/* Built")
+    assert page is not None
+    assert read("products") is None
+    assert read("products/none.glb") is None
+
+
+def test_a_cut_line_lies_at_the_higher_roof_beside_it() -> None:
+    def row(name: str, x: float) -> UnitRow:
+        ring = np.array([(x, 0), (x + 10, 0), (x + 10, 10), (x, 10), (x, 0)], float)
+        return UnitRow(name, "0_0", Status.DONE, rings=(ring,))
+
+    rows = (row("low", 0), row("high", 10), row("tower", 20))
+    ridges = Ridges.of(rows, {"low": (0.0, 5.0), "high": (0.0, 8.0), "tower": (0.0, 60.0)})
+    assert ridges.beside(shapely.LineString([(10, 0), (10, 10)]), 0.0) == 8.0
+    assert ridges.beside(shapely.LineString([(5, 1), (5, 9)]), 0.0) == 5.0
+    assert ridges.beside(shapely.LineString([(-3, 0), (-3, 9)]), 0.0) == 5.0, "the nearest where it touches none"
+    assert Ridges.of((), {}).beside(shapely.LineString([(5, 1), (5, 9)]), 2.0) == 2.0
