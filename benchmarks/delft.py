@@ -28,10 +28,10 @@ from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.overlap import overlap_volume
 from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.io.cityjson import Transform, read_feature
-from cityflow.io.las import read_points
+from cityflow.io.city_models.cityjson import Transform, read_feature
+from cityflow.io.points.las import read_points
 from cityflow.io.reference import resolve
-from cityflow.io.vector import read_outlines
+from cityflow.io.tables.vector import read_outlines
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "catalogs" / "delft"

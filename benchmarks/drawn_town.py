@@ -23,8 +23,8 @@ from cityflow.core.splitting import FrameRasters
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.evaluation.borders import TRACES, Border, borders_of, with_traces
 from cityflow.evaluation.wall_lines import WallStretches
-from cityflow.outlines.regions import RegionSurface
-from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_heights.regions import RegionSurface
+from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.drawn_frames import drawn_with_truth
 from cityflow.synthetic.drawn_points import drawn_wall_points

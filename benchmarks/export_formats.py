@@ -18,13 +18,13 @@ from shapely import Polygon
 
 from cityflow.core.building import Building, Lod, RoofPlane, Semantic
 from cityflow.core.texture import BuildingTexture, FaceFigures, FaceKey, FaceTexture, TexturePage, TextureSet
-from cityflow.io.appearance import Appearance
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import extent_of
-from cityflow.io.obj import write_obj
-from cityflow.io.outlines_gpkg import outline_layer, unit_layer, write_geopackage
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson_sequence import extent_of
+from cityflow.io.city_models.obj import write_obj
 from cityflow.io.reference import resolve
+from cityflow.io.tables.outlines_gpkg import outline_layer, unit_layer, write_geopackage
 from cityflow.reconstruction.extruded import extrude
 
 RUNS = 3

@@ -33,18 +33,18 @@ from cityflow.core.points import PointCloud
 from cityflow.errors import CityflowError
 from cityflow.flow.records import decode, encode
 from cityflow.flow.task import Record
-from cityflow.io.bundler import read_bundler
-from cityflow.io.camera_table import read_camera_table
-from cityflow.io.colmap import read_colmap
-from cityflow.io.image_header import image_header
-from cityflow.io.las import read_points
-from cityflow.io.las_header import read_header
-from cityflow.io.las_write import write_points
-from cityflow.io.metashape import read_metashape
-from cityflow.io.raster_header import read_raster_header
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.images.image_header import image_header
+from cityflow.io.orientation.bundler import read_bundler
+from cityflow.io.orientation.camera_table import read_camera_table
+from cityflow.io.orientation.colmap import read_colmap
+from cityflow.io.orientation.metashape import read_metashape
+from cityflow.io.points.las import read_points
+from cityflow.io.points.las_header import read_header
+from cityflow.io.points.las_write import write_points
+from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.reference import resolve
-from cityflow.io.stac import read_catalog
-from cityflow.io.vector import read_outlines
+from cityflow.io.tables.vector import read_outlines
 from cityflow.runs.run_folder import open_run, workflow_tree
 from cityflow.runs.settings import Workflow, load_workflow
 

@@ -2,7 +2,7 @@
 
 Replicates a LAZ file in x and y to the size asked for, then measures, each in a process of its own so that peak memory is its own:
 `reference`: laspy reads the file in chunks and writes it again as one LAZ file of the same point format as the pieces;
-`index`: `cityflow.io.point_index.split_file` into cells.
+`index`: `cityflow.io.points.point_index.split_file` into cells.
 
     python benchmarks/ingest.py --million 50 --cell 50
 """
@@ -23,10 +23,10 @@ from typing import Any
 import laspy
 import numpy as np
 
-from cityflow.io.las import CHUNK_POINTS, stream_records
-from cityflow.io.las_header import BACKEND
-from cityflow.io.las_write import blank_header
-from cityflow.io.point_index import split_file
+from cityflow.io.points.las import CHUNK_POINTS, stream_records
+from cityflow.io.points.las_header import BACKEND
+from cityflow.io.points.las_write import blank_header
+from cityflow.io.points.point_index import split_file
 
 SOURCE = Path(__file__).parents[1] / "catalogs" / "delft" / "data" / "ahn3_cropped_1.laz"
 

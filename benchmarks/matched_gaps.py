@@ -20,7 +20,7 @@ from rich.console import Console
 
 from cityflow.core.grid import grown
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
-from cityflow.io.vector import read_layer
+from cityflow.io.tables.vector import read_layer
 from cityflow.stages.synth.survey import SynthParameters, town_of
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town_terraces import RowGaps

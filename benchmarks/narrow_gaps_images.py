@@ -20,7 +20,7 @@ from shapely import Polygon
 
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
 from cityflow.outlines.find import FindParameters, find_outlines
-from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.synthetic import town_terraces
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_terraces import RowRule

@@ -18,8 +18,8 @@ from cityflow.core.building import Outline
 from cityflow.core.grid import grown
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.outlines.accuracy import OutlineAccuracy, accuracy_of, facade_offsets
-from cityflow.outlines.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.accuracy import OutlineAccuracy, accuracy_of, facade_offsets
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.synthetic.town import TownParameters, make_town
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar

@@ -23,8 +23,8 @@ from cityflow.core.grid import Bounds, tiles_over
 from cityflow.core.points import BUILDING, PointCloud, concatenate
 from cityflow.core.reference import Reference
 from cityflow.evaluation.outlines import OutlineAccuracy, blocks_of, compare_outlines, united_by_adjacency
-from cityflow.io.las import read_points
-from cityflow.io.vector import read_polygons
+from cityflow.io.points.las import read_points
+from cityflow.io.tables.vector import read_polygons
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
 from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene

@@ -19,7 +19,7 @@ from matplotlib.colors import LightSource, hsv_to_rgb
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Polyhedron, Semantic
 from cityflow.geometry.polyhedron import face_normals, triangulate
-from cityflow.io.cityjson import Transform, read_feature
+from cityflow.io.city_models.cityjson import Transform, read_feature
 
 mpl.use("Agg")
 SUN = np.array([-0.5, -0.6, 0.62])

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cityflow.core.grid import Bounds
-from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.synthetic.drawn_frames import drawn_with_truth
 from cityflow.synthetic.drawn_points import drawn_wall_points
 from cityflow.synthetic.drawn_surface import drawn_surface

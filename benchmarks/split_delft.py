@@ -31,10 +31,10 @@ from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
 from cityflow.evaluation.borders import Border, borders_of
 from cityflow.evaluation.outlines import united_by_adjacency
 from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
-from cityflow.io.las import read_points
-from cityflow.io.vector import read_polygons
-from cityflow.outlines.given import clean_outlines
-from cityflow.outlines.noding import node_outlines
+from cityflow.io.points.las import read_points
+from cityflow.io.tables.vector import read_polygons
+from cityflow.outlines.given.given import clean_outlines
+from cityflow.outlines.noded.noding import node_outlines
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile

@@ -20,7 +20,7 @@ import shapely
 from cityflow.core.building import Semantic
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.texture import FacePlane
-from cityflow.io.image_write import jpeg_bytes, png_bytes
+from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.stages.atlas import without_black
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.synthetic.town import make_town

@@ -17,8 +17,8 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import PixelArray, PixelsOf
 from cityflow.core.texture import FaceKey, FacePlane, Patch
-from cityflow.io.images import open_image
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.images.tiled_images import open_image
 from cityflow.stages.synth.survey import SynthParameters
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, make_town

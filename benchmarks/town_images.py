@@ -26,9 +26,9 @@ from rich.console import Console
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, tiles_over
 from cityflow.flow.store import Store
-from cityflow.io.colmap import read_colmap
-from cityflow.io.stac import read_catalog
-from cityflow.io.stac_assets import Catalog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.catalog.stac_assets import Catalog
+from cityflow.io.orientation.colmap import read_colmap
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import check_run, describe_run

@@ -22,8 +22,8 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tile_at
 from cityflow.flow.store import Store
-from cityflow.io.colmap import read_colmap, write_colmap
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.orientation.colmap import read_colmap, write_colmap
 from cityflow.orientation.flight_plan import FlightTile
 from cityflow.orientation.views import View
 from cityflow.pipeline.city_source import CitySource

@@ -29,8 +29,8 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.evaluation.models import Model, TrueModel
 from cityflow.geometry.roof_type import roof_type
 from cityflow.geometry.straight_edges import wall_edges
-from cityflow.io.cityjson import Transform, read_feature
-from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.io.city_models.cityjson import Transform, read_feature
+from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.stages.synth.survey import SynthParameters
 from cityflow.surface.sample import sample
 from cityflow.synthetic.drawn_evidence import split_evidence

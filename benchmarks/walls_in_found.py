@@ -18,10 +18,10 @@ import shapely
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.evaluation.models_overhangs import true_overhang
-from cityflow.outlines.facades_inside import SeenHouses
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.outlines.found_walls import found_walls_in
-from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.found_walls import found_walls_in
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.surface.sample import sample
 from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.synthetic.town import Town, TownParameters, make_town

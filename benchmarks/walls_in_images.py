@@ -22,14 +22,14 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import OUTLINE_SIGMA_M, Outline
 from cityflow.evaluation.models_overhangs import true_overhang
 from cityflow.geometry.straight_edges import WallEdge, known_part, wall_edges
-from cityflow.outlines.adjacency import party_edges
-from cityflow.outlines.facades_inside import SeenHouses, facade_beside, facade_inside
 from cityflow.outlines.find import FindParameters, find_outlines
-from cityflow.outlines.found_walls import ROOF_EDGE_M, found_walls_in, seen_in, tops_of
-from cityflow.outlines.given import clean_outlines
-from cityflow.outlines.noding import node_outlines
-from cityflow.outlines.wall_points import WallPointParameters
-from cityflow.outlines.walls_in import WallsInParameters, walls_moved_in
+from cityflow.outlines.from_walls.wall_points import WallPointParameters
+from cityflow.outlines.given.given import clean_outlines
+from cityflow.outlines.noded.adjacency import party_edges
+from cityflow.outlines.noded.noding import node_outlines
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses, facade_beside, facade_inside
+from cityflow.outlines.under_eaves.found_walls import ROOF_EDGE_M, found_walls_in, seen_in, tops_of
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
 from cityflow.synthetic.town_units import Unit
 from drawn_town import drawn_town, table
 from walls_in import LAYERS, NONE_M, PARALLEL, SHORTEST_M, place_of_wall

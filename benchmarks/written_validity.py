@@ -19,10 +19,10 @@ from pathlib import Path
 
 from cityflow.core.written import WrittenGeometry
 from cityflow.evaluation.written import counted, faulty
-from cityflow.io.cityjson_sequence import document
-from cityflow.io.written_citygml import written_in_citygml
-from cityflow.io.written_cityjson import written_in_cityjson
-from cityflow.io.written_obj import written_in_obj
+from cityflow.io.city_models.cityjson_sequence import document
+from cityflow.io.city_models.written_citygml import written_in_citygml
+from cityflow.io.city_models.written_cityjson import written_in_cityjson
+from cityflow.io.city_models.written_obj import written_in_obj
 
 
 def geometries(run: Path, form: str) -> Iterator[WrittenGeometry]:

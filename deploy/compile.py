@@ -22,9 +22,9 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
-from cityflow.io.depth_map import decode_depth_map, encode_depth_map
+from cityflow.handover.depth_map import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
-from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters, model

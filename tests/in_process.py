@@ -10,7 +10,7 @@ from cityflow.errors import RefusedUnit
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io.surface_zarr import LAYERS, create, image_layers
+from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers
 from cityflow.pipeline.city_source import CitySource
 from cityflow.survey.survey import LIDAR, ZARR
 

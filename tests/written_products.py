@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from cityflow.core.written import WrittenGeometry
-from cityflow.io.written_citygml import written_in_citygml
-from cityflow.io.written_cityjson import written_in_cityjson
-from cityflow.io.written_obj import written_in_obj
+from cityflow.io.city_models.written_citygml import written_in_citygml
+from cityflow.io.city_models.written_cityjson import written_in_cityjson
+from cityflow.io.city_models.written_obj import written_in_obj
 
 
 def written(path: Path) -> list[WrittenGeometry]:

@@ -14,9 +14,9 @@ from browser.chromium import Chromium
 from browser.conftest import READY, served
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic
 from cityflow.core.texture import BuildingTexture, FaceFigures, FaceTexture, TexturePage, TextureSet
+from cityflow.io.city_models.tiles3d import RAW, About, Scene, tile_files
+from cityflow.io.city_models.tiles3d_tree import city_tilesets
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.tiles3d import RAW, About, Scene, tile_files
-from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.viewer.view_page import page_files
 
 EYE, FORWARD, FOCAL, SIDE = np.array([9.0, -14.0, 16.0]), np.array([-0.1, 0.8, -0.6]), 0.25, 2048

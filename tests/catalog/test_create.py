@@ -15,7 +15,7 @@ from rasterio.transform import from_origin
 
 from cityflow.catalog.create import create_catalog
 from cityflow.errors import CatalogError
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from survey_files import CORNER, DELFT, houses, points, write_las, write_outlines
 
 LAZ = str(DELFT / "data" / "*.laz")

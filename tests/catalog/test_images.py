@@ -20,8 +20,8 @@ from cityflow.catalog.orientation import ImageSource, OrientationFiles, image_so
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_omega_phi_kappa
-from cityflow.io.colmap import write_colmap
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.orientation.colmap import write_colmap
 from survey_files import write_outlines
 
 BORUSZYN = Path(__file__).parents[2] / "catalogs" / "boruszyn"

@@ -27,7 +27,7 @@ from cityflow.catalog.create import create_catalog
 from cityflow.core.parameters import merged
 from cityflow.core.points import PointCloud
 from cityflow.flow.store import Store
-from cityflow.io.las_write import write_points
+from cityflow.io.points.las_write import write_points
 from cityflow.reporting import model_pictures, outline_pictures, raster_pictures, unit_pages
 from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
 from cityflow.viewer import side_view

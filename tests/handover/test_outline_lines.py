@@ -20,7 +20,7 @@ from cityflow.handover.outline_lines import (
     owned,
     touching,
 )
-from cityflow.outlines.adjacency import party_edges
+from cityflow.outlines.noded.adjacency import party_edges
 
 coordinate = st.floats(-1e7, 1e7, allow_nan=False).map(lambda v: round(v, 4))
 text = st.text(max_size=20)

@@ -9,10 +9,10 @@ import pytest
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
 from cityflow.core.texture import BuildingTexture, FaceFigures, FaceTexture, PlainFace, TexturePage, TextureSet
-from cityflow.io.appearance import Appearance, coordinates_of, figure_attributes, looks_of, said_of_look
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line
-from cityflow.io.obj import write_obj
+from cityflow.io.city_models.appearance import Appearance, coordinates_of, figure_attributes, looks_of, said_of_look
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line
+from cityflow.io.city_models.obj import write_obj
 
 FIGURES = FaceFigures(0.05, 12.0, 40, 3, 0.25, 0.125)
 PAGE = TexturePage("products/textures/r/0_0.jpg", 512, 256, "image/jpeg")

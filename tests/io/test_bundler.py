@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.errors import CatalogError
-from cityflow.io.bundler import read_bundler
+from cityflow.io.orientation.bundler import read_bundler
 
 POINTS = np.array([[10.0, 5.0, 2.0], [-20.0, 8.0, -3.0], [4.0, -12.0, 1.0]])
 ROTATION = np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])

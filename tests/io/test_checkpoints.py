@@ -10,8 +10,8 @@ import pytest
 import shapely
 
 from cityflow.errors import CatalogError
-from cityflow.io.checkpoints import read_checkpoints
 from cityflow.io.reference import resolve
+from cityflow.io.tables.checkpoints import read_checkpoints
 
 RD = resolve("EPSG:7415")
 

@@ -14,8 +14,8 @@ from PIL import Image
 
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
-from cityflow.io.appearance import Appearance
-from cityflow.io.citygml import write_citygml
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.citygml import write_citygml
 from citygml_schema import citygml_schema
 from textured_houses import Painted, codes, paint, painted_drape, places, sample
 

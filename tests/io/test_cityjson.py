@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from shapely import Polygon
 
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic, Status
-from cityflow.io.cityjson import ORIGIN, Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson import ORIGIN, Transform, feature_line, read_feature
 
 SURVEY = Transform(84000, 447000, 0)
 

@@ -12,8 +12,8 @@ import pytest
 
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import (
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson_sequence import (
     document,
     extent_of,
     extent_of_headers,

@@ -14,9 +14,9 @@ from PIL import Image
 
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
-from cityflow.io.appearance import Appearance
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import document, header_line, join, terrain_feature_line
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson_sequence import document, header_line, join, terrain_feature_line
 from textured_houses import Painted, codes, paint, painted_drape, places, sample
 
 SURVEY = Transform(84000, 447000, 0)

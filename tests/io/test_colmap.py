@@ -10,8 +10,8 @@ import pytest
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_omega_phi_kappa
-from cityflow.io.colmap import read_colmap, write_colmap
-from cityflow.io.colmap_cameras import MODELS, camera_of
+from cityflow.io.orientation.colmap import read_colmap, write_colmap
+from cityflow.io.orientation.colmap_cameras import MODELS, camera_of
 
 CAMERAS = (
     Camera(4000, 3000, 3500.5, 3500.5, 2001.25, 1499.75),

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.edits import DrawnOutline, Edits, edits_digest
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.edits_gpkg import read_edits
+from cityflow.io.tables.edits_gpkg import read_edits
 
 X, Y = 84_900.0, 447_500.0
 

@@ -9,8 +9,8 @@ import pytest
 
 from cityflow.errors import CatalogError
 from cityflow.io import fetch
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.fetch import local_file
-from cityflow.io.stac import read_catalog
 
 
 class Trickle(BaseHTTPRequestHandler):

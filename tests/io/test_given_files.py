@@ -18,18 +18,18 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, CityflowError
-from cityflow.io.bundler import read_bundler
-from cityflow.io.camera_table import read_camera_table
-from cityflow.io.colmap import read_colmap
 from cityflow.io.given_files import json_of, yaml_of
-from cityflow.io.image_header import image_header
-from cityflow.io.las_header import read_header
-from cityflow.io.las_write import write_points
-from cityflow.io.metashape import read_metashape
-from cityflow.io.oriented_images import in_order
-from cityflow.io.raster_header import read_raster_header
+from cityflow.io.images.image_header import image_header
+from cityflow.io.orientation.bundler import read_bundler
+from cityflow.io.orientation.camera_table import read_camera_table
+from cityflow.io.orientation.colmap import read_colmap
+from cityflow.io.orientation.metashape import read_metashape
+from cityflow.io.orientation.oriented_images import in_order
+from cityflow.io.points.las_header import read_header
+from cityflow.io.points.las_write import write_points
+from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.reference import resolve
-from cityflow.io.vector import read_layer, read_outlines
+from cityflow.io.tables.vector import read_layer, read_outlines
 from cityflow.runs.setting_text import read_tree
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(

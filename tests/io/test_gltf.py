@@ -26,10 +26,10 @@ from cityflow.core.texture import (
     TextureSet,
 )
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
-from cityflow.io.appearance import BARE, Appearance
 from cityflow.io.attributes import described
+from cityflow.io.city_models.appearance import BARE, Appearance
+from cityflow.io.city_models.gltf import SEMANTICS, GltfStyle, write_buildings_glb, write_terrain_glb
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.gltf import SEMANTICS, GltfStyle, write_buildings_glb, write_terrain_glb
 from glb_reading import Glb
 from painted_faces import GROUND_COLOUR, Painted, painted
 

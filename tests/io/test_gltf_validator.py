@@ -12,9 +12,9 @@ import pytest
 
 from cityflow.core.building import Building
 from cityflow.core.texture import Drape
-from cityflow.io.appearance import Appearance
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.gltf import write_buildings_glb, write_terrain_glb
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.gltf import write_buildings_glb, write_terrain_glb
 from painted_faces import painted
 
 NODE = shutil.which("node")

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from cityflow.io.image_write import jpeg_bytes
+from cityflow.io.images.image_write import jpeg_bytes
 
 
 def after(pixels: np.ndarray, full_colour: bool) -> np.ndarray:

@@ -13,7 +13,7 @@ from PIL import Image
 from cityflow.core.camera import Camera
 from cityflow.core.pixels import ArrayPixels, level_shape
 from cityflow.errors import CatalogError
-from cityflow.io.images import TilingParameters, check_against, image_header, open_image, tile_image
+from cityflow.io.images.tiled_images import TilingParameters, check_against, image_header, open_image, tile_image
 
 
 def _picture(height: int = 611, width: int = 1037, bands: int = 3, top: int = 255, seed: int = 0) -> np.ndarray:

@@ -11,9 +11,9 @@ from pyproj import CRS
 
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError
-from cityflow.io.las import Dropped, read_counted, read_pieces, read_points, read_points_of, sample, stream
-from cityflow.io.las_header import read_header
-from cityflow.io.las_write import write_points
+from cityflow.io.points.las import Dropped, read_counted, read_pieces, read_points, read_points_of, sample, stream
+from cityflow.io.points.las_header import read_header
+from cityflow.io.points.las_write import write_points
 from survey_files import DELFT, points, write_las, write_one_stream
 
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.depth_map import ImagePoints
-from cityflow.io.las_image_points import write_image_points
+from cityflow.io.points.las_image_points import write_image_points
 
 
 def _points(n: int, bands: int = 3) -> ImagePoints:

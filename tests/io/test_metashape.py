@@ -8,7 +8,7 @@ from pyproj import CRS, Transformer
 
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_omega_phi_kappa
-from cityflow.io.metashape import read_metashape
+from cityflow.io.orientation.metashape import read_metashape
 
 GEOGRAPHIC = CRS.from_epsg(4326).to_wkt("WKT1_GDAL")
 UTM = CRS.from_epsg(32633)

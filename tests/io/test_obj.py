@@ -11,8 +11,8 @@ import trimesh
 from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic
 from cityflow.core.reference import Reference
 from cityflow.geometry.polyhedron import volume
-from cityflow.io.cityjson import Transform
-from cityflow.io.obj import MATERIALS, write_obj
+from cityflow.io.city_models.cityjson import Transform
+from cityflow.io.city_models.obj import MATERIALS, write_obj
 
 ORIGIN = Transform(84000, 447000, 0)
 Terrain = tuple[np.ndarray, np.ndarray]

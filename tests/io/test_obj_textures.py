@@ -12,9 +12,9 @@ from trimesh.resolvers import FilePathResolver
 
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
-from cityflow.io.appearance import Appearance
-from cityflow.io.cityjson import Transform
-from cityflow.io.obj import write_obj
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.cityjson import Transform
+from cityflow.io.city_models.obj import write_obj
 from textured_houses import Painted, codes, paint, painted_drape, places, sample
 
 ORIGIN = Transform(84000, 447000, 0)

@@ -20,11 +20,11 @@ from cityflow.core.building import Building, Lod, Polyhedron
 from cityflow.core.openings import FaceOpenings, Opening, UnitOpenings
 from cityflow.core.reference import Reference
 from cityflow.core.texture import FaceFigures, FaceTexture, PlainFace, TexturePage
-from cityflow.io.appearance import BARE, Appearance
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import document, header_line
-from cityflow.io.opening_looks import OpenedLook, opened_look, texture_map
+from cityflow.io.city_models.appearance import BARE, Appearance
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson_sequence import document, header_line
+from cityflow.io.city_models.opening_looks import OpenedLook, opened_look, texture_map
 from citygml_schema import citygml_schema
 from textured_houses import RED_STEP, Painted, codes, paint, places, sample
 

@@ -18,9 +18,9 @@ from lxml import etree
 from cityflow.core.building import Building, Lod
 from cityflow.core.openings import TOO_LITTLE, FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.reference import Reference
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.cityjson_sequence import document, extent_of, header_line
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.cityjson_sequence import document, extent_of, header_line
 from citygml_schema import citygml_schema
 
 NS = {"b": "http://www.opengis.net/citygml/building/2.0", "gml": "http://www.opengis.net/gml", "g": "http://www.opengis.net/citygml/generics/2.0"}  # fmt: skip

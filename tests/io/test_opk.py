@@ -8,7 +8,7 @@ import pytest
 
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import AngleUnit, RotationOrder, from_angles
-from cityflow.io.opk import OpkTable, parsed_columns, read_opk
+from cityflow.io.orientation.opk import OpkTable, parsed_columns, read_opk
 
 ROWS = [("a.tif", 100.5, 200.25, 500.0, 1.5, -2.5, 91.0), ("b.tif", 160.5, 201.0, 502.0, 30.0, 10.0, -170.0)]
 

@@ -12,7 +12,7 @@ from shapely import LineString, Point, box
 from cityflow.core.building import Building, Outline, OutlineEdge, Scalar, Status
 from cityflow.core.reference import Reference
 from cityflow.core.splitting import CutLine, Splitting
-from cityflow.io.outlines_gpkg import (
+from cityflow.io.tables.outlines_gpkg import (
     Layer,
     cut_line_layer,
     outline_edge_layer,

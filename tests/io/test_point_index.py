@@ -11,8 +11,8 @@ import pytest
 
 from cityflow.core.grid import tile_at
 from cityflow.errors import CatalogError
-from cityflow.io.las import read_points, read_points_of
-from cityflow.io.point_index import FileIndex, cells_over, split_file
+from cityflow.io.points.las import read_points, read_points_of
+from cityflow.io.points.point_index import FileIndex, cells_over, split_file
 from survey_files import DELFT, points, write_las
 
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"
@@ -90,7 +90,7 @@ def test_unusable_points_stay_out(tmp_path: Path) -> None:
 
 
 def test_absurdly_many_cells_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cityflow.io.point_index.MAX_CELLS", 100)
+    monkeypatch.setattr("cityflow.io.points.point_index.MAX_CELLS", 100)
     with pytest.raises(CatalogError, match="units and extent"):
         _pieces(write_las(tmp_path / "a.laz", points(5000, size=5000.0)))
 
@@ -104,6 +104,6 @@ def test_cut_file_gives_an_error_that_names_it(tmp_path: Path) -> None:
 
 def test_spilling_to_disk_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     _, pieces = _pieces(LAZ)
-    monkeypatch.setattr("cityflow.io.point_index.SPILL_BYTES", 1000)
+    monkeypatch.setattr("cityflow.io.points.point_index.SPILL_BYTES", 1000)
     assert _pieces(LAZ, chunk=20_000)[1] == pieces
     assert math.isclose(len(pieces), 12, abs_tol=6)

@@ -14,8 +14,8 @@ from pystac.extensions.pointcloud import PointcloudExtension
 from pystac.extensions.projection import ProjectionExtension
 
 from cityflow.errors import CatalogError
-from cityflow.io.stac import COLLECTION, Catalog, is_catalog, read_catalog, sha256_of
-from cityflow.io.stac_assets import RasterAsset
+from cityflow.io.catalog.stac import COLLECTION, Catalog, is_catalog, read_catalog, sha256_of
+from cityflow.io.catalog.stac_assets import RasterAsset
 from survey_files import DELFT
 
 SCHEMAS = Path(str(pystac.__file__)).parent / "validation" / "jsonschemas"

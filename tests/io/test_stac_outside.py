@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from cityflow.errors import CatalogError
-from cityflow.io.stac import read_catalog
-from cityflow.io.stac_outside import is_inside, refuse_outside
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.catalog.stac_outside import is_inside, refuse_outside
 from cluster.small_city import SmallCity, make_city
 
 

@@ -23,8 +23,16 @@ from numpy.typing import NDArray
 from cityflow.core.grid import Grid, Tile
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
+from cityflow.io.rasters.surface_zarr import (
+    LAYERS,
+    chunk_paths,
+    create,
+    image_layers,
+    read_layers,
+    window_of,
+    write_tile,
+)
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import LAYERS, chunk_paths, create, image_layers, read_layers, window_of, write_tile
 
 CELL, TILE_CELLS = 0.5, 40
 CITY = Grid(85000.0, 447560.0, CELL, 3 * TILE_CELLS, 4 * TILE_CELLS)

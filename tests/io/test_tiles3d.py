@@ -14,11 +14,11 @@ from pyproj import Transformer
 
 from cityflow.core.building import Building, Lod
 from cityflow.core.reference import Reference
+from cityflow.io.city_models.tiles3d import FOLDER, PORTABLE, RAW, About, Scene, tile_files
+from cityflow.io.city_models.tiles3d_tree import TILES_PER_FILE, city_tilesets
 from cityflow.io.geoid import shipped_geoid
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import TileFrame, frame_at
-from cityflow.io.tiles3d import FOLDER, PORTABLE, RAW, About, Scene, tile_files
-from cityflow.io.tiles3d_tree import TILES_PER_FILE, city_tilesets
 from glb_reading import Glb
 from painted_faces import painted
 

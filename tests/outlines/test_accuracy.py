@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import OUTLINE_SIGMA_M
-from cityflow.outlines.accuracy import accuracy_of
+from cityflow.outlines.under_eaves.accuracy import accuracy_of
 
 SIGMA_M = 0.03
 

@@ -10,7 +10,7 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.building import Outline
-from cityflow.outlines.adjacency import party_edges, shared_boundaries
+from cityflow.outlines.noded.adjacency import party_edges, shared_boundaries
 
 
 def quarter(seed: int) -> list[Outline]:

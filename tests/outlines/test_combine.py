@@ -17,7 +17,7 @@ from cityflow.core.points import HIGH_VEGETATION
 from cityflow.core.wall_points import WallPoints
 from cityflow.outlines import find
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.outlines.wall_line import WallLine
+from cityflow.outlines.from_walls.wall_line import WallLine
 
 CELL = 0.4
 GRID = Grid.covering((85000.0, 447000.0, 85060.0, 447060.0), CELL)

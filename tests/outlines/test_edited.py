@@ -7,7 +7,7 @@ from shapely import Point, Polygon, box
 
 from cityflow.core.building import Outline, OutlineEdge
 from cityflow.core.edits import DrawnOutline, Edits
-from cityflow.outlines.edited import REJECTED, REPLACED, apply_to_outlines, rejected
+from cityflow.outlines.given.edited import REJECTED, REPLACED, apply_to_outlines, rejected
 
 
 def _house(name: str, x: float, width: float = 10.0) -> Outline:

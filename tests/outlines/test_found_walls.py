@@ -7,10 +7,10 @@ import pytest
 import shapely
 
 from cityflow.core.points import PointCloud
-from cityflow.outlines.facades_inside import SeenHouses
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.outlines.found_walls import found_walls_in
-from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.found_walls import found_walls_in
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.surface.tile_surface import surface_of_tile
 
 BOUNDS = (0.0, 0.0, 40.0, 36.0)

@@ -8,7 +8,7 @@ import shapely
 from shapely import MultiPolygon, Polygon, box
 
 from cityflow.core.building import Outline
-from cityflow.outlines.given import clean_outlines
+from cityflow.outlines.given.given import clean_outlines
 
 
 def cleaned(*polygons: Any) -> tuple[list[Outline], list[str]]:

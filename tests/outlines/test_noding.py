@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from shapely import Polygon, affinity, box
 
 from cityflow.core.building import Outline
-from cityflow.outlines.given import clean_outlines
-from cityflow.outlines.noding import neighbours, node_outlines, vanished
+from cityflow.outlines.given.given import clean_outlines
+from cityflow.outlines.noded.noding import neighbours, node_outlines, vanished
 
 ORIGIN = (85000.0, 447500.0)
 

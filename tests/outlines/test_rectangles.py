@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon
 
-from cityflow.outlines.generalise import alternating_offsets, corners_of, without_short_edges
-from cityflow.outlines.rectangles import rectangle_approximation
+from cityflow.outlines.from_heights.generalise import alternating_offsets, corners_of, without_short_edges
+from cityflow.outlines.from_heights.rectangles import rectangle_approximation
 
 
 def test_an_l_with_a_courtyard_is_its_own_approximation() -> None:

@@ -10,8 +10,8 @@ from shapely import Polygon, affinity, box
 
 from cityflow.core.grid import Grid
 from cityflow.core.points import HIGH_VEGETATION
-from cityflow.outlines.regions import RegionParameters, RegionSurface, building_regions
-from cityflow.outlines.standing import StandingParameters, standing
+from cityflow.outlines.from_heights.regions import RegionParameters, RegionSurface, building_regions
+from cityflow.outlines.from_heights.standing import StandingParameters, standing
 
 SIZE = 60.0
 MIDDLE = 30.0

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.outlines.wall_curves import fitted
-from cityflow.outlines.wall_sections import Part, Prices, parts
+from cityflow.outlines.from_walls.wall_curves import fitted
+from cityflow.outlines.from_walls.wall_sections import Part, Prices, parts
 
 ORIGIN = np.array([85_000.0, 447_000.0])
 

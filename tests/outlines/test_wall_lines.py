@@ -9,9 +9,9 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.wall_points import WallPoints, joined_walls
-from cityflow.outlines.wall_line import CURVE, LINE, WallLine
-from cityflow.outlines.wall_lines import WallLineParameters, find_wall_lines
-from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_walls.wall_line import CURVE, LINE, WallLine
+from cityflow.outlines.from_walls.wall_lines import WallLineParameters, find_wall_lines
+from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from wall_scenes import ORIGIN, Part, facade, image_points, level, ring, tree
 
 # with a step of a metre in its front and a bay of 2 x 1.2 m at its back

@@ -5,7 +5,7 @@ import pytest
 
 from cityflow.core.depth_map import ImagePoints, joined
 from cityflow.core.wall_points import WallPoints
-from cityflow.outlines.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from wall_scenes import ORIGIN, camera, facade, image_points, level, ring, tree
 
 HOUSE = ((0.0, 0.0), (8.0, 0.0), (8.0, 6.0), (0.0, 6.0))

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from cityflow.core.wall_points import WallPoints
-from cityflow.outlines.wall_raster import CellRules, strips, wall_cells
+from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
 
 RULES = CellRules(
     cell=0.12,

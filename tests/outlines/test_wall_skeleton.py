@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from cityflow.outlines.wall_skeleton import paths, skeleton
+from cityflow.outlines.from_walls.wall_skeleton import paths, skeleton
 
 
 def cells(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

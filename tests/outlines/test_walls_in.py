@@ -10,10 +10,10 @@ from shapely import Polygon
 from cityflow.core.building import Outline, OutlineEdge
 from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
-from cityflow.outlines.adjacency import party_edges
-from cityflow.outlines.edited import LOCKED
-from cityflow.outlines.facades_inside import SeenHouses, facade_inside
-from cityflow.outlines.walls_in import Facade, WallsInParameters, walls_moved_in
+from cityflow.outlines.given.edited import LOCKED
+from cityflow.outlines.noded.adjacency import party_edges
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses, facade_inside
+from cityflow.outlines.under_eaves.walls_in import Facade, WallsInParameters, walls_moved_in
 
 P = WallsInParameters()
 BOX = Polygon([(0, 0), (8, 0), (8, 6), (0, 6)])

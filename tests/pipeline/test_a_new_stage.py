@@ -62,7 +62,7 @@ sys.modules[module.__name__] = cityflow.pipeline.pipeline = module
 exec(changed, module.__dict__)
 
 from cityflow.flow.store import Store
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import in_flow_order

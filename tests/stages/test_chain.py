@@ -16,7 +16,7 @@ import pytest
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.settings import load_workflow
 from cluster.small_city import SmallCity, contents, make_city, scene

@@ -14,7 +14,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
-from cityflow.io.stac import Catalog, LidarAsset, OutlineAsset
+from cityflow.io.catalog.stac import Catalog, LidarAsset, OutlineAsset
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import reconstruct, split

@@ -13,7 +13,7 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
-from cityflow.io.stac_assets import Catalog, ImageAsset, OutlineAsset
+from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters

@@ -11,7 +11,7 @@ import shapely
 
 from cityflow.core.building import Status
 from cityflow.errors import CatalogError, WorkflowError
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.prepare import prepared
 from cluster.small_city import SmallCity, make_city

@@ -21,9 +21,9 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.imagery.raw_frames import developed
 from cityflow.imagery.resampling import pinhole_within
-from cityflow.io.images import open_image
-from cityflow.io.stac import Catalog
-from cityflow.io.stac_assets import ImageAsset
+from cityflow.io.catalog.stac import Catalog
+from cityflow.io.catalog.stac_assets import ImageAsset
+from cityflow.io.images.tiled_images import open_image
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.ingest import calibration

@@ -9,8 +9,8 @@ import numpy as np
 from cityflow.core.depth_map import points_of
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
-from cityflow.io.depth_map import decode_depth_map
-from cityflow.io.stac import read_catalog
+from cityflow.handover.depth_map import decode_depth_map
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight, truth

@@ -13,8 +13,8 @@ from cityflow.core.building import Outline
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.store import Store
 from cityflow.handover.outline_lines import decode, encode, owned
-from cityflow.outlines.facades_inside import SeenHouses
-from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.ingest.outline_sample import sampled
 from cityflow.stages.outline import walls as outline_walls
 

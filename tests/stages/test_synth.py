@@ -15,7 +15,7 @@ from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io.image_write import jpeg_bytes, tiff_bytes
+from cityflow.io.images.image_write import jpeg_bytes, tiff_bytes
 from cityflow.stages import synth
 from cityflow.stages.synth import SynthSource, scene_bounds
 from cityflow.stages.synth.survey import SynthParameters, town_of

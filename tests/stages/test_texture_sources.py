@@ -25,7 +25,7 @@ from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.handover.texture_files import Rings, decode_unit
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.export.textures import CUT_OTHERWISE

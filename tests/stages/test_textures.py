@@ -21,10 +21,10 @@ from cityflow.core.texture import FIRST_IMAGE
 from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json
-from cityflow.io.cityjson import Transform, read_feature
-from cityflow.io.raster import write_cog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.city_models.cityjson import Transform, read_feature
+from cityflow.io.rasters.raster import write_cog
 from cityflow.io.reference import resolve
-from cityflow.io.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.settings import load_workflow
 from in_process import Records, run_all

@@ -17,9 +17,9 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Task
 from cityflow.flow.workspace import Workspace
-from cityflow.io import surface_zarr
+from cityflow.io.rasters import surface_zarr
+from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers, write_tile
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import LAYERS, create, image_layers, write_tile
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.survey import OVERVIEW, ZARR
 

@@ -21,7 +21,7 @@ from cityflow.core.camera import Camera
 from cityflow.errors import CityflowError
 from cityflow.evaluation.written import faulty
 from cityflow.flow.task import Task
-from cityflow.io.cityjson import Transform, read_feature
+from cityflow.io.city_models.cityjson import Transform, read_feature
 from cityflow.survey.area import Area
 from stages.painted_houses import (
     CRS_CODE,

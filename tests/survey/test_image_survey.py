@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from pydantic import ValidationError
 
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.survey import Survey

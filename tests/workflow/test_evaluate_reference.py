@@ -15,8 +15,8 @@ from rich.console import Console
 from shapely import LineString, Polygon, box
 
 from cityflow import cli
-from cityflow.io.outlines_gpkg import Layer, write_geopackage
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.runs.run_folder import workflow_tree
 from cityflow.runs.settings import load_workflow
 

@@ -9,7 +9,7 @@ import pytest
 
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
-from cityflow.io.stac_assets import Catalog
+from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.runs.overrides import read_overrides, write_overrides
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run

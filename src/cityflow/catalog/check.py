@@ -17,13 +17,13 @@ from cityflow.catalog.seen import Seen
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
-from cityflow.io.las import Dropped, sample
-from cityflow.io.las_header import LasHeader, read_header
-from cityflow.io.raster_header import read_raster_header
+from cityflow.io.catalog.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.catalog.stac_outside import refuse_outside
+from cityflow.io.points.las import Dropped, sample
+from cityflow.io.points.las_header import LasHeader, read_header
+from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
-from cityflow.io.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
-from cityflow.io.stac_outside import refuse_outside
-from cityflow.io.vector import listing
+from cityflow.io.tables.vector import listing
 
 SPARSE_PER_M2 = 2.0
 """Below this a roof plane of 10 m² has fewer than 20 points."""

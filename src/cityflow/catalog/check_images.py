@@ -17,12 +17,12 @@ from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
 from cityflow.errors import CatalogError
 from cityflow.imagery.radiometry import exposure_groups, gain_of_mid_grey
+from cityflow.io.catalog.stac import Catalog, ImageAsset, united
 from cityflow.io.fetch import local_file
-from cityflow.io.image_header import check_against, image_header
-from cityflow.io.las import read_points
+from cityflow.io.images.image_header import check_against, image_header
+from cityflow.io.points.las import read_points
 from cityflow.io.reference import suspicion
-from cityflow.io.stac import Catalog, ImageAsset, united
-from cityflow.io.vector import listing
+from cityflow.io.tables.vector import listing
 from cityflow.orientation.coverage import Coverage, coverage
 from cityflow.orientation.look_directions import LookParameters, look_directions
 from cityflow.orientation.overlap import Overlap, overlaps

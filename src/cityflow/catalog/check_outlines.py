@@ -9,8 +9,8 @@ from shapely import Polygon
 from cityflow.catalog.findings import Level
 from cityflow.catalog.seen import Seen
 from cityflow.errors import CatalogError
-from cityflow.io.stac import Catalog, OutlineAsset
-from cityflow.io.vector import listing, read_outlines
+from cityflow.io.catalog.stac import Catalog, OutlineAsset
+from cityflow.io.tables.vector import listing, read_outlines
 from cityflow.orientation.views import View, footprint
 
 NO_AREA_M2 = 0.01

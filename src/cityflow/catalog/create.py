@@ -15,11 +15,7 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.catalog.store import refuse_foreign_folder, store_catalog
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.las import sample
-from cityflow.io.las_header import LasHeader, read_header
-from cityflow.io.raster_header import read_raster_header
-from cityflow.io.reference import contradiction, horizontal_transform, reference_of, resolve, suspicion
-from cityflow.io.stac import (
+from cityflow.io.catalog.stac import (
     OUTLINES,
     RASTERS,
     Catalog,
@@ -29,8 +25,12 @@ from cityflow.io.stac import (
     sha256_of,
     united,
 )
-from cityflow.io.stac_write import lidar_asset, raster_asset
-from cityflow.io.vector import read_layer, read_outlines
+from cityflow.io.catalog.stac_write import lidar_asset, raster_asset
+from cityflow.io.points.las import sample
+from cityflow.io.points.las_header import LasHeader, read_header
+from cityflow.io.rasters.raster_header import read_raster_header
+from cityflow.io.reference import contradiction, horizontal_transform, reference_of, resolve, suspicion
+from cityflow.io.tables.vector import read_layer, read_outlines
 
 LIDAR_SUFFIXES = (".las", ".laz")
 ASSIGN = "assign the CRS with --crs EPSG:n, or --crs local for a metric frame of its own"
@@ -74,7 +74,7 @@ def create_catalog(
     dsm, dtm : rasters
     orthos : orthophotos, one for each epoch
     crs : ``EPSG:n`` or ``local``; None takes what the LiDAR files say
-    id_column, id_format, layer : see `io.vector.read_outlines`
+    id_column, id_format, layer : see `io.tables.vector.read_outlines`
     date : ISO day of the survey; empty takes the dates of the LiDAR headers
     copy : put copies of the files beside the catalog instead of referring to them
 

@@ -13,10 +13,10 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.errors import CatalogError
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
 from cityflow.imagery.radiometry import Balance, RadiometryParameters, block_adjustment, exposure_groups
-from cityflow.io.coarse_image import coarse_image
-from cityflow.io.oriented_images import LeftOut
-from cityflow.io.stac import ImageAsset, united
-from cityflow.io.vector import listing
+from cityflow.io.catalog.stac import ImageAsset, united
+from cityflow.io.images.coarse_image import coarse_image
+from cityflow.io.orientation.oriented_images import LeftOut
+from cityflow.io.tables.vector import listing
 from cityflow.orientation.views import View, footprint
 
 POINTS_PER_IMAGE = 400

@@ -12,8 +12,8 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.raster import read_window
-from cityflow.io.stac import Catalog, RasterAsset
+from cityflow.io.catalog.stac import Catalog, RasterAsset
+from cityflow.io.rasters.raster import read_window
 from cityflow.orientation.views import View, footprint, sees
 
 Heights = tuple[float, float]

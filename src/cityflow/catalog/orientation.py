@@ -10,11 +10,11 @@ from typing import TypeVar
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import AngleUnit, RotationOrder
-from cityflow.io.bundler import SizeOf, read_bundler
-from cityflow.io.colmap import read_colmap
-from cityflow.io.metashape import read_metashape
-from cityflow.io.opk import OpkTable, parsed_columns, read_opk
-from cityflow.io.oriented_images import OrientationModel
+from cityflow.io.orientation.bundler import SizeOf, read_bundler
+from cityflow.io.orientation.colmap import read_colmap
+from cityflow.io.orientation.metashape import read_metashape
+from cityflow.io.orientation.opk import OpkTable, parsed_columns, read_opk
+from cityflow.io.orientation.oriented_images import OrientationModel
 from cityflow.io.reference import crs_of
 
 Choice = TypeVar("Choice", bound=StrEnum)

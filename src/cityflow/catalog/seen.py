@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from cityflow.catalog.findings import Finding, Level
 from cityflow.core.building import Outline
 from cityflow.errors import CatalogError
-from cityflow.io.las import Sample
-from cityflow.io.las_header import LasHeader
+from cityflow.io.points.las import Sample
+from cityflow.io.points.las_header import LasHeader
 
 
 @dataclass(slots=True)

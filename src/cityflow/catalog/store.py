@@ -13,8 +13,8 @@ from pathlib import Path
 import fsspec
 
 from cityflow.errors import CatalogError
-from cityflow.io.stac import COLLECTION, Catalog, is_catalog
-from cityflow.io.stac_write import write_catalog
+from cityflow.io.catalog.stac import COLLECTION, Catalog, is_catalog
+from cityflow.io.catalog.stac_write import write_catalog
 
 DATA = "data"
 

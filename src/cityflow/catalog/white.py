@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.errors import CatalogError
-from cityflow.io.coarse_image import coarse_image
-from cityflow.io.stac import ImageAsset
+from cityflow.io.catalog.stac import ImageAsset
+from cityflow.io.images.coarse_image import coarse_image
 from cityflow.texture.source import white_of
 
 LOOKED_AT = 24

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.flow.store import Store
+from cityflow.handover.depth_map import decode_depth_map
 from cityflow.handover.oriented import of_json
-from cityflow.io.depth_map import decode_depth_map
 from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
 
 VERSION = 2

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
-from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile
 

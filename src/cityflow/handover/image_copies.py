@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from cityflow.flow.store import Store
-from cityflow.io.images import TiledImage, open_image
+from cityflow.io.images.tiled_images import TiledImage, open_image
 
 ROOM_BYTES = 16 << 30
 """Of copies in a process; units of one tile need the same hundred images, one after the other."""

@@ -17,7 +17,7 @@ from cityflow.core.building import Direction, Outline, OutlineEdge
 from cityflow.core.grid import tile_at
 from cityflow.core.json_values import finite
 from cityflow.flow.task import Json
-from cityflow.outlines.adjacency import party_edges
+from cityflow.outlines.noded.adjacency import party_edges
 
 
 @dataclass(frozen=True, slots=True)

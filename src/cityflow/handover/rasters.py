@@ -16,11 +16,11 @@ from cityflow.core.reference import Reference
 from cityflow.flow.task import Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
-from cityflow.io.raster import read_window, write_cog
-from cityflow.io.raster_header import read_raster_header
-from cityflow.io.raster_white import WHITE, white_of_raster
+from cityflow.io.rasters.raster import read_window, write_cog
+from cityflow.io.rasters.raster_header import read_raster_header
+from cityflow.io.rasters.raster_white import WHITE, white_of_raster
+from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import chunk_paths, write_tile
 
 COLOURS = 3
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.building import Building, Lod
 from cityflow.core.texture import FaceFigures, FaceKey, Patch, PlainFace, UnitTexture
-from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.texture.pages import Page, pages_of, trimmed
 from cityflow.texture.placement.place import Placement, PlacementParameters, Spot, place
 from cityflow.texture.planes import face_planes

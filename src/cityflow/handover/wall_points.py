@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cityflow.core.grid import Bounds
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.flow.store import Store
-from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.handover.array_file import decode_arrays, encode_arrays
 
 
 def encode_walls(found: WallPoints) -> bytes:

@@ -12,26 +12,26 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.wall_points import WallPoints
-from cityflow.outlines.combine import CombineParameters, Footprint, footprints
-from cityflow.outlines.combine_edges import KnownLines
-from cityflow.outlines.combine_feet import known_walls
-from cityflow.outlines.combine_gaps import parts_between_gaps
-from cityflow.outlines.combine_lines import Roofs
-from cityflow.outlines.combine_places import Places
 from cityflow.outlines.footprint_parameters import FindParameters
-from cityflow.outlines.footprint_roofs import orientations_of, roof_outlines
-from cityflow.outlines.identity import ids_from_geometry
-from cityflow.outlines.noding import node_outlines
-from cityflow.outlines.regions import (
+from cityflow.outlines.from_heights.footprint_roofs import orientations_of, roof_outlines
+from cityflow.outlines.from_heights.regions import (
     Region,
     RegionSurface,
     building_mask,
     building_regions,
     crack_midpoints,
 )
-from cityflow.outlines.seams import parts_of
-from cityflow.outlines.wall_line import Heights
-from cityflow.outlines.wall_lines import find_wall_lines
+from cityflow.outlines.from_heights.seams import parts_of
+from cityflow.outlines.from_walls.wall_line import Heights
+from cityflow.outlines.from_walls.wall_lines import find_wall_lines
+from cityflow.outlines.identity import ids_from_geometry
+from cityflow.outlines.joined.combine import CombineParameters, Footprint, footprints
+from cityflow.outlines.joined.combine_edges import KnownLines
+from cityflow.outlines.joined.combine_feet import known_walls
+from cityflow.outlines.joined.combine_gaps import parts_between_gaps
+from cityflow.outlines.joined.combine_lines import Roofs
+from cityflow.outlines.joined.combine_places import Places
+from cityflow.outlines.noded.noding import node_outlines
 
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pydantic import Field
 
 from cityflow.core.parameters import Parameters
-from cityflow.outlines.combine import CombineParameters
-from cityflow.outlines.regions import RegionParameters
-from cityflow.outlines.wall_lines import WallLineParameters
+from cityflow.outlines.from_heights.regions import RegionParameters
+from cityflow.outlines.from_walls.wall_lines import WallLineParameters
+from cityflow.outlines.joined.combine import CombineParameters
 
 
 class FindParameters(Parameters):

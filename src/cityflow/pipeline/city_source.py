@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
-from cityflow.io.stac_assets import Catalog
+from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk

@@ -11,7 +11,7 @@ from cityflow.core.building import Building, Lod, Polyhedron, Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.io.cityjson import read_feature
+from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.raster_pictures import CityRasters
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import reconstruct

@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building
 from cityflow.flow.store import Store
-from cityflow.io.cityjson import read_feature
+from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.leaf_faces import leaf_files, read_leaves
 from cityflow.reporting.model_pictures import hull_files, model_pictures, nearest
 from cityflow.reporting.outline_pictures import outline_pictures

@@ -17,7 +17,7 @@ from cityflow.flow.store import Store
 from cityflow.geometry.polyhedron import FaceArrays, project, projection_normals
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.geometry.triangulation import triangulate_faces
-from cityflow.io.surface_zarr import read_layers
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.reporting.leaf_faces import LeafFaces
 from cityflow.reporting.model_pictures import densest_spot
 from cityflow.stages import atlas

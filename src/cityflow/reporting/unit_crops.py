@@ -16,7 +16,7 @@ from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.handover.pieces import open_pixels
-from cityflow.io.surface_zarr import read_layers
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.survey.survey import IMAGES, RASTERS, ZARR, Survey
 from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan

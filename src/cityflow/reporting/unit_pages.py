@@ -13,7 +13,7 @@ from cityflow.core.building import Building, Lod, Polyhedron, RoofPlane, Status
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.io.cityjson import read_feature
+from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.unit_crops import Crops, crop_pictures, photographs
 from cityflow.stages import reconstruct
 from cityflow.survey.survey import HULL, Survey

@@ -18,8 +18,8 @@ from cityflow.core.edits import Edits
 from cityflow.core.grid import grown, tiles_over
 from cityflow.handover.outline_lines import decode
 from cityflow.handover.refused_outlines import refused_shapes
-from cityflow.io.edits_gpkg import CUT_LINES, LOCKED, NO_CUT_LINES, OUTLINES, REJECTED, ROOF_TYPES
-from cityflow.outlines import edited
+from cityflow.io.tables.edits_gpkg import CUT_LINES, LOCKED, NO_CUT_LINES, OUTLINES, REJECTED, ROOF_TYPES
+from cityflow.outlines.given import edited
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.stages import ingest, outline, units

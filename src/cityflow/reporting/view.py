@@ -16,9 +16,9 @@ from cityflow.core.json_values import finite
 from cityflow.flow.records import quoted
 from cityflow.flow.store import Store
 from cityflow.flow.task import digest_of
-from cityflow.io.tiles3d import FOLDER as TILES3D
-from cityflow.io.tiles3d import PORTABLE, RAW, About
-from cityflow.io.tiles3d_tree import city_tilesets
+from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
+from cityflow.io.city_models.tiles3d import PORTABLE, RAW, About
+from cityflow.io.city_models.tiles3d_tree import city_tilesets
 from cityflow.reporting import view_images, view_layers, view_units
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.runs.current import CurrentRecords

@@ -14,9 +14,9 @@ from typing import Any
 from cityflow.errors import WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.io.reference import suspicion
-from cityflow.io.stac import read_catalog
-from cityflow.io.stac_assets import Catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.first_look import DESCRIPTION, RUNS
 from cityflow.runs.fitting import refuse_unfit

@@ -15,7 +15,7 @@ from cityflow import __version__
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
-from cityflow.io.stac import read_catalog
+from cityflow.io.catalog.stac import read_catalog
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settings import Workflow, checked
 from cityflow.survey.area import Area

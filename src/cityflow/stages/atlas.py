@@ -16,7 +16,7 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.texture_files import SETS, Rings, decode_unit
-from cityflow.io.image_write import jpeg_bytes, png_bytes
+from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey, UnitEntry

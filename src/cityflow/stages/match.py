@@ -15,9 +15,9 @@ from cityflow.errors import CityflowError
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Limits, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.depth_map import encode_depth_map
 from cityflow.handover.oriented import of_json, to_json
 from cityflow.handover.pieces import open_pixels
-from cityflow.io.depth_map import encode_depth_map
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey

@@ -17,7 +17,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.oriented import of_json, to_json
 from cityflow.handover.pieces import open_pixels
 from cityflow.handover.rasters import publish_rasters, store_layers
-from cityflow.io.surface_zarr import read_layers
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City

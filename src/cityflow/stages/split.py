@@ -20,7 +20,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.outline_lines import decode
 from cityflow.handover.pieces import read_points, read_text
 from cityflow.handover.split_lines import encode_splitting
-from cityflow.io.surface_zarr import read_layers
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample

@@ -24,10 +24,10 @@ from cityflow.handover.outline_lines import decode
 from cityflow.handover.pieces import read_text
 from cityflow.handover.rasters import given_colours
 from cityflow.handover.texture_files import Rings, encode_unit
-from cityflow.io.cityjson import read_feature
+from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.fetch import local_file
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.stages.ortho import image_of, shown_images
 from cityflow.survey.city import City

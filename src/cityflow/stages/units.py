@@ -23,9 +23,9 @@ from cityflow.handover.outline_lines import Standing, decode, entries, lines, to
 from cityflow.handover.pieces import read_text
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.split_lines import decode_splitting
-from cityflow.outlines.adjacency import party_edges
-from cityflow.outlines.edited import REJECTED, rejected
+from cityflow.outlines.given.edited import REJECTED, rejected
 from cityflow.outlines.identity import ids_from_geometry
+from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.splitting.partition import with_vertices
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey, UnitEntry

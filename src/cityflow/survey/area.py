@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.vector import read_polygons
+from cityflow.io.tables.vector import read_polygons
 
 
 @dataclass(frozen=True, slots=True)

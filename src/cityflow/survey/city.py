@@ -9,7 +9,7 @@ from cityflow.core.building import Status
 from cityflow.errors import CatalogError
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record
-from cityflow.io.stac_assets import Catalog
+from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.parameters import SurveyParameters
 from cityflow.survey.survey import IMAGES, RASTERS, Survey, UnitEntry

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
 from cityflow.core.local_frame import LocalFrame
-from cityflow.io.stac_assets import Catalog, ImageAsset
+from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights

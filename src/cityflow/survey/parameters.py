@@ -12,8 +12,8 @@ from cityflow.matching.match import MatchParameters
 from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
 from cityflow.outlines.find import FindParameters
-from cityflow.outlines.wall_points import WallPointParameters
-from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.outlines.from_walls.wall_points import WallPointParameters
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.splitting.split import SplitParameters
 from cityflow.surface.image_surface import ImageSurfaceParameters

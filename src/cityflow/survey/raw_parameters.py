@@ -14,7 +14,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.imagery.calibration import CalibrationParameters
 from cityflow.imagery.raw_frames import Pattern
 from cityflow.imagery.resampling import pinhole_within
-from cityflow.io.stac_assets import ImageAsset
+from cityflow.io.catalog.stac_assets import ImageAsset
 
 Homography = tuple[float, float, float, float, float, float, float, float, float]
 

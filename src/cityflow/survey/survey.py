@@ -15,10 +15,10 @@ from cityflow.core.grid import Bounds, Grid, Tile, bounds_meet, grid_over, grown
 from cityflow.core.parameters import Parameters, merged
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.flow.task import Json, Limits, Record, digest_of
-from cityflow.io.edits_gpkg import read_edits
-from cityflow.io.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
-from cityflow.outlines.wall_lines import WallLineParameters
-from cityflow.outlines.wall_points import WallPointParameters
+from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, LidarAsset, RasterAsset
+from cityflow.io.tables.edits_gpkg import read_edits
+from cityflow.outlines.from_walls.wall_lines import WallLineParameters
+from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.surface.overview import overview_factor
 from cityflow.survey.image_survey import ImageSurvey, nearest_cell
 from cityflow.survey.parameters import OutlineParameters, SurveyParameters

@@ -19,7 +19,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.handover.export_rows import read_rows
 from cityflow.handover.window_files import wall_lines
-from cityflow.io.cityjson import read_feature
+from cityflow.io.city_models.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS

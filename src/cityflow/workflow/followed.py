@@ -13,7 +13,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Watcher
 from cityflow.flow.stage import Cost
 from cityflow.flow.task import Record, Task
-from cityflow.io.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
+from cityflow.io.rasters.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.asked import Asked, circumstances, write_asked
 from cityflow.runs.prepare import Prepared

@@ -15,7 +15,7 @@ from rich.table import Table
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress_counts import duration
 from cityflow.flow.stage import Cost
-from cityflow.io.stac_outside import refuse_outside
+from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.runs.differences import why

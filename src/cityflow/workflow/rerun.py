@@ -15,7 +15,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record
-from cityflow.io.stac_outside import refuse_outside
+from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.known_keys import nearest

@@ -20,7 +20,7 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
-from cityflow.io.stac_outside import refuse_outside
+from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.reporting.report import write_run_report
 from cityflow.runs.current import current_records
 from cityflow.runs.prepare import Prepared, prepared

@@ -14,10 +14,10 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tiles_over
-from cityflow.io.colmap import write_colmap
-from cityflow.io.outlines_gpkg import Layer, write_geopackage
-from cityflow.io.raster import write_vrt
+from cityflow.io.orientation.colmap import write_colmap
+from cityflow.io.rasters.raster import write_vrt
 from cityflow.io.reference import resolve
+from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
 from cityflow.stages.synth.survey import SynthParameters, town_of
 from cityflow.synthetic.pose_noise import with_pose_noise

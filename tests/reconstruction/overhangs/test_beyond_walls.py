@@ -15,9 +15,9 @@ from shapely import LineString, Polygon
 from cityflow.core.building import Building, EdgeOverhang, Lod, Semantic
 from cityflow.geometry.polyhedron import rings_of
 from cityflow.geometry.validity import check_polygons
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line, read_feature
-from cityflow.io.obj import write_obj
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
+from cityflow.io.city_models.obj import write_obj
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs

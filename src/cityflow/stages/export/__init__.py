@@ -17,7 +17,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block, surface_over
 from cityflow.handover.export_rows import ROWS, encode_rows
 from cityflow.handover.outline_lines import Standing, decode_all
-from cityflow.io.cityjson import overhang_rows, read_feature
+from cityflow.io.city_models.cityjson import overhang_rows, read_feature
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages import atlas, texture, windows

@@ -17,10 +17,16 @@ from cityflow.handover.export_rows import read_rows
 from cityflow.handover.outline_lines import decode_all
 from cityflow.handover.refused_outlines import shapes_of
 from cityflow.handover.split_lines import read_splits
-from cityflow.io.cityjson import Transform
-from cityflow.io.cityjson_sequence import extent_of_headers, header_line, join
+from cityflow.io.catalog.products_catalog import ProductFile, ProductItem, Source, products_catalog
+from cityflow.io.city_models.cityjson import Transform
+from cityflow.io.city_models.cityjson_sequence import extent_of_headers, header_line, join
+from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
+from cityflow.io.city_models.tiles3d import PORTABLE, RAW
+from cityflow.io.city_models.tiles3d_tree import city_tilesets
 from cityflow.io.globe import globe_of
-from cityflow.io.outlines_gpkg import (
+from cityflow.io.rasters.raster import write_vrt
+from cityflow.io.reference import resolve
+from cityflow.io.tables.outlines_gpkg import (
     Layer,
     cut_line_layer,
     outline_edge_layer,
@@ -31,12 +37,6 @@ from cityflow.io.outlines_gpkg import (
     unit_layer,
     write_geopackage,
 )  # fmt: skip
-from cityflow.io.products_catalog import ProductFile, ProductItem, Source, products_catalog
-from cityflow.io.raster import write_vrt
-from cityflow.io.reference import resolve
-from cityflow.io.tiles3d import FOLDER as TILES3D
-from cityflow.io.tiles3d import PORTABLE, RAW
-from cityflow.io.tiles3d_tree import city_tilesets
 from cityflow.stages import atlas
 from cityflow.stages.export.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.survey.city import CITY

@@ -11,15 +11,15 @@ from cityflow.core.building import Building
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.core.texture import Drape, TextureSet
-from cityflow.io.appearance import Appearance
-from cityflow.io.citygml import write_citygml
-from cityflow.io.cityjson import Transform, feature_line
-from cityflow.io.cityjson_sequence import Bounds3, extent_of, header_line, terrain_feature_line
+from cityflow.io.city_models.appearance import Appearance
+from cityflow.io.city_models.citygml import write_citygml
+from cityflow.io.city_models.cityjson import Transform, feature_line
+from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of, header_line, terrain_feature_line
+from cityflow.io.city_models.obj import write_obj
+from cityflow.io.city_models.openings import NO_OPENINGS, Openings
+from cityflow.io.city_models.tiles3d import About, Scene, tile_files
 from cityflow.io.globe import Globe, globe_of
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.obj import write_obj
-from cityflow.io.openings import NO_OPENINGS, Openings
-from cityflow.io.tiles3d import About, Scene, tile_files
 from cityflow.surface.tin import Tin
 from cityflow.surface.tin_parts import connected_parts
 

@@ -20,10 +20,10 @@ from cityflow.errors import CatalogError
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.rasters import given_colours
 from cityflow.io.fetch import local_file
-from cityflow.io.image_write import jpeg_bytes
-from cityflow.io.raster_white import WHITE
+from cityflow.io.images.image_write import jpeg_bytes
+from cityflow.io.rasters.raster_white import WHITE
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.reference import resolve
-from cityflow.io.surface_zarr import read_layers
 from cityflow.stages.atlas import FOLDER
 from cityflow.survey.survey import ZARR
 from cityflow.texture.patches.fill import interpolated

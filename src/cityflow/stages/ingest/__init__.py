@@ -13,12 +13,12 @@ from cityflow.handover.outline_lines import Standing, lines, owned
 from cityflow.handover.pieces import refuse_other_file
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.io.fetch import local_file
-from cityflow.io.point_index import split_file
+from cityflow.io.points.point_index import split_file
 from cityflow.io.reference import resolve
-from cityflow.io.vector import read_outlines
-from cityflow.outlines.edited import apply_to_outlines
-from cityflow.outlines.given import Refusal, clean_outlines
-from cityflow.outlines.noding import node_outlines, vanished
+from cityflow.io.tables.vector import read_outlines
+from cityflow.outlines.given.edited import apply_to_outlines
+from cityflow.outlines.given.given import Refusal, clean_outlines
+from cityflow.outlines.noded.noding import node_outlines, vanished
 from cityflow.stages.ingest import calibration, outline_accuracy
 from cityflow.stages.ingest import images as ingest_image
 from cityflow.stages.ingest.outline_sample import SAMPLE, sampled

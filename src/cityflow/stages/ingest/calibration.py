@@ -17,12 +17,12 @@ from cityflow.core.arrays import Float32Array
 from cityflow.errors import CatalogError
 from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.imagery.calibration import Calibration, RawFrame, calibration_from, master_dark
 from cityflow.imagery.raw_frames import right_aligned
-from cityflow.io.array_file import decode_arrays, encode_arrays
+from cityflow.io.catalog.stac import sha256_of
 from cityflow.io.fetch import local_file
-from cityflow.io.image_header import opened
-from cityflow.io.stac import sha256_of
+from cityflow.io.images.image_header import opened
 from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.raw_parameters import RawInput
 from cityflow.survey.survey import Survey

@@ -13,8 +13,8 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.oriented import of_json, to_json
 from cityflow.handover.pieces import refuse_other_file
 from cityflow.io.fetch import local_file
-from cityflow.io.image_tiles import tile_image
-from cityflow.io.images import check_against, image_header
+from cityflow.io.images.image_tiles import tile_image
+from cityflow.io.images.tiled_images import check_against, image_header
 from cityflow.stages.ingest.calibration import placed, stamp, unit_of
 from cityflow.stages.ingest.develop import Corrections, Frame, develop
 from cityflow.survey.city import INGEST as NAME

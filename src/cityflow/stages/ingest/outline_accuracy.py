@@ -16,8 +16,8 @@ from cityflow.flow.task import Outcome, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.house_points import houses_of
 from cityflow.handover.outline_lines import decode_all
-from cityflow.outlines.accuracy import accuracy_of, facade_offsets
-from cityflow.outlines.facades_inside import NEAR_M, SeenHouses
+from cityflow.outlines.under_eaves.accuracy import accuracy_of, facade_offsets
+from cityflow.outlines.under_eaves.facades_inside import NEAR_M, SeenHouses
 from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.survey import ACCURACY, Survey
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from cityflow.core.grid import Bounds, grown
 from cityflow.handover.outline_lines import Standing, lines
-from cityflow.outlines.facades_inside import LARGEST_M, NEAR_M
+from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M
 
 SAMPLE = "sample.jsonl"
 MOST = 400

@@ -16,12 +16,12 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.outline_lines import decode_all, entries, lines, owned
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.wall_points import read_walls
-from cityflow.io.surface_zarr import read_layers
-from cityflow.outlines.edited import apply_to_outlines
-from cityflow.outlines.facades_inside import SeenHouses
+from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
-from cityflow.outlines.found_walls import found_walls_in, seen_in
-from cityflow.outlines.walls_in import WallsInParameters
+from cityflow.outlines.given.edited import apply_to_outlines
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.outline import walls as outline_walls
 from cityflow.survey.city import INGEST, City
 from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN

@@ -16,10 +16,10 @@ from cityflow.flow.task import Json
 from cityflow.handover.house_points import LOW_M, houses_of
 from cityflow.handover.outline_lines import Standing
 from cityflow.handover.wall_points import read_walls
-from cityflow.io.surface_zarr import read_layers
-from cityflow.outlines.adjacency import party_edges
-from cityflow.outlines.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
-from cityflow.outlines.walls_in import WallsInParameters, walls_moved_in
+from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.outlines.noded.adjacency import party_edges
+from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
 from cityflow.surface.sample import sample
 from cityflow.survey.survey import LIDAR, Survey
 

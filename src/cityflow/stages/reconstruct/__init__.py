@@ -20,7 +20,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.outline_lines import decode
 from cityflow.handover.pieces import read_text
 from cityflow.io.attributes import with_source
-from cityflow.io.cityjson import feature_line
+from cityflow.io.city_models.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters

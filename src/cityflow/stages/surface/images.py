@@ -19,8 +19,8 @@ from cityflow.handover.depth_reader import DepthReader
 from cityflow.handover.fused import UNMATCHED, read_fused
 from cityflow.handover.oriented import of_json, to_json
 from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
-from cityflow.io.las_image_points import write_image_points
-from cityflow.io.las_write import write_points
+from cityflow.io.points.las_image_points import write_image_points
+from cityflow.io.points.las_write import write_points
 from cityflow.io.reference import crs_of, resolve
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.surface.fused_tile import side_by_side

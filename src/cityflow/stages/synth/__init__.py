@@ -21,9 +21,9 @@ from cityflow.core.reference import Reference
 from cityflow.flow.task import Json, Limits, Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.oriented import of_json, to_json
-from cityflow.io.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
-from cityflow.io.las_write import write_points
-from cityflow.io.raster import write_cog
+from cityflow.io.images.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
+from cityflow.io.points.las_write import write_points
+from cityflow.io.rasters.raster import write_cog
 from cityflow.io.reference import crs_of, resolve
 from cityflow.stages.synth.survey import RawOutput, SynthParameters, town_of
 from cityflow.synthetic.caster import Scene

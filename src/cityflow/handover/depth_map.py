@@ -1,0 +1,36 @@
+"""Depth maps as files: what a match task leaves, and a fuse task reads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cityflow.core.depth_map import DepthMap
+from cityflow.handover.array_file import decode_arrays, encode_arrays
+
+
+def encode_depth_map(depth_map: DepthMap) -> bytes:
+    """The same depth map gives the same bytes."""
+    # an expected precision needs no more than three digits
+    sigma = depth_map.sigma.astype(np.float16)
+    layers: dict[str, NDArray[Any]] = {
+        "depth": depth_map.depth, "sigma": sigma, "views": depth_map.views, "colour": depth_map.colour,
+    }  # fmt: skip
+    return encode_arrays(layers, {"image": depth_map.image, "row": depth_map.row, "col": depth_map.col})
+
+
+def decode_depth_map(data: bytes) -> DepthMap:
+    """Read what `encode_depth_map` wrote; sigma comes back with three digits.
+
+    Raises
+    ------
+    CityflowError
+        These are other bytes.
+    """
+    layers, said = decode_arrays(data)
+    return DepthMap(
+        said["image"], int(said["row"]), int(said["col"]), layers["depth"], layers["sigma"].astype(np.float32),
+        layers["views"], layers["colour"],
+    )  # fmt: skip

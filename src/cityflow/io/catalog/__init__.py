@@ -1,0 +1,1 @@
+"""The catalog of a survey, and that of a run's products, as static STAC."""

@@ -1,0 +1,315 @@
+"""The catalog: a static STAC collection whose items are LiDAR files, oriented images, rasters and outlines.
+
+What STAC has a field for is written there (projection, file and point-cloud extensions, as plain JSON); the rest bears the prefix
+``cityflow:``. An unknown kind of item is left alone, so that newer catalogs can be read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import posixpath
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+from urllib.parse import unquote
+
+import fsspec
+import pystac
+from pystac.stac_io import DefaultStacIO
+
+from cityflow.errors import CatalogError
+from cityflow.io.catalog.stac_assets import (
+    IMAGE,
+    LIDAR,
+    OUTLINES,
+    RASTERS,
+    SPARSE,
+    Asset,
+    Catalog,
+    ImageAsset,
+    LidarAsset,
+    OutlineAsset,
+    RasterAsset,
+    SparseAsset,
+    united,
+)
+from cityflow.io.catalog.stac_images import image_of_item
+from cityflow.io.catalog.stac_outside import MADE_IN, check_place
+from cityflow.io.fetch import file_system_of, reaching
+from cityflow.io.given_files import SMALL_MB, json_of, read_small
+from cityflow.io.orientation.oriented_images import FARTHEST_M
+from cityflow.io.reference import resolve
+
+__all__ = [
+    "ASSET", "COLLECTION", "CRS_KEY", "IMAGE", "KIND", "LIDAR", "OUTLINES", "RASTERS", "SHA256_MULTIHASH", "SPARSE", "UNKNOWN_DATE",
+    "Asset", "Catalog", "ImageAsset", "LidarAsset", "OutlineAsset", "RasterAsset", "SparseAsset",
+    "is_catalog", "read_catalog", "sha256_of", "united",
+]  # fmt: skip
+
+COLLECTION = "collection.json"
+ASSET = "data"
+KIND, CRS_KEY = "cityflow:kind", "cityflow:crs"
+SHA256_MULTIHASH = "1220"
+"""Multihash prefix: function SHA2-256, 32 bytes."""
+UNKNOWN_DATE = "1970-01-01"
+"""STAC wants a date of every item; one with `cityflow:date_unknown` means none."""
+T = TypeVar("T")
+
+MISFITS = (ValueError, TypeError, AttributeError, IndexError, OverflowError, pystac.STACError, pystac.STACTypeError)
+"""What JSON that is no catalog of ours may raise on its way into values."""
+BATCH = 500
+"""Items fetched at once from a remote place."""
+
+
+class _FsspecIO(DefaultStacIO):
+    """pystac's reader for any URL that fsspec opens."""
+
+    def read_text_from_href(self, href: str) -> str:
+        return _text_of(href)
+
+
+def sha256_of(href: str | Path) -> tuple[str, int]:
+    """SHA-256 (hexadecimal) and size in bytes of a local or remote file."""
+    digest, size = hashlib.sha256(), 0
+    with fsspec.open(str(href), "rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+            size += len(block)
+    return digest.hexdigest(), size
+
+
+def is_catalog(folder: str | Path) -> bool:
+    """True where a local folder holds a catalog of ours."""
+    try:
+        tree = json_of(read_small(Path(folder) / COLLECTION))
+    except (OSError, ValueError, CatalogError):
+        return False
+    return isinstance(tree, dict) and CRS_KEY in tree
+
+
+def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
+    """The catalog in a local folder or under a URL (its folder, or its ``collection.json``).
+
+    Parameters
+    ----------
+    allow_outside : its links may lead out of its folder
+
+    Raises
+    ------
+    CatalogError
+        Where there is none, it is damaged, it lacks what a run needs, or a link leads elsewhere.
+    """
+    href = _collection_href(str(folder))
+    base = posixpath.dirname(href)
+    try:
+        collection = pystac.Collection.from_file(href, stac_io=_FsspecIO())
+        images, rest = _items(collection, base, allow_outside)
+        items = sorted(rest, key=lambda item: str(item.id))
+        code, title = str(collection.extra_fields[CRS_KEY]), collection.title or collection.id
+        made_in = collection.extra_fields.get(MADE_IN, "")
+        if not isinstance(title, str) or not isinstance(made_in, str):
+            raise ValueError(f"its title is {title!r:.60}, not a text")
+        lidar = tuple(_made(_lidar, item) for item in items if _kind(item) == LIDAR)
+        outlines = [_made(_outlines, item) for item in items if _kind(item) == OUTLINES]
+        sparse = [_made(_sparse, item) for item in items if _kind(item) == SPARSE]
+        rasters = _rasters(items)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        remedy = "make one with `cityflow catalog create`, or check the path"
+        raise CatalogError(f"no catalog here ({error})", where=str(folder), remedy=remedy) from error
+    except KeyError as error:
+        raise CatalogError(
+            f"the catalog lacks {error}", where=href, remedy="make it with `cityflow catalog create`"
+        ) from error
+    except RecursionError:
+        raise CatalogError("the catalog is nested too deeply", where=href, remedy="check who made it") from None
+    except (*MISFITS, OSError) as error:
+        raise CatalogError(
+            f"the catalog is damaged ({error!s:.300})",
+            where=href,
+            remedy="make it again with `cityflow catalog create`",
+        ) from error
+    if len(outlines) > 1:
+        raise CatalogError(f"the catalog has {len(outlines)} outline files", where=href, remedy="join them into one")
+    return Catalog(
+        href=base,
+        title=title,
+        reference=resolve(code),
+        licence=collection.license,
+        attribution=str(collection.extra_fields.get("cityflow:attribution", "")),
+        lidar=lidar,
+        outlines=outlines[0] if outlines else None,
+        rasters=rasters,
+        images=tuple(sorted(images, key=lambda image: image.name)),
+        sparse=sparse[0] if sparse else None,
+        made_in=made_in,
+    )
+
+
+def _made(make: Callable[[pystac.Item], T], item: pystac.Item) -> T:
+    with _naming(str(item.get_self_href())):
+        return make(item)
+
+
+@contextmanager
+def _naming(place: str) -> Iterator[None]:
+    """Whatever does not fit in an item becomes a ValueError that names its file."""
+    try:
+        yield
+    except KeyError as error:
+        raise ValueError(f"{place} lacks {error}") from error
+    except MISFITS as error:
+        raise ValueError(f"{place}: {error}") from error
+
+
+def _rasters(items: Sequence[pystac.Item]) -> dict[str, RasterAsset]:
+    """By kind; further ones of a kind (orthos of other epochs) as ``ortho-2``, ``ortho-3``, in the order of their ids."""
+    found: dict[str, RasterAsset] = {}
+    for item in items:
+        kind = _kind(item)
+        if kind in RASTERS:
+            number = 1 + sum(r.kind == kind for r in found.values())
+            found[kind if number == 1 else f"{kind}-{number}"] = _made(_raster, item)
+    return found
+
+
+def _collection_href(folder: str) -> str:
+    place = folder if "://" in folder else Path(folder).absolute().as_posix()
+    return place if place.endswith(".json") else f"{place.rstrip('/')}/{COLLECTION}"
+
+
+def _items(collection: pystac.Collection, base: str, allow_outside: bool) -> tuple[list[ImageAsset], list[pystac.Item]]:
+    """Images, and all other items, also those of its children.
+
+    There may be very many images, and pystac's objects are slow: their items are read as plain JSON.
+    """
+    images, rest = [], []
+    for place, text in _texts(_item_places(collection, base, allow_outside)):
+        with _naming(place):
+            tree = json_of(text)
+        if not isinstance(tree, dict) or not isinstance(tree.get("properties"), dict):
+            raise ValueError(f"{place} is no item")
+        with _naming(place):
+            if tree["properties"].get(KIND) == IMAGE:
+                images.append(image_of_item(tree, place, ASSET))
+            else:
+                rest.append(pystac.Item.from_dict(tree, href=place))
+    return images, rest
+
+
+def _item_places(collection: pystac.Collection, base: str, allow_outside: bool) -> list[str]:
+    """Where the items are, child by child. Raises ValueError where a child is its own ancestor."""
+    left: list[pystac.Catalog] = [collection]
+    seen, places = {str(collection.get_self_href())}, []
+    while left:
+        node = left.pop(0)
+        for link in (*node.get_item_links(), *node.get_child_links()):
+            if not isinstance(link.href, str):
+                raise TypeError(f"a link leads to {link.href!r:.60}")
+            place = str(link.get_absolute_href())
+            if not allow_outside:
+                check_place(base, place)
+            if link.rel != "child":
+                places.append(place)
+                continue
+            if place in seen:
+                raise ValueError(f"its child {place} is there twice, or its own ancestor")
+            seen.add(place)
+            left.append(pystac.Catalog.from_dict(json_of(_text_of(place)), href=place, migrate=True))
+    return places
+
+
+def _text_of(place: str) -> str:
+    if "://" not in place:
+        return read_small(place)
+    with reaching(place):
+        fs, path = file_system_of(place, small=True)
+        return bytes(fs.cat_file(path, end=int(SMALL_MB * 1e6))).decode()
+
+
+def _texts(places: list[str]) -> Iterator[tuple[str, str | bytes]]:
+    """Contents of files; remote ones many at a time."""
+    for start in range(0, len(places), BATCH):
+        batch = places[start : start + BATCH]
+        if any("://" in place for place in batch):
+            with reaching(batch[0]):
+                fs, _ = file_system_of(batch[0], small=True)
+                paths = [fs._strip_protocol(place) for place in batch]
+                contents = fs.cat(paths)
+            yield from ((place, contents[path]) for place, path in zip(batch, paths, strict=True))
+        else:
+            yield from ((place, read_small(place)) for place in batch)
+
+
+def _kind(item: pystac.Item) -> str:
+    return str(item.properties.get(KIND, ""))
+
+
+def _common(item: pystac.Item) -> dict[str, Any]:
+    asset = item.assets[ASSET]
+    extra = asset.extra_fields
+    x_min, y_min, x_max, y_max = _finite(item, "proj:bbox")
+    unknown = item.properties.get("cityflow:date_unknown", False) or item.datetime is None
+    return {
+        "name": item.id,
+        "href": _absolute(item, asset),
+        "checksum": str(extra["file:checksum"]).removeprefix(SHA256_MULTIHASH),
+        "size": int(extra["file:size"]),
+        "bounds": (x_min, y_min, x_max, y_max),
+        "date": "" if unknown or item.datetime is None else item.datetime.date().isoformat(),
+        "crs_in_file": str(item.properties.get("cityflow:crs_in_file", "")),
+    }
+
+
+def _finite(item: pystac.Item, key: str) -> list[float]:
+    """Numbers of a property; places and heights beyond any CRS are mistakes."""
+    values = [float(v) for v in item.properties[key]]
+    if not all(abs(v) <= FARTHEST_M for v in values):
+        raise ValueError(f"{key} of '{item.id}' is {item.properties[key]!r:.100}")
+    return values
+
+
+def _absolute(item: pystac.Item, asset: pystac.Asset) -> str:
+    href = asset.get_absolute_href()
+    if href is None:
+        raise ValueError(f"item {item.id} has an asset without a place")
+    return href if "://" in href else os.path.normpath(unquote(href))
+
+
+def _lidar(item: pystac.Item) -> LidarAsset:
+    p = item.properties
+    low, high = _finite(item, "cityflow:z_range")
+    return LidarAsset(
+        **_common(item),
+        z_range=(low, high),
+        points=int(p["pc:count"]),
+        classes=tuple(int(c) for c in p.get("cityflow:classes", ())),
+        returns=int(p.get("cityflow:returns", 1)),
+    )
+
+
+def _sparse(item: pystac.Item) -> SparseAsset:
+    p, common = item.properties, _common(item)
+    common.pop("crs_in_file")
+    low, high = _finite(item, "cityflow:z_range")
+    return SparseAsset(**common, z_range=(low, high), points=int(p["pc:count"]))
+
+
+def _outlines(item: pystac.Item) -> OutlineAsset:
+    p = item.properties
+    return OutlineAsset(
+        **_common(item),
+        count=int(p["cityflow:count"]),
+        id_column=p.get("cityflow:id_column"),
+        id_format=p.get("cityflow:id_format"),
+        layer=p.get("cityflow:layer"),
+    )
+
+
+def _raster(item: pystac.Item) -> RasterAsset:
+    p = item.properties
+    rows, cols = p["proj:shape"]
+    return RasterAsset(
+        **_common(item), kind=_kind(item), cell=float(p["proj:transform"][0]), shape=(int(rows), int(cols))
+    )

@@ -1,0 +1,149 @@
+"""Oriented images as STAC items with the perspective-imagery extension, and back.
+
+The extension gives interior orientation in millimetres on the sensor, which models from images alone do not know, and has no field for most
+distortions. The exact camera, in pixels, is therefore in ``cityflow:camera``, and is what is read again.
+"""
+
+from __future__ import annotations
+
+import os
+import posixpath
+from collections.abc import Mapping
+from typing import Any
+from urllib.parse import unquote, urljoin
+
+import numpy as np
+
+from cityflow.core.camera import PERSPECTIVE, Camera, OrientedImage
+from cityflow.core.reference import Reference
+from cityflow.geometry.rotations import PHOTO_FLIP, omega_phi_kappa
+from cityflow.io.catalog.stac_assets import IMAGE, ImageAsset
+from cityflow.io.orientation.oriented_images import FARTHEST_M
+
+PERSPECTIVE_IMAGERY = "https://stac-extensions.github.io/perspective-imagery/v1.0.0/schema.json"
+VIEW = "https://stac-extensions.github.io/view/v1.0.0/schema.json"
+KIND = "cityflow:kind"
+
+
+def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
+    """Properties of an image's item.
+
+    ``pers:rotation_matrix`` turns world axes into the image's in photogrammetry's sense: x right, y up, z backward.
+    """
+    image, c = asset.oriented, asset.oriented.camera
+    matrix = np.asarray(PHOTO_FLIP @ image.rotation + 0.0)
+    omega, phi, kappa = (float(np.degrees(a)) for a in omega_phi_kappa(image.rotation))
+    properties: dict[str, Any] = {
+        KIND: IMAGE,
+        "proj:shape": [c.height, c.width],
+        "pers:interior_orientation": _interior(c, asset.pixel_mm),
+        "pers:perspective_center": image.centre.tolist(),
+        "pers:rotation_matrix": matrix.reshape(-1).tolist(),
+        "pers:omega": omega, "pers:phi": phi, "pers:kappa": kappa,
+        "view:off_nadir": round(float(np.degrees(image.tilt)), 4),
+        "view:azimuth": round(float(np.degrees(np.arctan2(image.axis[0], image.axis[1])) % 360), 4) % 360,
+        "cityflow:camera": camera_json(c),
+        "cityflow:heights": list(asset.heights),
+        "cityflow:bands": asset.bands,
+        "cityflow:dtype": asset.dtype,
+        "cityflow:gain": list(asset.gain),
+    }  # fmt: skip
+    if asset.pixel_mm:
+        properties["cityflow:pixel_mm"] = asset.pixel_mm
+    if any(g != 1.0 for g in asset.gamma):
+        properties["cityflow:gamma"] = list(asset.gamma)
+    if asset.falloff:
+        properties["cityflow:falloff"] = asset.falloff
+    if asset.white:
+        properties["cityflow:white"] = asset.white
+    if properties["view:off_nadir"] > 90:
+        # The view extension ends at the horizon.
+        del properties["view:off_nadir"], properties["view:azimuth"]
+    if reference.horizontal_epsg is not None:
+        properties["pers:crs"] = reference.horizontal_epsg
+    if reference.vertical_epsg is not None:
+        properties["pers:vertical_crs"] = reference.vertical_epsg
+    return properties
+
+
+def _interior(camera: Camera, pixel_mm: float) -> dict[str, Any]:
+    tree: dict[str, Any] = {"sensor_array_dimensions": [camera.width, camera.height]}
+    if pixel_mm:
+        offset = [(camera.cx - camera.width / 2) * pixel_mm, (camera.height / 2 - camera.cy) * pixel_mm]
+        tree |= {
+            "pixel_spacing": [pixel_mm, pixel_mm],
+            "focal_length": (camera.fx + camera.fy) / 2 * pixel_mm,
+            "principal_point_offset": offset,
+        }
+    return tree
+
+
+def camera_json(camera: Camera) -> dict[str, Any]:
+    """A camera as JSON, exact to the last bit."""
+    tree: dict[str, Any] = {k: getattr(camera, k) for k in ("width", "height", "fx", "fy", "cx", "cy", "kind")}
+    return tree | {"distortion": list(camera.distortion)}
+
+
+def camera_of_json(tree: Mapping[str, Any]) -> Camera:
+    """What `camera_json` wrote."""
+    fx, fy, cx, cy = (float(tree[k]) for k in ("fx", "fy", "cx", "cy"))
+    distortion = tuple(float(v) for v in tree.get("distortion", ()))
+    return Camera(
+        int(tree["width"]), int(tree["height"]), fx, fy, cx, cy, distortion, str(tree.get("kind", PERSPECTIVE))
+    )
+
+
+def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageAsset:
+    """The image of an item.
+
+    Parameters
+    ----------
+    place : path or URL of the item's file, which its relative references count from
+
+    Raises
+    ------
+    KeyError, ValueError, TypeError
+        Where the item lacks something or it is no such thing.
+    """
+    p, asset = item["properties"], item["assets"][asset_key]
+    name = str(item["id"])
+    rotation = np.asarray(PHOTO_FLIP @ np.array(p["pers:rotation_matrix"], np.float64).reshape(3, 3) + 0.0)
+    if not np.allclose(rotation @ rotation.T, np.eye(3), rtol=0, atol=1e-6) or np.linalg.det(rotation) < 0:
+        raise ValueError(f"the matrix of item {name} is no rotation")
+    centre = np.array(p["pers:perspective_center"], np.float64)
+    if centre.shape != (3,) or not np.isfinite(centre).all():
+        raise ValueError(f"item {name} has no place in space")
+    low, high = p["cityflow:heights"]
+    x_min, y_min, x_max, y_max = (float(v) for v in p["proj:bbox"])
+    if not (np.abs([*centre, float(low), float(high), x_min, y_min, x_max, y_max]) <= FARTHEST_M).all():
+        raise ValueError(f"item {name} is at no place on Earth")
+    return ImageAsset(
+        name=name,
+        href=_absolute(str(asset["href"]), place),
+        checksum=str(asset["file:checksum"])[4:],
+        size=int(asset["file:size"]),
+        bounds=(x_min, y_min, x_max, y_max),
+        oriented=OrientedImage(name, camera_of_json(p["cityflow:camera"]), rotation, centre),
+        heights=(float(low), float(high)),
+        bands=int(p["cityflow:bands"]),
+        dtype=str(p["cityflow:dtype"]),
+        gain=tuple(float(g) for g in p["cityflow:gain"]),
+        date="" if p.get("cityflow:date_unknown") else str(p["datetime"])[:10],
+        pixel_mm=float(p.get("cityflow:pixel_mm", 0.0)),
+        gamma=tuple(float(g) for g in p.get("cityflow:gamma", ())),
+        falloff=float(p.get("cityflow:falloff", 0.0)),
+        white=float(p.get("cityflow:white", 0.0)),
+    )
+
+
+def _absolute(href: str, place: str) -> str:
+    if "://" in href:
+        return href
+    if "://" in place:
+        return urljoin(place, href) if place.startswith("http") else _joined_url(place, href)
+    return os.path.normpath(os.path.join(os.path.dirname(place), unquote(href)))
+
+
+def _joined_url(place: str, href: str) -> str:
+    protocol, path = place.split("://", 1)
+    return f"{protocol}://{posixpath.normpath(posixpath.join(posixpath.dirname(path), unquote(href)))}"

@@ -1,0 +1,1 @@
+"""City models in each export format, and their textures, openings and attributes."""

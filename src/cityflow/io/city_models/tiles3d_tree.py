@@ -1,0 +1,136 @@
+"""The tree over the tilesets of all ground tiles: quarters of quarters, in several files where they are many."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.io.city_models.tiles3d import FOLDER, PORTABLE, About, box_of, error_of, tileset_json
+
+Json = Any
+TILES_PER_FILE = 256
+"""Of the tree: a file of 256 tiles is 100 kB, and none is fetched before a viewer looks at its quarter."""
+
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+_DEPTH = 24
+_Square = tuple[float, float, float]
+"""x and y of the lower corner, side."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileRoot:
+    """A ground tile's tileset as the tree sees it.
+
+    Attributes
+    ----------
+    uri : from the tree's folder
+    corners : (8, 3) of its box in the frame of the whole
+    matrix : (4, 4) from the tile's frame to that of the whole
+    box : its 12 numbers in the frame of the whole
+    error : metres
+    """
+
+    uri: str
+    corners: FloatArray
+    matrix: FloatArray
+    box: tuple[float, ...]
+    error: float
+
+    @classmethod
+    def of(cls, uri: str, tileset: bytes) -> TileRoot:
+        """From a file that `tiles3d.tile_files` wrote."""
+        root = json.loads(tileset)["root"]
+        matrix = np.array(root["transform"], np.float64).reshape(4, 4).T
+        box = np.array(root["boundingVolume"]["box"], np.float64)
+        centre, sides = matrix[:3, :3] @ box[:3] + matrix[:3, 3], box[3:].reshape(3, 3) @ matrix[:3, :3].T
+        corners = centre + _CORNERS @ sides
+        return cls(uri, corners, matrix, (*map(float, (*centre, *sides.reshape(-1))),), root["geometricError"])
+
+
+def city_tilesets(
+    tiles: Mapping[str, bytes], about: About, name: str = PORTABLE, root_transform: Sequence[float] | None = None
+) -> dict[str, bytes]:
+    """The tree's files by their path in RUN: `name`, and for many tiles ``NAME_0_12.json`` for quarters of it.
+
+    Parameters
+    ----------
+    tiles : path in RUN of every ground tile's tileset → its contents
+    name : of the set, `tiles3d.PORTABLE` or `tiles3d.RAW`
+    root_transform : 16 numbers, column after column, that place a local frame; none by default
+
+    Returns
+    -------
+    nothing where there is no tile
+    """
+    roots = [TileRoot.of(path.removeprefix(f"{FOLDER}/"), tiles[path]) for path in sorted(tiles)]
+    if not roots:
+        return {}
+    tree = _Tree(roots, about, name.removesuffix(".json"))
+    root = tree.node(np.arange(len(roots)), tree.square(), "")
+    if root_transform is not None:
+        root = {"transform": [float(v) for v in root_transform], **root}
+    tree.files[f"{FOLDER}/{name}"] = tileset_json({"refine": "ADD", **root}, about)
+    return tree.files
+
+
+class _Tree:
+    """Builds nodes over tiles in the plane of the middle tile; `files` gathers the quarters that are files of their own."""
+
+    def __init__(self, roots: Sequence[TileRoot], about: About, stem: str) -> None:
+        self.files: dict[str, bytes] = {}
+        self._roots, self._about, self._stem = roots, about, stem
+        centres = np.array([root.box[:3] for root in roots])
+        middle = int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
+        self._axes = np.asarray(roots[middle].matrix[:3, :3].T)
+        self._plan = (centres - centres[middle]) @ self._axes.T[:, :2]
+
+    def square(self) -> _Square:
+        """x, y of the lower corner, and side, of the square over all tiles' middles."""
+        lower, upper = self._plan.min(axis=0), self._plan.max(axis=0)
+        return float(lower[0]), float(lower[1]), float((upper - lower).max()) + 1e-3
+
+    def node(self, members: IntArray, square: _Square, path: str) -> dict[str, Json]:
+        """The tile over some ground tiles; `path` is the way to it, a digit per level."""
+        if len(members) == 1:
+            return self._leaf(self._roots[members[0]])
+        children = [
+            self._child(*quarter, f"{path}{i}", len(members))
+            for i, quarter in self._quarters(members, square, len(path))
+        ]
+        if len(children) == 1 and "children" in children[0]:
+            return children[0]
+        corners = np.concatenate([self._roots[i].corners for i in members]) @ self._axes.T
+        box = box_of(corners.min(axis=0), corners.max(axis=0), self._axes)
+        return {"boundingVolume": {"box": box}, "geometricError": error_of(box), "children": children}
+
+    def _child(self, members: IntArray, square: _Square, path: str, siblings: int) -> dict[str, Json]:
+        """A quarter, in a file of its own where it fits in one and all `siblings` together do not."""
+        node = self.node(members, square, path)
+        if not 1 < len(members) <= TILES_PER_FILE < siblings:
+            return node
+        file = f"{self._stem}_{path}.json"
+        self.files[f"{FOLDER}/{file}"] = tileset_json({"refine": "ADD", **node}, self._about)
+        return {**{key: node[key] for key in ("boundingVolume", "geometricError")}, "content": {"uri": file}}
+
+    def _quarters(self, members: IntArray, square: _Square, depth: int) -> list[tuple[int, tuple[IntArray, _Square]]]:
+        """Number, members and square of each quarter with tiles; all members as they are where they cannot be told apart."""
+        x, y, side = square
+        if depth >= _DEPTH:
+            return [(i, (members[i : i + 1], square)) for i in range(len(members))]
+        half = side / 2
+        right, upper = self._plan[members, 0] >= x + half, self._plan[members, 1] >= y + half
+        quarter = right + 2 * upper
+        return [
+            (i, (members[quarter == i], (x + half * (i % 2), y + half * (i // 2), half))) for i in np.unique(quarter)
+        ]
+
+    @staticmethod
+    def _leaf(root: TileRoot) -> dict[str, Json]:
+        return {
+            "boundingVolume": {"box": list(root.box)}, "geometricError": root.error, "content": {"uri": root.uri},
+        }  # fmt: skip

@@ -1,0 +1,1 @@
+"""Photographs: headers, tiled pyramids, reading by window, writing."""

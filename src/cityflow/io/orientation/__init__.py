@@ -1,0 +1,1 @@
+"""Exterior and interior orientations as other programs write them: a file a format."""

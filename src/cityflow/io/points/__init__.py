@@ -1,0 +1,1 @@
+"""Points: LAS and LAZ, and the index of a survey."""

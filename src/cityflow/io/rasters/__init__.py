@@ -1,0 +1,1 @@
+"""Rasters: files, and the Zarr group of a run."""

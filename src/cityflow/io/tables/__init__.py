@@ -1,0 +1,1 @@
+"""Tables and layers: outlines, edits, points of known position."""

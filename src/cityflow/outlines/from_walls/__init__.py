@@ -1,0 +1,1 @@
+"""Walls in plan from points on façades (Nex 2013)."""

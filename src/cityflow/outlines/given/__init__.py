@@ -1,0 +1,1 @@
+"""Outlines that somebody gives: cleaned, or drawn by a person."""

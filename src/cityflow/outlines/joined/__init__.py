@@ -1,0 +1,1 @@
+"""Wall footprints from walls and roofs together."""

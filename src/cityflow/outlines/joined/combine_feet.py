@@ -1,0 +1,60 @@
+"""How far down walls were seen, piece by piece: to the ground, or to a lower roof before them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from cityflow.core.arrays import FloatArray
+from cityflow.core.wall_points import WallPoints
+from cityflow.outlines.from_walls.wall_line import Heights, WallLine
+
+SECTION_M = 0.5
+_NEAR_M = 0.4
+_SAME_SIDE = 0.7
+_LEAST_POINTS = 5
+_LOWEST = 0.05
+_BEFORE_M = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class KnownWall:
+    """A wall, and how high above the terrain its lowest points stand in each of its sections of equal length.
+
+    Attributes
+    ----------
+    wall : WallLine
+    feet : (n,) metres, from the first to the last vertex; NaN where the terrain is not known
+    """
+
+    wall: WallLine
+    feet: FloatArray
+
+
+def known_walls(walls: Sequence[WallLine], points: WallPoints, ground: Heights) -> list[KnownWall]:
+    """Every wall with the feet of its sections."""
+    tree = cKDTree(points.xyz[:, :2]) if len(points) else None
+    return [KnownWall(w, _feet(w, points, tree, ground)) for w in walls]
+
+
+def _feet(wall: WallLine, points: WallPoints, tree: cKDTree | None, ground: Heights) -> FloatArray:
+    count = max(round(wall.line.length / SECTION_M), 1)
+    where = (np.arange(count) + 0.5) / count
+    middle = shapely.get_coordinates(shapely.line_interpolate_point(wall.line, where, normalized=True))
+    before = middle + _BEFORE_M * np.asarray(wall.normal)
+    low = np.full(count, np.nan)
+    if tree is not None:
+        for k, near in enumerate(tree.query_ball_point(middle, _NEAR_M, return_sorted=True)):
+            z = points.xyz[near, 2][points.normal[near] @ np.asarray(wall.normal, np.float32) > _SAME_SIDE]
+            if len(z) >= _LEAST_POINTS:
+                low[k] = np.quantile(z, _LOWEST)
+    known = np.flatnonzero(np.isfinite(low))
+    if not len(known):
+        return np.full(count, wall.foot_m)
+    nearest = known[np.argmin(np.abs(np.arange(count)[:, None] - known[None]), axis=1)]
+    terrain = ground(before[:, 0], before[:, 1])
+    return np.asarray(low[nearest] - np.where(np.isfinite(terrain), terrain, wall.ground_z))

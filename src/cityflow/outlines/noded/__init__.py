@@ -1,0 +1,1 @@
+"""Neighbouring outlines with their common boundaries in common."""

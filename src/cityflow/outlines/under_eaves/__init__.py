@@ -1,0 +1,1 @@
+"""Walls that stand inside an outline which is the roof's rim."""
