@@ -10,9 +10,9 @@ import numpy as np
 
 from cityflow.flow.store import Store
 from cityflow.handover.image_copies import ImageCopies
+from cityflow.io.images import tiled_images as images
 from cityflow.io.images.image_write import png_bytes
 from cityflow.io.images.tiled_images import tile_image
-from cityflow.io.images import tiled_images as images
 
 COUNT = 5
 

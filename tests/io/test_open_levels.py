@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cityflow.io.images import tiled_images as images
 from cityflow.io.images.image_write import png_bytes
 from cityflow.io.images.tiled_images import open_image, tile_image
-from cityflow.io.images import tiled_images as images
 
 
 def test_few_files_are_open(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
