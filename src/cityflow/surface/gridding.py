@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import binary_dilation
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
@@ -100,6 +99,8 @@ def _height_at_centre(t: FloatArray) -> float:
 
 def bridge_gaps(values: FloatArray, grid: Grid) -> FloatArray:
     """Fill NaN cells by the triangulation of the cells around them; beyond the hull by the nearest value."""
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator  # takes long to load
+
     known = ~np.isnan(values)
     if known.all() or not known.any():
         return values

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from pydantic import Field
-from scipy.interpolate import LinearNDInterpolator
 from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 from shapely import Polygon
@@ -141,6 +140,8 @@ def _insert(
     grid: Grid, dtm: FloatArray, bounds: Bounds, given: tuple[FloatArray, list[FloatArray]], p: TinParameters
 ) -> FloatArray:
     """Fixed vertices and those cells that the bound asks for, worst of each neighbourhood first."""
+    from scipy.interpolate import LinearNDInterpolator  # takes long to load
+
     fixed, lines = given
     x, y = grid.centres()
     gap = p.least_spacing_m

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from scipy.interpolate import RectBivariateSpline
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
@@ -23,6 +22,8 @@ class RayField:
         camera = image.camera
         self.image, self.splines = image, None
         if not camera.is_pinhole:
+            from scipy.interpolate import RectBivariateSpline  # takes long to load
+
             # a little beyond the image, since its outermost pixels are compared with their neighbours outside
             u = np.linspace(-2.0, camera.width + 2.0, max(camera.width // SPLINE_STEP_PX, 24))
             v = np.linspace(-2.0, camera.height + 2.0, max(camera.height // SPLINE_STEP_PX, 24))

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyogrio
 import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -55,6 +54,8 @@ def run_layers(run: Prepared) -> RunLayers:
     """
     if not run.store.exists(OUTLINES_FILE):
         raise RunError(f"no {OUTLINES_FILE} here yet", where=run.store.root, remedy="run the workflow to its end first")
+    import pyogrio
+
     with run.store.local_copy(OUTLINES_FILE) as path:
         names = [str(row[0]) for row in pyogrio.list_layers(path)]
         outlines = _polygons(read_layer(path, "outlines")) if "outlines" in names else ()
@@ -120,6 +121,8 @@ class ReferenceFile:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Layers with geometries."""
+        import pyogrio
+
         with local_file(self.path) as path:
             return tuple(str(row[0]) for row in pyogrio.list_layers(path) if row[1] is not None)
 

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyogrio
 import shapely
-from pyogrio.errors import DataLayerError, DataSourceError
 from pyproj import CRS
 
 from cityflow.core.arrays import FloatArray
@@ -103,6 +101,9 @@ def _texts(rows: Sequence[Sequence[str]], place: int | None) -> tuple[str, ...]:
 
 
 def _of_layer(path: str, local: Path, target: Reference) -> Checkpoints:
+    import pyogrio
+    from pyogrio.errors import DataLayerError, DataSourceError
+
     try:
         meta, table = pyogrio.read_arrow(local)
     except (DataSourceError, DataLayerError) as error:

@@ -8,10 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-import pyogrio
 import shapely
 from numpy.typing import NDArray
-from pyogrio.errors import DataSourceError
 from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
@@ -68,6 +66,9 @@ def read_edits(href: str, target: Reference) -> Edits:
 
 
 def _layers(href: str) -> list[str]:
+    import pyogrio
+    from pyogrio.errors import DataSourceError
+
     remedy = f"name the layers {', '.join(LAYERS)}"
     if "://" not in href and not Path(href).is_file():
         raise CatalogError(

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyogrio
-import pyogrio.raw
 import shapely
 from numpy.typing import NDArray
 from shapely import LineString
@@ -153,6 +151,8 @@ def write_geopackage(layers: Iterable[Layer], reference: Reference) -> bytes:
 
 
 def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None:
+    import pyogrio.raw
+
     columns = _columns(layer.rows)
     crs = horizontal_crs(reference)
     with warnings.catch_warnings():
@@ -229,6 +229,8 @@ def _without(row: Mapping[str, Scalar], *own: str) -> dict[str, Scalar]:
 
 @contextmanager
 def _without_time() -> Iterator[None]:
+    import pyogrio
+
     before = pyogrio.get_gdal_config_option("OGR_CURRENT_DATE")
     pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": _NO_TIME})
     try:

@@ -14,10 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyogrio
 import shapely
 from numpy.typing import NDArray
-from pyogrio.errors import DataLayerError, DataSourceError
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 from shapely import Polygon
@@ -75,6 +73,10 @@ def read_layer(path: str | Path, layer: str | None = None) -> Layer:
     CatalogError
         Where the file is missing or unreadable, the layer is unknown, or several exist and none is named.
     """
+    # brings pandas along: a second and 60 MB in every process, most of which read no vector file
+    import pyogrio
+    from pyogrio.errors import DataLayerError, DataSourceError
+
     name = str(path)
     try:
         with local_file(name) as source:

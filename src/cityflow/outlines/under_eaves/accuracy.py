@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from cityflow.core.building import OUTLINE_SIGMA_M, Outline
 from cityflow.geometry.straight_edges import wall_edges
@@ -21,7 +21,7 @@ WEIGHT = 5.0
 LEAST_M = 0.03
 SHORTEST_M, STOREY_M = 2.0, 3.0
 """Façades count that are seen over a storey: neither gutters nor fences, bays and steep roofs."""
-HALF_NORMAL = float(norm.ppf(0.75))
+HALF_NORMAL = float(ndtri(0.75))
 """Median of the absolute value of a normal variable of standard deviation 1."""
 
 
