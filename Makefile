@@ -15,11 +15,10 @@ unexport PYTHONDONTWRITEBYTECODE
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
-# A file's tests stay in one of two processes: what they share is compiled and made once
+# One process more than cores, since those with a cluster wait for it. Which tests stay in one process: tests/shared_processes.py
 test: $(VENV)/.dev
-	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not cluster"
+	$(BIN)/pytest -q -n 3 --dist loadfile --no-loadscope-reorder
 	$(BIN)/pytest -q --doctest-modules src/cityflow
-	$(BIN)/pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m cluster tests/cluster tests/flow
 
 check: lint types layers spelling
 

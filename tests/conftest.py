@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import hypothesis
 import pytest
 
 from missing_tools import missing_tools
+from shared_processes import Scheduling, turn
 
 # a machine that others use, too, is slow now and then: that says nothing of the code
 hypothesis.settings.register_profile("cityflow", suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("cityflow")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Those that take longest first."""
+    items.sort(key=lambda item: turn(item.nodeid.split("::", 1)[0]))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling | None:
+    return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -1,18 +1,25 @@
-"""`make test` looks for tests with a cluster in some folders only: collecting all the others takes longer than to run many a test."""
+"""Tests that share what is slow to make are found where `shared_processes` says."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+import pytest
+
+from shared_processes import TOGETHER, group, turn
+
+HERE = Path(__file__).parent
 
 
-def test_make_test_names_every_folder_with_tests_that_have_a_cluster() -> None:
-    found = {
-        path.relative_to(ROOT).parts[1]
-        for path in (ROOT / "tests").rglob("*.py")
-        if re.search(r"mark\.cluster", path.read_text(encoding="utf-8"))
-    }
-    (line,) = [x for x in (ROOT / "Makefile").read_text(encoding="utf-8").splitlines() if "-m cluster" in x]
-    assert set(re.findall(r" tests/(\S+)", line)) == found
+@pytest.mark.parametrize("place", [p for places in TOGETHER.values() for p in places])
+def test_places_that_share_are_there(place: str) -> None:
+    assert (HERE / place).exists()
+
+
+def test_who_shares_a_cluster_shares_a_process() -> None:
+    """Another process would start a cluster of its own, with all that its workers import."""
+    users = [f"tests/cluster/{p.name}" for p in sorted((HERE / "cluster").glob("test_*.py"))]
+    assert len(users) > 8
+    assert {group(u) for u in users} <= TOGETHER.keys()
+    assert group("tests/core/test_pixels.py") == "tests/core/test_pixels.py"
+    assert turn("tests/core/test_pixels.py") > max(turn(u) for u in users)

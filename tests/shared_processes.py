@@ -1,0 +1,46 @@
+"""Which tests run in one process, after the other: those that use the same cluster, the same finished runs or the same browser.
+
+All others of a file stay together, since they share what is compiled and made once. The first here are begun first: they take longest, and wait
+while their workers are at work.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from xdist.scheduler import LoadFileScheduling
+
+TOGETHER = {
+    "a town on a cluster": (
+        "cluster/test_bad_input.py",
+        "cluster/test_changed_wishes.py",
+        "cluster/test_damaged_files.py",
+        "cluster/test_object_store.py",
+        "cluster/test_only_looking.py",
+        "cluster/test_textured_city.py",
+        "cluster/test_tilings.py",
+    ),
+    "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py"),
+    "clusters that are killed": ("flow/test_cluster.py",),
+    "a browser": ("browser",),
+}
+"""Files or folders below `tests`."""
+
+
+def group(path: str) -> str:
+    """What a file belongs to; the file itself where that is nothing else."""
+    parts = Path(path).parts
+    below = "/".join(parts[parts.index("tests") + 1 :] if "tests" in parts else parts)
+    return next((g for g, files in TOGETHER.items() if below.startswith(files)), path)
+
+
+def turn(path: str) -> int:
+    """Place in the order of groups; files of none come last."""
+    return [*TOGETHER, path].index(group(path))
+
+
+class Scheduling(LoadFileScheduling):  # type: ignore[misc]  # xdist has no types
+    """As ``--dist loadfile``, with groups in place of files."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return group(nodeid.split("::", 1)[0])
