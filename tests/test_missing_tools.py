@@ -42,7 +42,7 @@ def test_all_is_there() -> None:
 
 def test_a_test_run_says_in_the_end_what_it_skipped(tmp_path: Path) -> None:
     """Also where it is quiet and several processes share the tests."""
-    for name in ("conftest.py", "missing_tools.py"):
+    for name in ("conftest.py", "missing_tools.py", "shared_processes.py"):
         shutil.copy(HERE / name, tmp_path / name)
     (tmp_path / "test_it.py").write_text(
         "import pytest\n"
@@ -51,9 +51,9 @@ def test_a_test_run_says_in_the_end_what_it_skipped(tmp_path: Path) -> None:
         "@pytest.mark.skipif(True, reason='a dozen points')\ndef test_three(): pass\n"
         "def test_four(): pass\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "-q", "-n", "2", "."],
+        [sys.executable, "-m", "pytest", "-p", "xdist.plugin", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "-q", "-n", "2", "."],
         cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

@@ -12,6 +12,7 @@ from cityflow.pipeline.pipeline import table_of_stages
 from cluster.small_city import make_city, scene
 
 ROOT = Path(__file__).parents[2]
+HOUSES = 4
 
 COUNT = '''"""Stage ``count``: how many corners the outline of a building has."""
 
@@ -86,7 +87,9 @@ print(json.dumps({
 def test_a_stage_that_counts_is_a_file_and_a_line(tmp_path: Path) -> None:
     (tmp_path / "stages").mkdir()
     (tmp_path / "stages" / "count.py").write_text(COUNT)
-    city = make_city(tmp_path / "town")
+    outlines = dict(list(scene().outlines.items())[:HOUSES])
+    city = make_city(tmp_path / "town", list(outlines.items()))
+    city.change_workflow(reconstruct={"methods": ["extruded"]}, export={"formats": ["obj"]})
     arguments = [str(tmp_path / "stages"), str(city.catalog), str(city.workflow), str(tmp_path / "run")]
     path = [str(Path(cityflow.__file__).parents[1]), str(ROOT / "tests")]
     done = subprocess.run(
@@ -95,7 +98,6 @@ def test_a_stage_that_counts_is_a_file_and_a_line(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
-    outlines = scene().outlines
     assert found["corners"].keys() == outlines.keys()
     assert all(n >= 3 for n in found["corners"].values())
     assert found["order"] == ["ingest", "surface", "outline", "count", "reconstruct", "export"]
