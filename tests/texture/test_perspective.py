@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from shapely import Polygon
@@ -58,6 +60,7 @@ def photograph(image: OrientedImage) -> np.ndarray:
     return np.repeat(total[..., None] / 16, 3, axis=2)
 
 
+@cache
 def patches() -> FacePatches:
     image = ColourImage(ROOT, ArrayPixels(np.rint(photograph(ROOT)).astype(np.uint8)))
     (view,) = views_of(GABLE, [ROOT])
@@ -68,13 +71,10 @@ def patches() -> FacePatches:
     return made
 
 
-PATCHES = patches()
-
-
 @pytest.mark.parametrize("name", VIEWPOINTS)
 def test_texels_are_drawn_where_they_belong(name: str) -> None:
     view = VIEWPOINTS[name]
-    for patch in (PATCHES.raw, PATCHES.rectified):
+    for patch in (patches().raw, patches().rectified):
         shifts = texel_shifts(GABLE, patch, view)
         assert len(shifts) > 10_000
         assert shifts.max() < 0.1
@@ -82,13 +82,13 @@ def test_texels_are_drawn_where_they_belong(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["front", "the other side", "from the street", "above"])
 def test_without_the_division_they_are_not(name: str) -> None:
-    assert texel_shifts(GABLE, PATCHES.raw, VIEWPOINTS[name], divide=False).max() > 5.0
+    assert texel_shifts(GABLE, patches().raw, VIEWPOINTS[name], divide=False).max() > 5.0
 
 
 def test_patches_know_where_the_root_image_has_the_corners() -> None:
     """What `texel_shifts` takes for granted: corners are the root's own, apart by whole pixels, with their depths."""
     uv, depth = ROOT.project(RING)
-    corners = PATCHES.raw.corners[0]
+    corners = patches().raw.corners[0]
     moved = uv - corners[:, :2]
     assert np.abs(moved - np.rint(moved[0])).max() < 1e-9
     assert corners[:, 2] == pytest.approx(depth)
@@ -109,7 +109,7 @@ def test_lines_of_a_photographed_facade_are_where_they_are(name: str) -> None:
 
 
 def drawing(view: OrientedImage, divide: bool) -> np.ndarray:
-    patch = PATCHES.raw
+    patch = patches().raw
     triangles = np.asarray(triangulate_polygon([GABLE.on_plane(RING)]), np.int64)
     many = len(triangles)
     scene = TexturedTriangles(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,14 +11,19 @@ import pytest
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.reconstruction.choose import ReconstructParameters, choose
+from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.roof_fit import fit_of
 from roof_scenes import ORIGIN, OUTLINE, gable, scan
 
 PLAIN = scan(gable, OUTLINE, 8.0, 0.02, 1)
-CHOICE = choose(PLAIN, ReconstructParameters())
+
+
+@cache
+def plain_choice() -> Choice:
+    """The gable's model."""
+    return choose(PLAIN, ReconstructParameters())
 
 
 def with_points(extra: FloatArray) -> Evidence:
@@ -27,8 +33,9 @@ def with_points(extra: FloatArray) -> Evidence:
 
 def kinds(extra: FloatArray) -> IntArray:
     """What the others are taken for, against the model of the gable alone."""
-    assert CHOICE.candidate.solid is not None
-    return fit_of(CHOICE.candidate.solid, with_points(extra)).kinds[-len(extra) :]
+    solid = plain_choice().candidate.solid
+    assert solid is not None
+    return fit_of(solid, with_points(extra)).kinds[-len(extra) :]
 
 
 def facade(rng: np.random.Generator) -> FloatArray:
@@ -51,7 +58,7 @@ def test_what_is_no_roof_is_known_by_its_kind(make: object, kind: Kind) -> None:
 
 def test_it_leaves_rmse_and_share_explained_and_is_counted() -> None:
     rng = np.random.default_rng(3)
-    told = measure(CHOICE, with_points(np.concatenate([facade(rng), crown(rng)])))
+    told = measure(plain_choice(), with_points(np.concatenate([facade(rng), crown(rng)])))
     assert told["rmse"] is not None
     assert float(told["rmse"]) < 0.15
     assert float(told["share_explained"] or 0) > 0.95
@@ -67,4 +74,4 @@ def test_a_missed_structure_is_not_excused(height: float, density: float) -> Non
     n = int(9 * density)
     level = np.column_stack([rng.uniform(4, 7, n), rng.uniform(0.3, 3.3, n), height + rng.normal(0, 0.02, n)])
     assert np.mean(kinds(level) == Kind.ROOF) > 0.85
-    assert float(measure(CHOICE, with_points(level))["rmse"] or 0) > 0.15
+    assert float(measure(plain_choice(), with_points(level))["rmse"] or 0) > 0.15
