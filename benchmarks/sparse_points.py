@@ -20,7 +20,7 @@ from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.runs.run_folder import open_run
-from cityflow.survey.survey import ZARR
+from cityflow.survey.source import ZARR
 
 AROUND_CELLS, LEVEL_M = 5, 1.0
 
@@ -32,7 +32,7 @@ def main() -> None:
     chosen = options.parse_args()
     run = open_run(chosen.run)
     xyz = sparse_points(run.catalog)
-    grid = run.source().survey.product_grid
+    grid = run.source().survey.lattice.product_grid
     _, layers = read_layers(run.store.zarr_store(ZARR), grid, grid.bounds, ["dsm", "ortho_seen"])
     dsm = layers["dsm"]
     off = heights_at(dsm, grid, xyz[:, :2]) - xyz[:, 2]

@@ -78,7 +78,7 @@ class _PictureSource(CitySource):
     only: tuple[str, ...] = ()
 
     def initial(self):  # type: ignore[no-untyped-def]
-        tiles = [name for name in self.survey.tiles if name in self.only]
+        tiles = [name for name in self.survey.lattice.tiles if name in self.only]
         yield from self.walk.want((stage, name) for stage in ("surface", "ortho") for name in tiles)
 
 

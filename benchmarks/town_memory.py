@@ -32,7 +32,7 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.runs.settings import load_workflow
 from cityflow.survey.area import parse_area
-from cityflow.survey.image_survey import ImageSurvey
+from cityflow.survey.images import ImageSurvey
 from cityflow.workflow.run import execute
 from town_figures import stage_figures
 

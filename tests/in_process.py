@@ -12,7 +12,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers
 from cityflow.pipeline.city_source import CitySource
-from cityflow.survey.survey import LIDAR, ZARR
+from cityflow.survey.source import LIDAR, ZARR
 
 Records = dict[tuple[str, str], Record]
 
@@ -48,10 +48,10 @@ def run_all(
 def make_surfaces(source: CitySource, store: Store) -> None:
     """The empty rasters that tasks write their tiles into."""
     survey, tile_m = source.survey, source.survey.parameters.tiles.tile_m
-    groups = [(survey.zarr, survey.grid, LAYERS)]
-    if survey.door != LIDAR:
+    groups = [(survey.source.zarr, survey.lattice.grid, LAYERS)]
+    if survey.source.kind != LIDAR:
         # the other group stands in this one
-        groups.insert(0, (ZARR, survey.product_grid, image_layers(*survey.ortho_kind)))
+        groups.insert(0, (ZARR, survey.lattice.product_grid, image_layers(*survey.ortho_kind)))
     for path, grid, layers in groups:
         create(store.zarr_store(path), grid, round(tile_m / grid.cell), survey.catalog.reference, layers)
 

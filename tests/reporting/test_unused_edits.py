@@ -116,7 +116,7 @@ def test_what_is_not_known_yet_or_not_asked_for_is_not_judged(catalog: Path, tmp
 def test_an_outline_far_away_is_refused_and_makes_no_tile(catalog: Path, tmp_path: Path) -> None:
     run = prepared(catalog, tmp_path, {})
     assert run.catalog.bounds == (X, Y, X + 180, Y + 180)
-    assert sorted(run.source().survey.tiles) == ["900_4600", "900_4601", "901_4600", "901_4601"]
+    assert sorted(run.source().survey.lattice.tiles) == ["900_4600", "900_4601", "901_4600", "901_4601"]
     (ingested,) = outlined(run).of("ingest")
     refused = dict(ingested.result["refused"])
     assert "outside the survey" in refused["faraway"]

@@ -20,7 +20,10 @@ from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import reconstruct, split
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.area import EVERYWHERE, Area
-from cityflow.survey.survey import ACCURACY, HULL, SEEN_AROUND_M, UnitEntry
+from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.lattice import SEEN_AROUND_M
+from cityflow.survey.results import HULL
+from cityflow.survey.unit_entry import UnitEntry
 
 TILE = 250.0
 ROWS_OF_HOUSES = 3
@@ -231,13 +234,13 @@ def test_another_hull_of_a_unit_changes_the_exports_of_its_neighbours_too(output
 def test_a_unit_waits_for_every_tile_that_it_looks_into() -> None:
     """What is read without being waited for would depend on the order of the tasks."""
     source = CitySource(catalog(True), CityParameters())
-    tile = next(iter(source.survey.tiles.values()))
+    tile = next(iter(source.survey.lattice.tiles.values()))
     right = f"{tile.col + 1}_{tile.row}"
-    assert right in source.survey.tiles
+    assert right in source.survey.lattice.tiles
     _, y_min, x_max, _ = tile.bounds
     for gap, waits in ((4.9, True), (5.1, False)):
         box = (x_max - gap - 10, y_min + 20, x_max - gap, y_min + 30)
         entry = UnitEntry("u", tile.name, "p", 0, 1, "d", box, (box[0] + 5, box[1] + 5), (), ())
-        assert (right in source.survey.tiles_under(entry)) == waits
+        assert (right in source.survey.lattice.tiles_under(entry)) == waits
     for looks in (unit_evidence.AROUND_M, unit_evidence.RASTER_MARGIN_M, split.AROUND_M):
         assert looks <= SEEN_AROUND_M

@@ -19,8 +19,8 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import OUTLINES
+from cityflow.survey.given_outlines import ACCURACY
 from cityflow.survey.parameters import TileParameters
-from cityflow.survey.survey import ACCURACY
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
 
@@ -122,7 +122,7 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
 def test_given_outlines_wait_for_the_facades_around_them() -> None:
     given = replace(CATALOG, outlines=OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, AREA, 9))
     source = CitySource(given, parameters())
-    tiles = list(source.survey.tiles)
+    tiles = list(source.survey.lattice.tiles)
     order, place, ready = np.random.default_rng(1), dict[tuple[str, str], int](), list(source.initial())
     outlines = []
     while ready:

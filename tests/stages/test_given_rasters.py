@@ -23,7 +23,7 @@ from cityflow.io.reference import resolve
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.parameters import PointsParameters, TileParameters
-from cityflow.survey.survey import RASTERS, ZARR
+from cityflow.survey.source import RASTERS, ZARR
 from in_process import run_all
 
 CELL, GROUND, EAVES = 0.25, 12.0, 17.0
@@ -54,7 +54,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[tuple[str
     )  # fmt: skip
     catalog = read_catalog(folder / "catalog")
     source = CitySource(catalog, CityParameters(tiles=TileParameters(tile_m=100)))
-    assert source.survey.door == RASTERS
+    assert source.survey.source.kind == RASTERS
     records = run_all(source, Store.open(folder / "run"))
     return folder / "run", records
 

@@ -17,7 +17,8 @@ from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import City, outlines_are_missing
-from cityflow.survey.survey import IMAGES, Survey
+from cityflow.survey.source import IMAGES
+from cityflow.survey.survey import Survey
 
 
 class CitySource:
@@ -86,7 +87,7 @@ class CitySource:
 
     def _under_outlines(self) -> list[Node]:
         """The tasks that follow from the catalog alone: those for outlines of the tiles and of all that touch them."""
-        city, images = self.city, self.survey.door == IMAGES
+        city, images = self.city, self.survey.source.kind == IMAGES
         ring = city.ring_of(city.tiles)
         frames = self.survey.images.frame_units_over(city.tiles) if images else []
         pictures = [(s, t) for s in ("ortho", "walls") for t in city.tiles] if images else []

@@ -14,7 +14,8 @@ from cityflow.reporting.asked_area import asked_area, surveyed_share
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import fuse, ingest, match, ortho, surface
 from cityflow.survey.area import EVERYWHERE, Area
-from cityflow.survey.survey import IMAGES, Survey
+from cityflow.survey.source import IMAGES
+from cityflow.survey.survey import Survey
 from cityflow.viewer.figures import kind_of_reason
 from cityflow.viewer.image_rows import DirectionRow, ImageFigures, RefusedPairs, TileRow
 
@@ -23,7 +24,7 @@ Pairs = Mapping[str, Mapping[str, Any]]
 
 def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHERE) -> ImageFigures | None:
     """None for a survey that is no survey of images; `area` is what the run is limited to."""
-    if survey.door != IMAGES:
+    if survey.source.kind != IMAGES:
         return None
     asked = asked_area(survey, area)
     matched = records.of(match.NAME)

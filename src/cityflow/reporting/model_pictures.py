@@ -15,7 +15,7 @@ from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.raster_pictures import CityRasters
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import reconstruct
-from cityflow.survey.survey import HULL
+from cityflow.survey.results import HULL
 from cityflow.viewer.model_view import (
     TERRAIN_COLOUR,
     Surfaces,

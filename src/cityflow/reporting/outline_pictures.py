@@ -18,7 +18,8 @@ from cityflow.reporting.model_pictures import densest_spot
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import outline, units
 from cityflow.stages.units import SPLITS
-from cityflow.survey.survey import IMAGES, ZARR, Survey
+from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.survey import Survey
 from cityflow.viewer.mosaic import Mosaic
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
@@ -56,13 +57,13 @@ def outline_pictures(
 
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArray] | None:
-    whole = survey.product_grid
+    whole = survey.lattice.product_grid
     if not bounds_meet(whole.bounds, bounds):
         return None
-    names = ("ortho", "ortho_seen") if survey.door == IMAGES else ("dsm",)
+    names = ("ortho", "ortho_seen") if survey.source.kind == IMAGES else ("dsm",)
     window, found = read_layers(store.zarr_store(ZARR), whole, bounds, names)
-    values = found[names[0]] if survey.door == IMAGES else found["dsm"][None]
-    known = found["ortho_seen"] if survey.door == IMAGES else np.isfinite(found["dsm"])
+    values = found[names[0]] if survey.source.kind == IMAGES else found["dsm"][None]
+    known = found["ortho_seen"] if survey.source.kind == IMAGES else np.isfinite(found["dsm"])
     if not known.any():
         return None
     mosaic = Mosaic(window, MOST_PIXELS, len(values))
@@ -70,7 +71,7 @@ def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArr
     mean = without_specks(mosaic.mean())
     shown = (
         ortho_pixels(mean)
-        if survey.door == IMAGES
+        if survey.source.kind == IMAGES
         else shaded_heights(mean[0], mosaic.grid.cell, height_range(mean[0]))
     )
     shown = quiet_gaps(shown, np.isfinite(mean[0]))

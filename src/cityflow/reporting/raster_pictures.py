@@ -18,7 +18,8 @@ from cityflow.flow.task import Record
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import frame, ortho, surface
-from cityflow.survey.survey import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR, Survey
+from cityflow.survey.source import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR
+from cityflow.survey.survey import Survey
 from cityflow.viewer.mosaic import Mosaic, known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.relief import (
@@ -94,14 +95,14 @@ class CityRasters:
 def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityRasters | None:
     """None where no tile has a surface yet."""
     made, coloured = (tiles_made(survey, records.of(stage)) for stage in (surface.NAME, ortho.NAME))
-    if survey.door == RASTERS and "ortho" in survey.catalog.rasters:
+    if survey.source.kind == RASTERS and "ortho" in survey.catalog.rasters:
         coloured = made
     if not made:
         return None
     part = _fitting(store, survey, made)
     colours, found = None, set[int]()
     if coloured:
-        fine = Part(store, ZARR, survey.product_grid, coloured)
+        fine = Part(store, ZARR, survey.lattice.product_grid, coloured)
         colours = fine.mosaic(["ortho", "ortho_seen"], _colours, survey.ortho_kind[0])
     return CityRasters(
         part.mosaic(["dsm_filled"], lambda f: _finite(f["dsm_filled"])),
@@ -115,20 +116,20 @@ def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityR
 def tiles_made(survey: Survey, records: Iterable[Record]) -> tuple[Bounds, ...]:
     """Bounds of the ground tiles whose task left a result."""
     good = (r.unit for r in records if r.status in (Status.DONE, Status.DEGRADED))
-    return tuple(survey.tiles[name].bounds for name in good if name in survey.tiles)
+    return tuple(survey.lattice.tiles[name].bounds for name in good if name in survey.lattice.tiles)
 
 
 def _fitting(store: Store, survey: Survey, made: tuple[Bounds, ...]) -> Part:
     """The coarser copy of a surface from images where it has pixels enough, else the fine one."""
-    working = Part(store, survey.zarr, survey.grid, made)
-    if survey.zarr == OVERVIEW and max(working.extent.shape) < MOST_PIXELS:
-        return Part(store, ZARR, survey.product_grid, made)
+    working = Part(store, survey.source.zarr, survey.lattice.grid, made)
+    if survey.source.zarr == OVERVIEW and max(working.extent.shape) < MOST_PIXELS:
+        return Part(store, ZARR, survey.lattice.product_grid, made)
     return working
 
 
 def frame_pictures(store: Store, survey: Survey, records: CurrentRecords) -> Iterator[Picture]:
     """The true oblique orthos of the frames of most images."""
-    if survey.door != IMAGES:
+    if survey.source.kind != IMAGES:
         return
     done = {r.unit for r in records.of(frame.NAME) if r.result.get("points")}
     for shown in survey.images.oblique_frames[:MOST_FRAMES]:

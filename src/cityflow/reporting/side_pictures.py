@@ -152,12 +152,15 @@ def _bare(surfaces: Surfaces) -> _Part:
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> Iterator[_Part]:
     """The terrain, a part for each tile, under the tile's ortho without its roofs where the export has made one."""
-    for name, tile in sorted(survey.tiles.items()):
-        if not bounds_meet(tile.bounds, bounds) or not bounds_meet(survey.grid.bounds, tile.bounds):
+    for name, tile in sorted(survey.lattice.tiles.items()):
+        if not bounds_meet(tile.bounds, bounds) or not bounds_meet(survey.lattice.grid.bounds, tile.bounds):
             continue
         # one cell further, so that no gap is left between tiles
         grid, found = read_layers(
-            store.zarr_store(survey.zarr), survey.grid, grown(tile.bounds, survey.cell_m), ("dtm",)
+            store.zarr_store(survey.source.zarr),
+            survey.lattice.grid,
+            grown(tile.bounds, survey.lattice.cell_m),
+            ("dtm",),
         )
         part = _terrain(store, name, tile.bounds, terrain_surfaces(found["dtm"], grid))
         if part is not None:

@@ -17,7 +17,8 @@ from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.handover.pieces import open_pixels
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.survey.survey import IMAGES, RASTERS, ZARR, Survey
+from cityflow.survey.source import IMAGES, RASTERS, ZARR
+from cityflow.survey.survey import Survey
 from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
 from cityflow.viewer.relief import height_range, ortho_pixels, shaded_heights
@@ -61,12 +62,12 @@ class Crops:
             return []
         x, y = unit.rings[0].min(axis=0), unit.rings[0].max(axis=0)
         bounds = grown((float(x[0]), float(x[1]), float(y[0]), float(y[1])), MARGIN_M)
-        whole = self.survey.product_grid
+        whole = self.survey.lattice.product_grid
         large = max(bounds[2] - bounds[0], bounds[3] - bounds[1]) > MOST_CELLS * whole.cell
         if large or not any(bounds_meet(t, bounds) for t in self.tiles) or not bounds_meet(whole.bounds, bounds):
             return []
         coloured = self.survey.reads_own_orthos or (
-            self.survey.door == RASTERS and "ortho" in self.survey.catalog.rasters
+            self.survey.source.kind == RASTERS and "ortho" in self.survey.catalog.rasters
         )
         names = ("dsm", *(("ortho", "ortho_seen") if coloured else ()))
         grid, found = read_layers(self.store.zarr_store(ZARR), whole, bounds, names)
@@ -114,14 +115,14 @@ def thumbnail(crops: Crops, unit: UnitRow) -> Picture | None:
 
 def photographs(store: Store, survey: Survey, unit: UnitRow, heights: tuple[float, float]) -> Iterator[Picture]:
     """Parts of the photographs that show a unit best, each from another side; the outline at the height of floor and ridge."""
-    if survey.door != IMAGES or not unit.rings:
+    if survey.source.kind != IMAGES or not unit.rings:
         return
     polygon = Polygon(unit.rings[0])
     ring = shapely.get_coordinates(shapely.segmentize(polygon.exterior, 2.0))
     solid = np.concatenate([np.column_stack([ring, np.full(len(ring), z)]) for z in heights])
     names = survey.images.showing(polygon.bounds, heights, 60)
     for side, (name, image, uv) in sorted(_best_by_side(survey, names, solid).items())[:VIEWS]:
-        path = survey.tiled_image(name)
+        path = survey.results.tiled_image(name)
         if path is None:
             continue
         try:

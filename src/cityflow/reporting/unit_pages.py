@@ -16,7 +16,8 @@ from cityflow.flow.task import Record
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.unit_crops import Crops, crop_pictures, photographs
 from cityflow.stages import reconstruct
-from cityflow.survey.survey import HULL, Survey
+from cityflow.survey.results import HULL
+from cityflow.survey.survey import Survey
 from cityflow.viewer.environment import parameter_rows
 from cityflow.viewer.model_view import draw_models, no_terrain, surfaces_of
 from cityflow.viewer.picture import Picture, picture

@@ -122,10 +122,14 @@ class _Found:
     def knows(self, place: BaseGeometry) -> bool:
         """Whether all outlines that a place may touch are known, and the place is in the area asked for."""
         over = [t.name for t in tiles_over(place.bounds, self.survey.parameters.tiles.tile_m)]
-        tiles = [t for t in over if t in self.survey.tiles and self._run.area.meets(self.survey.tiles[t].bounds)]
+        tiles = [
+            t
+            for t in over
+            if t in self.survey.lattice.tiles and self._run.area.meets(self.survey.lattice.tiles[t].bounds)
+        ]
         if not tiles:
             return self._run.area.is_everywhere
-        return all(t in self._of_tiles for name in tiles for t in self.survey.ring(name))
+        return all(t in self._of_tiles for name in tiles for t in self.survey.lattice.ring(name))
 
     def acts(self, drawn: _Drawn) -> bool:
         if drawn.layer == REJECTED:
@@ -154,4 +158,6 @@ class _Found:
         return "touches no building" + (f"; the nearest is {unit}, {gap:.1f} m away" if gap <= NEAR_M else "")
 
     def _is_surveyed(self, place: BaseGeometry) -> bool:
-        return any(t.name in self.survey.tiles for t in tiles_over(place.bounds, self.survey.parameters.tiles.tile_m))
+        return any(
+            t.name in self.survey.lattice.tiles for t in tiles_over(place.bounds, self.survey.parameters.tiles.tile_m)
+        )

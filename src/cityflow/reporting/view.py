@@ -237,7 +237,7 @@ def _said(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[
 
 
 def _city_bounds(survey: Survey) -> Bounds:
-    return survey.grid.bounds
+    return survey.lattice.grid.bounds
 
 
 def _ground(units: Sequence[UnitRow]) -> float:

@@ -58,7 +58,7 @@ def point_sources(survey: Survey, records: CurrentRecords) -> list[TileSource]:
         for record in records.of(ingest.NAME):
             for path, digest in record.outputs.items():
                 tile = _tile_of_piece(path, survey)
-                if tile in survey.tiles:
+                if tile in survey.lattice.tiles:
                     found[tile][path] = digest
     most = _most_points(len(found))
     return [
@@ -122,11 +122,11 @@ def relief_sources(records: CurrentRecords) -> list[TileSource]:
 
 def relief_of(store: Store, survey: Survey, tile: str, frame: PageFrame) -> Relief | None:
     """A tile's surface and one row and column of its neighbours, so that tiles meet; None where nothing is known."""
-    x_min, y_min, x_max, y_max = survey.tiles[tile].bounds
-    step = max(1, -(-round((x_max - x_min) / survey.cell_m) // MOST_RELIEF_CELLS))
-    reach = step * survey.cell_m
+    x_min, y_min, x_max, y_max = survey.lattice.tiles[tile].bounds
+    step = max(1, -(-round((x_max - x_min) / survey.lattice.cell_m) // MOST_RELIEF_CELLS))
+    reach = step * survey.lattice.cell_m
     bounds: Bounds = (x_min, y_min - reach, x_max + reach, y_max)
-    grid, layers = read_layers(store.zarr_store(survey.zarr), survey.grid, bounds, ("dsm_filled",))
+    grid, layers = read_layers(store.zarr_store(survey.source.zarr), survey.lattice.grid, bounds, ("dsm_filled",))
     heights = np.asarray(layers["dsm_filled"], np.float64)[::step, ::step]
     if not np.isfinite(heights).any():
         return None

@@ -17,7 +17,7 @@ from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.runs.prepare import Prepared
-from cityflow.runs.settings import Workflow, checked
+from cityflow.runs.settings import Workflow, checked, known_part
 from cityflow.survey.area import Area
 
 DESCRIPTION = "run.json"
@@ -56,7 +56,7 @@ def open_run(url: str) -> Prepared:
     if not _is_run(store):
         raise RunError("no run here (run.json is missing)", where=url, remedy="start one with `cityflow run … --out`")
     tree = _description(store)
-    workflow = checked(tree["workflow"], where=f"{url}/{DESCRIPTION}")
+    workflow = checked(known_part(tree["workflow"]), where=f"{url}/{DESCRIPTION}")
     return Prepared(workflow, read_catalog(tree["catalog"], allow_outside=True), _area(tree["area"], store), store)
 
 

@@ -64,6 +64,21 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
         raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
 
 
+def known_part(tree: Mapping[str, Any], root: type[BaseModel] = CityParameters) -> dict[str, Any]:
+    """Without the keys that no model has: a RUN lists every parameter that its version had, and some are gone since.
+
+    >>> known_part({"name": "a", "surface": {"cell_m": 0.5, "gone": {"a": 1}}, "gone": 2})
+    {'name': 'a', 'surface': {'cell_m': 0.5}}
+    """
+    top = AT_TOP if root is CityParameters else ()
+    kept = {key: value for key, value in tree.items() if key in (*root.model_fields, *top)}
+    sections = {key: model_at(root, [key]) for key in kept}
+    return {
+        key: known_part(value, sections[key]) if sections[key] is not root and isinstance(value, Mapping) else value
+        for key, value in kept.items()
+    }
+
+
 def _with_city(tree: Mapping[str, Any]) -> dict[str, Any]:
     """In files the stages stand at the top level, beside name and catalog; what they leave out is the city's default, which may not be the section's own."""
     top = {"name", "catalog"}

@@ -19,7 +19,8 @@ from cityflow.handover.texture_files import SETS, Rings, decode_unit
 from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.survey.city import City
-from cityflow.survey.survey import Survey, UnitEntry
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 
@@ -33,14 +34,14 @@ MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
 def leaf_of(survey: Survey, unit: UnitEntry) -> str:
     """Name of the leaf that a unit belongs to: tile, and column and row in it, south-west first."""
     n, (x, y) = survey.parameters.atlas.leaves(survey.parameters.tiles.tile_m), unit.point
-    x_0, y_0, x_1, y_1 = survey.tiles[unit.tile].bounds
+    x_0, y_0, x_1, y_1 = survey.lattice.tiles[unit.tile].bounds
     col, row = int((x - x_0) / (x_1 - x_0) * n), int((y - y_0) / (y_1 - y_0) * n)
     return f"{unit.tile}.{min(max(col, 0), n - 1)}_{min(max(row, 0), n - 1)}"
 
 
 def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
     """Pages of the units of a leaf; None where none of them has a texture."""
-    made = {u: survey.outputs_of("texture", u) for u in sorted(units)}
+    made = {u: survey.results.outputs_of("texture", u) for u in sorted(units)}
     files = {u: next(iter(outputs.items())) for u, outputs in made.items() if outputs}
     if not files:
         return None

@@ -22,8 +22,9 @@ from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.depths import depths_over, matches_over, reach_of
-from cityflow.survey.survey import FRAMES, IMAGES, Survey
+from cityflow.survey.depths import depth_maps, depths_over, matches_over, reach_of
+from cityflow.survey.source import FRAMES, IMAGES
+from cityflow.survey.survey import Survey
 
 NAME = "frame"
 VERSION = 3
@@ -43,7 +44,7 @@ def task(survey: Survey, unit: str) -> Task:
     place = survey.images.frame_tile(unit)
     own = {
         u: m
-        for u, m in survey.depth_maps(place.ground_tiles).items()
+        for u, m in depth_maps(survey, place.ground_tiles).items()
         if survey.images.flight_tile(u).direction == place.frame.name
     }
     inputs, arguments = depths_over(survey, ground_around(survey, unit), own.__contains__)
@@ -51,7 +52,7 @@ def task(survey: Survey, unit: str) -> Task:
     seen = sorted({n for u in own for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)})
     # a small cluster's images may be masters for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
-    images = [n for n in seen if n in shown_here and survey.tiled_image(n) is not None]
+    images = [n for n in seen if n in shown_here and survey.results.tiled_image(n) is not None]
     shown = shown_images(survey, images)
     frame = {
         "name": place.frame.name,
@@ -66,13 +67,13 @@ def task(survey: Survey, unit: str) -> Task:
         },
         inputs={
             **inputs, "wanted": digest_of(sorted(own)),
-            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of(shown),
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in images}, "views": digest_of(shown),
             "frame": digest_of([frame, list(survey.images.frame_grid(place.frame).bounds)]),
         },
         arguments={
             **arguments, "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
             "frame_grid": list(survey.images.frame_grid(place.frame).bounds),
-            "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
+            "images": shown, "pixels": {n: survey.results.tiled_image(n) for n in images},
         },
         limits=survey.limits(NAME),
         in_place=True,
@@ -82,8 +83,8 @@ def task(survey: Survey, unit: str) -> Task:
 def ground_around(survey: Survey, unit: str) -> list[str]:
     """Ground tiles whose depth maps a frame's tile needs: those that it looks at, and what looks past their points."""
     reach = reach_of(survey, 0.0)
-    found = {n for t in survey.images.frame_tile(unit).ground_tiles for n in survey.near(t, reach)}
-    return [n for n in survey.tiles if n in found]
+    found = {n for t in survey.images.frame_tile(unit).ground_tiles for n in survey.lattice.near(t, reach)}
+    return [n for n in survey.lattice.tiles if n in found]
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -144,7 +145,9 @@ def _depth_maps(city: City, unit: str) -> Iterable[Node]:
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
     """The tiles of frames that look at the ground tiles to export."""
-    return city.survey.images.frame_units_over(city.tiles) if ended == START and city.survey.door == IMAGES else []
+    return (
+        city.survey.images.frame_units_over(city.tiles) if ended == START and city.survey.source.kind == IMAGES else []
+    )
 
 
 STAGE = Stage(

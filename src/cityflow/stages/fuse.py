@@ -16,7 +16,7 @@ from cityflow.handover.fused import UNMATCHED, encode_fused
 from cityflow.surface.fuse import FuseParameters
 from cityflow.surface.fused_tile import fused_tile
 from cityflow.survey.city import City
-from cityflow.survey.depths import depths_over, matches_over, reach_of
+from cityflow.survey.depths import depths_over, matches_over, reach_of, unmatched
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
@@ -27,16 +27,16 @@ FUSED = "fused.cfa"
 def task(survey: Survey, name: str) -> Task:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
     inputs, arguments = depths_over(survey, _tiles_around(survey, name))
-    failed = survey.unmatched([name])
+    failed = unmatched(survey, [name])
     return Task(
         NAME, name, "cityflow.stages.fuse:run", VERSION,
         parameters=survey.parameters_for(NAME, name, survey.parameters.image_surface.fuse),
         inputs={
-            **inputs, **{f"failed {u}": "missing" for u in failed}, "grid": survey.place,
+            **inputs, **{f"failed {u}": "missing" for u in failed}, "grid": survey.lattice.place,
         },
         arguments={
-            **arguments, "bounds": list(survey.tiles[name].bounds), "failed": failed,
-            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
+            **arguments, "bounds": list(survey.lattice.tiles[name].bounds), "failed": failed,
+            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor,
         },
         limits=survey.limits(NAME),
     )  # fmt: skip
@@ -60,8 +60,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _tiles_around(survey: Survey, name: str) -> list[str]:
     """Tiles whose depth maps may have points in this one, or look past them."""
-    own = survey.parameters.image_surface.fuse.reach_m(survey.product_grid.cell)
-    return survey.near(name, reach_of(survey, own))
+    own = survey.parameters.image_surface.fuse.reach_m(survey.lattice.product_grid.cell)
+    return survey.lattice.near(name, reach_of(survey, own))
 
 
 def _depth_maps(city: City, name: str) -> Iterable[Node]:

@@ -32,7 +32,7 @@ def task(survey: Survey, unit: str) -> Task:
     """The depth map of one base image over one ground tile."""
     flight_tile = survey.images.flight_tile(unit)
     names = [flight_tile.base, *flight_tile.partners]
-    read = {n: survey.tiled_image(n) for n in names}
+    read = {n: survey.results.tiled_image(n) for n in names}
     usable = [n for n in names if read[n] is not None]
     cells, view = flight_tile.cells, survey.images.flown[flight_tile.base]
     place = {"tile": list(cells.tile), "cell_m": cells.cell_m, "chosen": [list(c) for c in cells.chosen],
@@ -40,7 +40,7 @@ def task(survey: Survey, unit: str) -> Task:
     return Task(
         NAME, unit, "cityflow.stages.match:run", VERSION,
         parameters=survey.parameters_for(NAME, unit, survey.parameters.match),
-        inputs={**{f"image {n}": survey.digest_of_result("ingest", n) for n in names}, "place": digest_of(place)},
+        inputs={**{f"image {n}": survey.results.digest_of("ingest", n) for n in names}, "place": digest_of(place)},
         arguments={**place, "pixels": {n: read[n] for n in usable}, "base": flight_tile.base,
                    "level": survey.parameters.images.level,
                    "unread": [n for n in names if read[n] is None]},

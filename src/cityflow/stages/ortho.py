@@ -21,7 +21,8 @@ from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.survey import IMAGES, ZARR, Survey
+from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.survey import Survey
 
 NAME = "ortho"
 VERSION = 5
@@ -30,19 +31,19 @@ UNSEEN = "no image over this tile could be read"
 
 def task(survey: Survey, name: str) -> Task:
     """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
-    tile, ring = survey.tiles[name], survey.ring(name)
-    images = [n for n in survey.images.ortho_images(tile) if survey.tiled_image(n) is not None]
+    tile, ring = survey.lattice.tiles[name], survey.lattice.ring(name)
+    images = [n for n in survey.images.ortho_images(tile) if survey.results.tiled_image(n) is not None]
     shown, slanting = shown_images(survey, images), [n for n in images if survey.images.is_slanting(n)]
     return Task(
         NAME, name, "cityflow.stages.ortho:run", VERSION,
         parameters=survey.parameters_for(NAME, name, survey.parameters.ortho),
         inputs={
-            **{f"surface {t}": survey.digest_of_result("surface", t) for t in ring},
-            **{f"image {n}": survey.digest_of_result("ingest", n) for n in images}, "views": digest_of([shown, slanting]), "grid": survey.place,
+            **{f"surface {t}": survey.results.digest_of("surface", t) for t in ring},
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in images}, "views": digest_of([shown, slanting]), "grid": survey.lattice.place,
         },
         arguments={
-            "bounds": list(tile.bounds), "product_grid": list(survey.product_grid.bounds), "cell_m": survey.product_grid.cell,
-            "working_cell_m": survey.cell_m, "images": shown, "slanting": slanting, "pixels": {n: survey.tiled_image(n) for n in images},
+            "bounds": list(tile.bounds), "product_grid": list(survey.lattice.product_grid.bounds), "cell_m": survey.lattice.product_grid.cell,
+            "working_cell_m": survey.lattice.cell_m, "images": shown, "slanting": slanting, "pixels": {n: survey.results.tiled_image(n) for n in images},
             "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(NAME),
@@ -126,12 +127,12 @@ def with_alpha(made: Ortho) -> np.ndarray:
 
 def _surfaces_and_images(city: City, name: str) -> Iterable[Node]:
     survey = city.survey
-    images = survey.images.ortho_images(survey.tiles[name])
-    return [*(("surface", t) for t in survey.ring(name)), *(("ingest", n) for n in images)]
+    images = survey.images.ortho_images(survey.lattice.tiles[name])
+    return [*(("surface", t) for t in survey.lattice.ring(name)), *(("ingest", n) for n in images)]
 
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
-    return city.tiles if ended == START and city.survey.door == IMAGES else ()
+    return city.tiles if ended == START and city.survey.source.kind == IMAGES else ()
 
 
 STAGE = Stage(

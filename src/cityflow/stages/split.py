@@ -25,7 +25,9 @@ from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City
-from cityflow.survey.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey, UnitEntry
+from cityflow.survey.source import FRAMES, IMAGES, LIDAR, ZARR
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "split"
 VERSION = 2
@@ -40,27 +42,27 @@ NO_SURFACE = "no surface along the outline"
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
     parameters: Any = survey.parameters_for(NAME, outline.id, survey.parameters.split)
-    under = survey.tiles_under(outline)
+    under = survey.lattice.tiles_under(outline)
     frames = frame_units(survey, outline)
     place = shapely.box(*outline.bounds)
     edits = edits_digest(survey.edits, place)
     read = [("surface", t) for t in under]
-    if survey.door == IMAGES:
+    if survey.source.kind == IMAGES:
         read += [("ortho", t) for t in under] + [("frame", u) for u in frames]
-    pieces = survey.pieces(grown(outline.bounds, AROUND_M)) if survey.door == LIDAR else {}
+    pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return Task(
         NAME, outline.id, "cityflow.stages.split:run", VERSION,
         parameters=parameters["method"],
         inputs={
-            "outline": outline.digest, **{f"{stage} {unit}": survey.digest_of_result(stage, unit) for stage, unit in read}, **pieces,
+            "outline": outline.digest, **{f"{stage} {unit}": survey.results.digest_of(stage, unit) for stage, unit in read}, **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": digest_of(sorted({survey.images.frame_tile(u).frame.name for u in frames})),
         },
         arguments={
             "outline": [outline.path, outline.start, outline.length], "pieces": list(pieces),
-            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
-            "pictures": survey.door == IMAGES, "frames": _frames(survey, frames),
+            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
+            "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
+            "pictures": survey.source.kind == IMAGES, "frames": _frames(survey, frames),
             "edits": survey.edits.near(place).lines(), "looks": survey.looks_for_borders,
         },
         limits=survey.limits(NAME),
@@ -69,7 +71,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
 
 def frame_units(survey: Survey, outline: UnitEntry) -> list[str]:
     """Frame tiles that show something of the tiles under the outline."""
-    return survey.images.frame_units_over(survey.tiles_under(outline)) if survey.door == IMAGES else []
+    return survey.images.frame_units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
 
 
 def _frames(survey: Survey, units: list[str]) -> list[Json]:
@@ -158,8 +160,8 @@ def _oblique(
 def _rasters(city: City, name: str) -> Iterable[Node]:
     """Surfaces, orthos and frames that show the outline."""
     survey, outline = city.survey, city.outlines[name]
-    under = survey.tiles_under(outline)
-    pictures = [("ortho", t) for t in under] if survey.door == IMAGES else []
+    under = survey.lattice.tiles_under(outline)
+    pictures = [("ortho", t) for t in under] if survey.source.kind == IMAGES else []
     return [*(("surface", t) for t in under), *pictures, *(("frame", u) for u in frame_units(survey, outline))]
 
 

@@ -31,7 +31,9 @@ from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.stages.ortho import image_of, shown_images
 from cityflow.survey.city import City
-from cityflow.survey.survey import ZARR, Survey, UnitEntry
+from cityflow.survey.source import ZARR
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
@@ -64,12 +66,12 @@ def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) ->
 
 def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
     """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
-    return survey.tiles_over_bounds(grown(unit.bounds, parameters_of(survey, unit).around_m + LONGEST_M))
+    return survey.lattice.tiles_over(grown(unit.bounds, parameters_of(survey, unit).around_m + LONGEST_M))
 
 
 def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
     """Tiles whose surface may stand between."""
-    return survey.tiles_over_bounds(grown(unit.bounds, parameters_of(survey, unit).halo_m))
+    return survey.lattice.tiles_over(grown(unit.bounds, parameters_of(survey, unit).halo_m))
 
 
 def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
@@ -84,32 +86,34 @@ def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
 def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
     """One unit, between the units `around` it; where a neighbour has failed, its block stands there, as in the export."""
     known = images_of(survey, unit)
-    images = [n for n in known if survey.tiled_image(n) is not None]
+    images = [n for n in known if survey.results.tiled_image(n) is not None]
     shown = shown_images(survey, images)
     blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
-    tiles = sorted({*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.tiles_under(u))})
+    tiles = sorted(
+        {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
+    )
     orthos = survey.given_orthos()
-    hulls = {u: survey.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
+    hulls = {u: survey.results.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
     return Task(
         NAME, unit.id, "cityflow.stages.texture:run", VERSION,
         parameters=parameters_of(survey, unit).model_dump(mode="json"),
         inputs={
-            **{f"hull {u}": survey.digest_of_hull(u) for u in hulls},
-            **{f"surface {t}": survey.digest_of_result("surface", t) for t in tiles},
+            **{f"hull {u}": survey.results.digest_of_hull(u) for u in hulls},
+            **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
-            "images": digest_of({n: survey.digest_of_result("ingest", n) if n in shown else "unread" for n in known}), "views": digest_of(shown),
-            **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.place,
+            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in shown else "unread" for n in known}), "views": digest_of(shown),
+            **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.lattice.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
         },
         arguments={
             "hulls": {u: h["path"] for u, h in hulls.items() if h["path"] is not None}, "neighbours": list(unit.neighbours),
-            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
-            "images": shown, "pixels": {n: survey.tiled_image(n) for n in images},
+            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
+            "images": shown, "pixels": {n: survey.results.tiled_image(n) for n in images},
             "given_orthos": [[k, r.href, r.cell] for k, r in orthos.items()], "crs": survey.catalog.reference.code,
-            "blocks": {u: [e.path, e.start, e.length, survey.hull(u)["reason"]] for u, e in sorted(blocks.items())},
-            "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
-            "unread": [n for n in known if survey.tiled_image(n) is None], "white": survey.images.white,
+            "blocks": {u: [e.path, e.start, e.length, survey.results.hull(u)["reason"]] for u, e in sorted(blocks.items())},
+            "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
+            "unread": [n for n in known if survey.results.tiled_image(n) is None], "white": survey.images.white,
         },
         limits=survey.limits(NAME),
     )  # fmt: skip
@@ -167,7 +171,7 @@ def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:
 
 def _is_block(survey: Survey, unit: str) -> bool:
     """Whether a unit was to become a building and has not."""
-    hull = survey.hull(unit)
+    hull = survey.results.hull(unit)
     return hull["path"] is None and hull["status"] != Status.REFUSED
 
 
@@ -239,7 +243,7 @@ def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
 
 def _task(city: City, name: str) -> Task | None:
     """None where there is no model to lay a texture on."""
-    if not city.survey.hull(name)["path"]:
+    if not city.survey.results.hull(name)["path"]:
         return None
     unit = city.units[name]
     return task(city.survey, unit, [city.units[u] for u in _around(city, unit)])

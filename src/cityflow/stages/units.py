@@ -28,7 +28,8 @@ from cityflow.outlines.identity import ids_from_geometry
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.splitting.partition import with_vertices
 from cityflow.survey.city import City
-from cityflow.survey.survey import Survey, UnitEntry
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "units"
 VERSION = 3
@@ -50,8 +51,8 @@ class _Part:
 def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[UnitEntry]) -> Task:
     """The units of one tile: of its `own` outlines, with those of the outlines `beside` that touch them."""
     every = [*own, *(o for o in beside if o.id not in {u.id for u in own})]
-    splits = {o.id: survey.outputs_of("split", o.id) for o in every}
-    reasons = {o.id: survey.reason_of("split", o.id) for o in every}
+    splits = {o.id: survey.results.outputs_of("split", o.id) for o in every}
+    reasons = {o.id: survey.results.reason_of("split", o.id) for o in every}
     edits = [survey.edits.near(shapely.box(*o.bounds)) for o in every if len(survey.edits)]
     drawn = list(dict.fromkeys(line for e in edits for line in e.lines()))
     return Task(

@@ -23,12 +23,12 @@ WALLS = "walls.cfa"
 def task(survey: Survey, name: str) -> Task:
     """The wall points of one tile, from the depth maps of the tile, its rim, and what else looks there."""
     wanted = survey.wall_parameters
-    inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, wanted.halo_m)))
+    inputs, arguments = depths_over(survey, survey.lattice.near(name, reach_of(survey, wanted.halo_m)))
     return Task(
         NAME, name, "cityflow.stages.walls:run", VERSION,
         parameters=survey.parameters_for(NAME, name, wanted),
         inputs=inputs,
-        arguments={**arguments, "bounds": list(survey.tiles[name].bounds)},
+        arguments={**arguments, "bounds": list(survey.lattice.tiles[name].bounds)},
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -47,7 +47,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _depth_maps(city: City, name: str) -> Iterable[Node]:
     survey = city.survey
-    return matches_over(survey, survey.near(name, reach_of(survey, survey.wall_parameters.halo_m)))
+    return matches_over(survey, survey.lattice.near(name, reach_of(survey, survey.wall_parameters.halo_m)))
 
 
 STAGE = Stage(

@@ -20,7 +20,8 @@ from cityflow.handover.texture_files import Rings, decode_unit, faces_of
 from cityflow.handover.window_files import decode_openings, encode_openings
 from cityflow.stages.texture import images_of
 from cityflow.survey.city import City
-from cityflow.survey.survey import Survey, UnitEntry
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters
@@ -39,7 +40,7 @@ def are_wanted(survey: Survey) -> bool:
 
 def task(survey: Survey, unit: UnitEntry) -> Task | None:
     """The windows of one unit; None where it has no textures, or where only an ortho can have shown it."""
-    textures = survey.outputs_of("texture", unit.id)
+    textures = survey.results.outputs_of("texture", unit.id)
     if not textures or not images_of(survey, unit):
         return None
     path, digest = next(iter(textures.items()))

@@ -12,7 +12,9 @@ from cityflow.flow.task import Json, Record
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.parameters import SurveyParameters
-from cityflow.survey.survey import IMAGES, RASTERS, Survey, UnitEntry
+from cityflow.survey.source import IMAGES, RASTERS
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 INGEST, OUTLINE, UNITS, EXPORT = "ingest", "outline", "units", "export"
 OUTLINES = "outlines"
@@ -58,7 +60,7 @@ class City:
     @cached_property
     def tiles(self) -> tuple[str, ...]:
         """Names of the ground tiles that meet the area, south-west first."""
-        return tuple(name for name, tile in self.survey.tiles.items() if self.area.meets(tile.bounds))
+        return tuple(name for name, tile in self.survey.lattice.tiles.items() if self.area.meets(tile.bounds))
 
     def refuse_nothing(self) -> None:
         """Raise CatalogError where there is nothing to make a city of."""
@@ -111,7 +113,7 @@ class City:
         """
         if not self.area.is_everywhere or (node[0] not in (OUTLINE, UNITS) and node != (INGEST, OUTLINES)):
             return {}
-        return {str(unit): str(reason) for unit, reason in self.survey.records[node].result.get("refused", [])}
+        return {str(unit): str(reason) for unit, reason in self.survey.results.records[node].result.get("refused", [])}
 
     def count_units(self) -> int | None:
         """Units of the area: from the records, once they name all, else from the number of given outlines; None where nobody knows yet."""
@@ -123,7 +125,7 @@ class City:
 
     def ring_of(self, tiles: Iterable[str]) -> list[str]:
         """The tiles and all that touch them."""
-        return list(dict.fromkeys(t for name in tiles for t in self.survey.ring(name)))
+        return list(dict.fromkeys(t for name in tiles for t in self.survey.lattice.ring(name)))
 
 
 def outlines_are_missing(record: Record) -> bool:
@@ -133,6 +135,6 @@ def outlines_are_missing(record: Record) -> bool:
 
 def _has_something(survey: Survey) -> bool:
     """Whether the catalog has what the surface shall be made of."""
-    if survey.door == RASTERS:
+    if survey.source.kind == RASTERS:
         return "dsm" in survey.catalog.rasters
-    return bool(survey.images.assets if survey.door == IMAGES else survey.files)
+    return bool(survey.images.assets if survey.source.kind == IMAGES else survey.lidar.files)

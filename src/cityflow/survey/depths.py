@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from cityflow.core.building import Status
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, digest_of
 from cityflow.handover.depth_reader import VERSION
 from cityflow.handover.oriented import to_json
 from cityflow.survey.survey import Survey
+
+MATCH = "match"
 
 
 def reach_of(survey: Survey, reach_m: float) -> float:
@@ -26,7 +29,7 @@ def depths_over(
     tiles : those whose points are wanted, and all others within `reach_of` of what is wanted
     only : which flight tiles' points are wanted; the others are witnesses. Without it all are
     """
-    maps = survey.depth_maps(tiles)
+    maps = depth_maps(survey, tiles)
     bases = sorted({survey.images.flight_tile(u).base for u in maps})
     images = {n: to_json(survey.images.flown[n].image) for n in bases}
     wanted = [path for u, (path, _) in maps.items() if only is None or only(u)]
@@ -40,4 +43,18 @@ def depths_over(
 
 def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:
     """The depth maps over ground tiles."""
-    return [("match", f.name) for t in tiles for f in survey.images.flight_tiles(survey.tiles[t])]
+    return [(MATCH, f.name) for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t])]
+
+
+def depth_maps(survey: Survey, tiles: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """Flight tile → path and digest of the depth map, of those over `tiles` that left one."""
+    units = [f.name for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t])]
+    found = {u: survey.results.records[MATCH, u].outputs for u in units if (MATCH, u) in survey.results.records}
+    return {u: next(iter(outputs.items())) for u, outputs in sorted(found.items()) if outputs}
+
+
+def unmatched(survey: Survey, tiles: Iterable[str]) -> list[str]:
+    """Flight tiles over `tiles` that have failed."""
+    units = sorted(f.name for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t]))
+    found = {u: survey.results.records.get((MATCH, u)) for u in units}
+    return [u for u, record in found.items() if record is not None and record.status is Status.FAILED]

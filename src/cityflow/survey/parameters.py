@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -194,3 +195,12 @@ def _fits(cell_m: float, tile_m: float) -> bool:
     """Whether a tile is a whole number of fine cells, and of the coarser ones that terrain is found on."""
     cells = tile_m / (cell_m * overview_factor(cell_m))
     return abs(cells - round(cells)) < 1e-9
+
+
+def nearest_cell(gsd_m: float) -> float:
+    """The usual cell nearest to a ground sampling distance, by ratio.
+
+    >>> nearest_cell(0.083), nearest_cell(0.14)
+    (0.08, 0.125)
+    """
+    return min(CELLS_M, key=lambda cell: abs(math.log(cell / gsd_m)))

@@ -25,7 +25,8 @@ from cityflow.io.reference import vertical_datum
 from cityflow.io.tables.checkpoints import Checkpoints, read_checkpoints
 from cityflow.reporting.checkpoint_rows import CHECKPOINTS
 from cityflow.runs.run_folder import open_run
-from cityflow.survey.survey import IMAGES, ZARR, Survey
+from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.survey import Survey
 from cityflow.workflow.printed import print_json
 
 BLOCK_M = 100.0
@@ -70,7 +71,7 @@ def evaluate_run(run_url: str, checkpoints: str, console: Console, in_json: bool
 
 def evaluated(store: Store, survey: Survey, points: Checkpoints, reference: Reference) -> Evaluation:
     """Residuals of every point: measured surface minus point, and where the ortho shows it minus where it is."""
-    grid = survey.product_grid
+    grid = survey.lattice.product_grid
     surface = _sampled(store, grid, points.xyz)
     height = surface - points.xyz[:, 2]
     if not np.isfinite(height).any():
@@ -79,7 +80,7 @@ def evaluated(store: Store, survey: Survey, points: Checkpoints, reference: Refe
             f"the points {_extent((*points.xyz[:, :2].min(axis=0), *points.xyz[:, :2].max(axis=0)))}",
             remedy="check the points' CRS and the order of X and Y",
         )
-    centres = _ortho_centres(survey, points.xyz) if survey.door == IMAGES else None
+    centres = _ortho_centres(survey, points.xyz) if survey.source.kind == IMAGES else None
     place = np.full((len(height), 2), np.nan)
     if centres is not None:
         place = ortho_shift(points.xyz, height, centres)
@@ -112,7 +113,7 @@ def _blocks(xyz: FloatArray, grid: Grid, margin: float) -> Iterable[tuple[Bounds
 def _ortho_centres(survey: Survey, xyz: FloatArray) -> FloatArray:
     """(N, 3) centre of the steepest image of the tile's ortho that holds each point, NaN where there is none."""
     centres, steepest = np.full(xyz.shape, np.nan), np.full(len(xyz), np.inf)
-    for tile in survey.tiles.values():
+    for tile in survey.lattice.tiles.values():
         x_min, y_min, x_max, y_max = tile.bounds
         inside = np.flatnonzero((xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max))
         for name in survey.images.ortho_images(tile) if len(inside) else ():

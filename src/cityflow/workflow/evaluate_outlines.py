@@ -56,7 +56,7 @@ def evaluate_outlines(run_url: str, reference: str, layer: str, console: Console
     polygons, notes = file.polygons(LAYERS)
     found = run_layers(run)
     true = united_by_adjacency(within(polygons, found.window, file))
-    cell_m = run.source().survey.product_grid.cell
+    cell_m = run.source().survey.lattice.product_grid.cell
     tree, layers = judged_outlines(found, true, WITHIN_CELLS * cell_m)
     tree |= {"reference": reference, "notes": notes}
     run.store.write_bytes(RESULT, as_json(tree))

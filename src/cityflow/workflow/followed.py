@@ -17,7 +17,8 @@ from cityflow.io.rasters.surface_zarr import LAYERS, Layer, create, create_group
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.asked import Asked, circumstances, write_asked
 from cityflow.runs.prepare import Prepared
-from cityflow.survey.survey import FRAMES, IMAGES, LIDAR, ZARR, Survey
+from cityflow.survey.source import FRAMES, IMAGES, LIDAR, ZARR
+from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import expected_tasks
 from cityflow.workflow.retired import standing
 
@@ -94,12 +95,12 @@ def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
         chunk = round(survey.parameters.tiles.tile_m / grid.cell)
         create(wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True)
 
-    if survey.door != LIDAR:
+    if survey.source.kind != LIDAR:
         # the root comes first: making it anew clears all groups below
         kind = survey.ortho_kind
-        made(ZARR, survey.product_grid, image_layers(*kind))
-    if survey.door == IMAGES:
+        made(ZARR, survey.lattice.product_grid, image_layers(*kind))
+    if survey.source.kind == IMAGES:
         create_group(wanted.store.zarr_store(FRAMES))
         for frame in survey.images.oblique_frames:
             made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
-    made(survey.zarr, survey.grid)
+    made(survey.source.zarr, survey.lattice.grid)

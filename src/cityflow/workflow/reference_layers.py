@@ -82,10 +82,12 @@ def _accepted(layer: Layer) -> tuple[LineString, ...]:
 def _window(run: Prepared) -> BaseGeometry:
     """Where the run has terrain, in blocks of some metres, within the area that it was limited to: what lies beyond was not surveyed."""
     survey = run.source().survey
-    store, grid = run.store.zarr_store(survey.zarr), survey.grid
-    if not run.store.exists(f"{survey.zarr}/zarr.json"):
-        return shapely.union_all([shapely.box(*t.bounds) for t in survey.tiles.values()])
-    blocks = [b for t in survey.tiles.values() for b in _known_blocks(*read_layers(store, grid, t.bounds, ("dtm",)))]
+    store, grid = run.store.zarr_store(survey.source.zarr), survey.lattice.grid
+    if not run.store.exists(f"{survey.source.zarr}/zarr.json"):
+        return shapely.union_all([shapely.box(*t.bounds) for t in survey.lattice.tiles.values()])
+    blocks = [
+        b for t in survey.lattice.tiles.values() for b in _known_blocks(*read_layers(store, grid, t.bounds, ("dtm",)))
+    ]
     known = shapely.union_all(np.array(blocks, dtype=object)) if blocks else shapely.Polygon()
     return known if run.area.shape is None else shapely.intersection(known, run.area.shape)
 

@@ -44,7 +44,7 @@ class SeenHouses:
 
     Attributes
     ----------
-    tops : (N, 3) world, sorted by x: points of the first door's cloud, or cells of its surface, with roofs among them
+    tops : (N, 3) world, sorted by x: points of the cloud of the surface source, or cells of its surface, with roofs among them
     walls : points on façades; None where `tops` are a laser's points, whose echoes on façades are among them
     """
 

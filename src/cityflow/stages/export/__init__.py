@@ -29,7 +29,9 @@ from cityflow.stages.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
 from cityflow.survey.city import CITY, EXPORT, City
 from cityflow.survey.parameters import ExportParameters
-from cityflow.survey.survey import IMAGES, Survey, UnitEntry
+from cityflow.survey.source import IMAGES
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
 VERSION = 9
@@ -37,27 +39,27 @@ VERSION = 9
 
 def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
     """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `leaves` hold their textures."""
-    ring = survey.ring(name)
+    ring = survey.lattice.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
     outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
-    surfaces = {f"surface {t}": survey.digest_of_result("surface", t) for t in ring}
-    pages = {leaf: survey.outputs_of("atlas", leaf) for leaf in leaves}
-    hulls = {f"hull {u.id}": survey.digest_of_hull(u.id) for u in units}
-    bare = {u: why for u in sorted(own) if (why := survey.failure_of("texture", u))}
+    surfaces = {f"surface {t}": survey.results.digest_of("surface", t) for t in ring}
+    pages = {leaf: survey.results.outputs_of("atlas", leaf) for leaf in leaves}
+    hulls = {f"hull {u.id}": survey.results.digest_of_hull(u.id) for u in units}
+    bare = {u: why for u in sorted(own) if (why := survey.results.failure_of("texture", u))}
     opened = _windows(survey, own)
-    unseen = {u: why for u in sorted(own) if (why := survey.failure_of("windows", u))}
+    unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
         parameters=survey.parameters_for(NAME, name, survey.parameters.export),
-        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.said),
+        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.product_metadata),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments={
-            "own": sorted(own), "hulls": {u: survey.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
-            "bounds": list(survey.tiles[name].bounds), "city": list(survey.grid.bounds),
-            "cell_m": survey.cell_m, "zarr": survey.zarr, **survey.said,
+            "own": sorted(own), "hulls": {u: survey.results.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
+            "bounds": list(survey.lattice.tiles[name].bounds), "city": list(survey.lattice.grid.bounds),
+            "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr, **survey.product_metadata,
             "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
-            "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
             "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "unseen": unseen,
             "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
             "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
@@ -72,7 +74,7 @@ def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]])
     if not survey.textures:
         return {}
     orthos = {k: r.checksum for k, r in survey.given_orthos().items()}
-    own = {"ortho": survey.digest_of_result("ortho", tile)} if survey.reads_own_orthos else {}
+    own = {"ortho": survey.results.digest_of("ortho", tile)} if survey.reads_own_orthos else {}
     if own and survey.images.dtype != "uint8":
         own["white"] = f"{survey.images.white:g}"
     return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
@@ -80,7 +82,7 @@ def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]])
 
 def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
     """Unit → path and digest of the windows that were found."""
-    found = {u: survey.outputs_of("windows", u) for u in sorted(own)}
+    found = {u: survey.results.outputs_of("windows", u) for u in sorted(own)}
     return {u: next(iter(outputs.items())) for u, outputs in found.items() if outputs}
 
 
@@ -190,14 +192,14 @@ def _all_else(city: City, unit: str) -> Iterable[Node]:
     if unit != CITY:
         return []
     tiles = [(NAME, t) for t in city.tiles]
-    if city.survey.door != IMAGES:
+    if city.survey.source.kind != IMAGES:
         return tiles
     frames = city.survey.images.frame_units_over(city.tiles)
     return [*tiles, *(("ortho", t) for t in city.tiles), *(("frame", u) for u in frames)]
 
 
 def _units_of_ring(city: City, tile: str) -> Iterable[Node]:
-    return [(city.unit_stage, t) for t in city.survey.ring(tile)] if tile != CITY else []
+    return [(city.unit_stage, t) for t in city.survey.lattice.ring(tile)] if tile != CITY else []
 
 
 def _units_beside(city: City, tile: str) -> Iterable[Node]:
@@ -214,11 +216,14 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
     if tile == CITY:
         return []
     survey, own = city.survey, city.chosen[tile]
-    models = [*(("surface", t) for t in survey.ring(tile)), *(("reconstruct", u) for u in _units_shown(city, tile))]
+    models = [
+        *(("surface", t) for t in survey.lattice.ring(tile)),
+        *(("reconstruct", u) for u in _units_shown(city, tile)),
+    ]
     if not survey.textures:
         return models
     looked = [("windows", u) for u in own] if windows.are_wanted(survey) else []
-    under = [("ortho", tile)] if survey.door == IMAGES else []
+    under = [("ortho", tile)] if survey.source.kind == IMAGES else []
     return [*models, *(("atlas", leaf) for leaf in atlas.leaves_of(city, tile)), *looked, *under]
 
 
@@ -234,7 +239,7 @@ def _task(city: City, tile: str) -> Task:
         t: list(atlas.leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
     }
     if tile == CITY:
-        return export_city.task(survey, leaves, survey.refused_outlines() if city.area.is_everywhere else {})
+        return export_city.task(survey, leaves, survey.results.refused_outlines() if city.area.is_everywhere else {})
     shown = [city.units[u] for u in _units_shown(city, tile)]
     return task(survey, tile, city.chosen[tile], shown, leaves[tile])
 

@@ -58,28 +58,29 @@ TITLES = {
 def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[str, str]) -> Task:
     """Join what the tiles have left, and their leaves; `refused` outlines, unit → reason, belong to no tile."""
     tiles = list(leaves)
-    shapes = survey.refused_files() if refused else {}
-    outlines = {p: d for t in tiles for p, d in survey.outline_files(t).items()}
+    shapes = survey.results.refused_files() if refused else {}
+    outlines = {p: d for t in tiles for p, d in survey.results.outlines_of("outline", t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
-    splits = {p: d for t in tiles for p, d in survey.split_files(t).items()}
-    exports = {t: survey.records[NAME, t].outputs for t in tiles}
+    splits = {p: d for t in tiles for p, d in survey.results.split_files(t).items()}
+    exports = {t: survey.results.records[NAME, t].outputs for t in tiles}
     pages = _pages(survey)
     surfaces = {
-        t: {**survey.products_of("surface", t), **survey.products_of("ortho", t), **pages.get(t, {})} for t in tiles
+        t: {**survey.results.products_of("surface", t), **survey.results.products_of("ortho", t), **pages.get(t, {})}
+        for t in tiles
     }
     return Task(
         NAME, CITY, "cityflow.stages.export.city:run", VERSION,
         parameters=survey.parameters_for(NAME, CITY, survey.parameters.export),
         inputs={
-            "outlines": digest_of([outlines, units, splits]), "refused": digest_of([dict(refused), shapes]), "said": digest_of(survey.said),
+            "outlines": digest_of([outlines, units, splits]), "refused": digest_of([dict(refused), shapes]), "said": digest_of(survey.product_metadata),
             **{f"tile {t}": digest_of([dict(exports[t]), surfaces[t]]) for t in tiles},
         },
         arguments={
             "outlines": list(outlines), "units": list(units), "splits": list(splits),
             "refused": dict(refused), "refused_shapes": list(shapes), "exports": {t: dict(exports[t]) for t in tiles},
-            "surfaces": surfaces, "city": list(survey.grid.bounds), "cell_m": survey.product_grid.cell,
+            "surfaces": surfaces, "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.product_grid.cell,
             "ortho": {"dtype": survey.ortho_kind[1], "nodata": None, "bands": survey.ortho_kind[0] + 1},
-            "tiles": {t: list(survey.tiles[t].bounds) for t in tiles}, **survey.said,
+            "tiles": {t: list(survey.lattice.tiles[t].bounds) for t in tiles}, **survey.product_metadata,
         },
         limits=survey.limits(NAME),
         in_place=True,
@@ -89,9 +90,9 @@ def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[s
 def _pages(survey: Survey) -> dict[str, dict[str, str]]:
     """Tile → the pages of its leaves, path → digest."""
     found: dict[str, dict[str, str]] = {}
-    for stage, leaf in sorted(survey.records):
+    for stage, leaf in sorted(survey.results.records):
         if stage == atlas.NAME:
-            found.setdefault(leaf.rpartition(".")[0], {}).update(survey.products_of(stage, leaf))
+            found.setdefault(leaf.rpartition(".")[0], {}).update(survey.results.products_of(stage, leaf))
     return found
 
 

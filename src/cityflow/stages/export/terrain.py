@@ -25,7 +25,7 @@ from cityflow.io.rasters.raster_white import WHITE
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.reference import resolve
 from cityflow.stages.atlas import FOLDER
-from cityflow.survey.survey import ZARR
+from cityflow.survey.source import ZARR
 from cityflow.texture.patches.fill import interpolated
 
 DRAPE_QUALITY = 88

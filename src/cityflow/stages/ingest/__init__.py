@@ -23,8 +23,9 @@ from cityflow.stages.ingest import calibration, outline_accuracy
 from cityflow.stages.ingest import images as ingest_image
 from cityflow.stages.ingest.outline_sample import SAMPLE, sampled
 from cityflow.survey.city import INGEST, OUTLINES, City
+from cityflow.survey.given_outlines import ACCURACY
 from cityflow.survey.parameters import TileParameters
-from cityflow.survey.survey import ACCURACY, Survey
+from cityflow.survey.survey import Survey
 
 NAME = INGEST
 VERSION = 1
@@ -34,7 +35,7 @@ OUTSIDE = "stands outside the survey: nothing was measured there"
 
 def points_task(survey: Survey, name: str) -> Task:
     """Index one LiDAR file."""
-    asset = survey.files[name]
+    asset = survey.lidar.files[name]
     return Task(
         NAME, name, "cityflow.stages.ingest:run_points", VERSION,
         parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
@@ -71,13 +72,13 @@ def outlines_task(survey: Survey) -> Task:
             "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
             "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
             "crs": survey.catalog.reference.code,
-            "files": {f.name: list(f.bounds) for f in survey.files.values()},
+            "files": {f.name: list(f.bounds) for f in survey.lidar.files.values()},
         },
         inputs={
-            "file": asset.checksum, "tiles": digest_of(list(survey.tiles)),
+            "file": asset.checksum, "tiles": digest_of(list(survey.lattice.tiles)),
             **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
         },
-        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.tiles), "edits": survey.edits.lines()},
+        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.lattice.tiles), "edits": survey.edits.lines()},
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -150,7 +151,7 @@ def _known_before(city: City, name: str) -> Iterable[Node]:
 
 def _sampled_file(city: City, name: str) -> Iterable[Node]:
     """The one LiDAR file that tells how exact outlines are: they have named it."""
-    file = city.survey.outline_sample[0] if name == ACCURACY else ""
+    file = city.survey.given.sample[0] if name == ACCURACY else ""
     return [(NAME, file)] if file else []
 
 

@@ -50,8 +50,8 @@ def _add_calibration(survey: Survey, name: str, inputs: dict[str, str], argument
     if survey.parameters.raw.calibration is None:
         return
     unit = unit_of(survey, name)
-    record = survey.records.get((NAME, unit)) if unit else None
-    inputs["calibration"] = survey.digest_of_result(NAME, unit) if unit else "no camera"
+    record = survey.results.records.get((NAME, unit)) if unit else None
+    inputs["calibration"] = survey.results.digest_of(NAME, unit) if unit else "no camera"
     if record is not None and record.status is not Status.FAILED:
         arguments["calibration"] = list(record.outputs)
     else:

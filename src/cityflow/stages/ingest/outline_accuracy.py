@@ -19,15 +19,16 @@ from cityflow.handover.outline_lines import decode_all
 from cityflow.outlines.under_eaves.accuracy import accuracy_of, facade_offsets
 from cityflow.outlines.under_eaves.facades_inside import NEAR_M, SeenHouses
 from cityflow.survey.city import INGEST as NAME
-from cityflow.survey.survey import ACCURACY, Survey
+from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.survey import Survey
 
 VERSION = 2
 
 
 def task(survey: Survey) -> Task:
     """Of the file that outlines were sampled from."""
-    name, sample = survey.outline_sample
-    pieces = survey.pieces_of_file(name)
+    name, sample = survey.given.sample
+    pieces = survey.index.of_file(name)
     return Task(
         NAME, ACCURACY, "cityflow.stages.ingest.outline_accuracy:run", VERSION,
         inputs={**sample, **pieces},

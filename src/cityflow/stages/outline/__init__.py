@@ -25,8 +25,10 @@ from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.outline import walls as outline_walls
 from cityflow.survey.city import INGEST, City
 from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN
+from cityflow.survey.given_outlines import ACCURACY
 from cityflow.survey.parameters import OutlineParameters
-from cityflow.survey.survey import ACCURACY, LIDAR, Survey
+from cityflow.survey.source import LIDAR
+from cityflow.survey.survey import Survey
 
 NAME = "outline"
 VERSION = 7
@@ -39,13 +41,13 @@ def task(survey: Survey, name: str) -> Task:
 
 
 def _given_task(survey: Survey, name: str) -> Task:
-    mine = survey.given_outlines(name)
+    mine = survey.given.of(name)
     if not mine or not outline_walls.are_looked_for(survey):
         return Task(
             NAME, name, "cityflow.stages.outline:run_given", VERSION,
             inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(NAME),
         )  # fmt: skip
-    others = survey.given_outlines_beside(name)
+    others = survey.given.beside(name)
     parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
     return Task(
         NAME, name, "cityflow.stages.outline:run_walled", VERSION,
@@ -86,22 +88,24 @@ def run_walled(workspace: Workspace, task: Task) -> Outcome:
 
 def _found_task(survey: Survey, name: str) -> Task:
     parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
-    seen = survey.near(name, survey.parameters.outline.found.halo_m)
-    walls = {p: d for t in seen for p, d in survey.outputs_of("walls", t).items()} if survey.sees_walls else {}
+    seen = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
+    walls = {p: d for t in seen for p, d in survey.results.outputs_of("walls", t).items()} if survey.sees_walls else {}
     blind = {
-        f"walls {t}": survey.reason_of("walls", t) for t in seen if survey.sees_walls and survey.reason_of("walls", t)
+        f"walls {t}": survey.results.reason_of("walls", t)
+        for t in seen
+        if survey.sees_walls and survey.results.reason_of("walls", t)
     }
-    around = survey.tiles[name].buffered(survey.parameters.outline.found.halo_m)
+    around = survey.lattice.tiles[name].buffered(survey.parameters.outline.found.halo_m)
     reach = outline_walls.reach_of_found(survey, name)
-    points = survey.pieces(reach) if reach else {}
+    points = survey.index.over(reach) if reach else {}
     unread = {f"unread {f}": "missing" for f in survey.unread(reach)} if reach else {}
     edits = edits_digest(survey.edits, around)
     return Task(
         NAME, name, "cityflow.stages.outline:run_found", VERSION,
         parameters={"found": parameters["found"], "walls_in": parameters["walls_in"]},
-        inputs={**{t: survey.digest_of_result("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
-        arguments={"bounds": list(survey.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
-                   "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr, "tiles": seen,
+        inputs={**{t: survey.results.digest_of("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
+        arguments={"bounds": list(survey.lattice.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
+                   "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr, "tiles": seen,
                    "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind,
                    "points": list(points), "index_cell_m": survey.parameters.tiles.index_cell_m,
                    "edits": survey.edits.within(around).lines()},
@@ -167,10 +171,10 @@ def _sources(city: City, name: str) -> Iterable[Node]:
     survey = city.survey
     if survey.outlines_given:
         return [(INGEST, OUTLINES_GIVEN), *_walls_of_given(survey, name)]
-    near = survey.near(name, survey.parameters.outline.found.halo_m)
+    near = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
     seen = [("walls", t) for t in near] if survey.sees_walls else []
     reach = outline_walls.reach_of_found(survey, name)
-    files = survey.files_over(reach) if reach else []
+    files = survey.lidar.assets_over(reach) if reach else []
     return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files)]
 
 
@@ -178,10 +182,10 @@ def _walls_of_given(survey: Survey, name: str) -> list[Node]:
     """Where façades may tell that given outlines are rims of roofs: the points and façades around them."""
     if not outline_walls.are_looked_for(survey):
         return []
-    if survey.door == LIDAR:
-        around = survey.tiles[name].buffered(outline_walls.REACH_M)
-        return [(INGEST, ACCURACY), *((INGEST, f.name) for f in survey.files_over(around))]
-    near = survey.near(name, outline_walls.REACH_M)
+    if survey.source.kind == LIDAR:
+        around = survey.lattice.tiles[name].buffered(outline_walls.REACH_M)
+        return [(INGEST, ACCURACY), *((INGEST, f.name) for f in survey.lidar.assets_over(around))]
+    near = survey.lattice.near(name, outline_walls.REACH_M)
     return [*(("surface", t) for t in near), *(("walls", t) for t in near)]
 
 

@@ -21,7 +21,8 @@ from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
 from cityflow.surface.sample import sample
-from cityflow.survey.survey import LIDAR, Survey
+from cityflow.survey.source import LIDAR
+from cityflow.survey.survey import Survey
 
 REACH_M = 2 * LARGEST_M + NEAR_M
 
@@ -33,23 +34,23 @@ def are_looked_for(survey: Survey) -> bool:
 
 def inputs_of(survey: Survey, name: str) -> dict[str, str]:
     """What the walls of a tile's outlines depend on, beside the outlines."""
-    around = survey.tiles[name].buffered(REACH_M)
-    if survey.door == LIDAR:
-        return {**survey.pieces(around), **{f"unread {f}": "missing" for f in survey.unread(around)}}
-    near = survey.near(name, REACH_M)
-    walls = {p: d for t in near for p, d in survey.outputs_of("walls", t).items()}
-    return {**{f"surface {t}": survey.digest_of_result("surface", t) for t in near}, **walls}
+    around = survey.lattice.tiles[name].buffered(REACH_M)
+    if survey.source.kind == LIDAR:
+        return {**survey.index.over(around), **{f"unread {f}": "missing" for f in survey.unread(around)}}
+    near = survey.lattice.near(name, REACH_M)
+    walls = {p: d for t in near for p, d in survey.results.outputs_of("walls", t).items()}
+    return {**{f"surface {t}": survey.results.digest_of("surface", t) for t in near}, **walls}
 
 
 def arguments_of(survey: Survey, name: str) -> dict[str, Json]:
     """Where `moved_in` finds it."""
-    around = survey.tiles[name].buffered(REACH_M)
-    near = survey.near(name, REACH_M)
-    walls = [p for t in near for p in survey.outputs_of("walls", t)]
-    scanned = survey.door == LIDAR
+    around = survey.lattice.tiles[name].buffered(REACH_M)
+    near = survey.lattice.near(name, REACH_M)
+    walls = [p for t in near for p in survey.results.outputs_of("walls", t)]
+    scanned = survey.source.kind == LIDAR
     return {
-        "points": list(survey.pieces(around)) if scanned else None, "walls": [] if scanned else walls,
-        "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
+        "points": list(survey.index.over(around)) if scanned else None, "walls": [] if scanned else walls,
+        "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
     }  # fmt: skip
 
 
@@ -94,9 +95,9 @@ def _seen(store: Store, arguments: Mapping[str, Any], bounds: Bounds) -> SeenHou
 
 def reach_of_found(survey: Survey, name: str) -> Bounds | None:
     """Where a laser's points may tell where the walls of a tile's found outlines stand; None where nobody asks or no laser has seen them."""
-    if survey.door != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
+    if survey.source.kind != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
         return None
-    return survey.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)
+    return survey.lattice.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)
 
 
 def scanned_houses(

@@ -27,7 +27,10 @@ from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.stages.reconstruct.evidence import arguments_of, gather, inputs_of
 from cityflow.survey.city import City
-from cityflow.survey.survey import HULL, IMAGES, UNREAD, WALL_MARGIN_M, Survey, UnitEntry
+from cityflow.survey.results import HULL
+from cityflow.survey.source import IMAGES
+from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "reconstruct"
 VERSION = 26
@@ -36,7 +39,7 @@ CANDIDATES = "candidates.city.jsonl"
 
 def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
-    under = survey.tiles_under(unit)
+    under = survey.lattice.tiles_under(unit)
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
     roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
     return Task(
@@ -47,7 +50,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
         arguments={
             "outline": [unit.path, unit.start, unit.length], **arguments_of(survey, unit), "source": source,
             "edits": roofs,
-            "failed_surfaces": [t for t in under if survey.records["surface", t].status is Status.FAILED],
+            "failed_surfaces": [t for t in under if survey.results.records["surface", t].status is Status.FAILED],
         },
         limits=survey.limits(NAME),
     )  # fmt: skip
@@ -154,8 +157,8 @@ def _evidence(city: City, name: str) -> Iterable[Node]:
     """Surfaces under a unit, and what images show of it."""
     if name not in city.units:
         return []
-    under = city.survey.tiles_under(city.units[name])
-    pictures = [(s, t) for s in ("ortho", "walls") for t in under] if city.survey.door == IMAGES else []
+    under = city.survey.lattice.tiles_under(city.units[name])
+    pictures = [(s, t) for s in ("ortho", "walls") for t in under] if city.survey.source.kind == IMAGES else []
     return [*(("surface", t) for t in under), *pictures]
 
 

@@ -35,7 +35,10 @@ from cityflow.io.reference import resolve
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
 from cityflow.surface.vegetation import is_foliage
-from cityflow.survey.survey import IMAGES, LIDAR, RASTERS, SEEN_AROUND_M, UNREAD, ZARR, Survey, UnitEntry
+from cityflow.survey.lattice import SEEN_AROUND_M
+from cityflow.survey.source import IMAGES, LIDAR, RASTERS, ZARR
+from cityflow.survey.survey import UNREAD, Survey
+from cityflow.survey.unit_entry import UnitEntry
 
 GROUND_SAMPLING_M = 0.5
 LOWEST_ROOF_M = 1.5
@@ -48,15 +51,15 @@ RASTER_MARGIN_M = SEEN_AROUND_M
 
 def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     """What a unit's evidence depends on, beside its outline: name → digest."""
-    under = survey.tiles_under(unit)
+    under = survey.lattice.tiles_under(unit)
     around = grown(unit.bounds, AROUND_M)
     orthos = (
-        {f"ortho {t}": survey.digest_of_result("ortho", t) for t in under} if survey.reads_own_orthos else
+        {f"ortho {t}": survey.results.digest_of("ortho", t) for t in under} if survey.reads_own_orthos else
         {kind: r.checksum for kind, r in survey.given_orthos().items()}
     )  # fmt: skip
     return {
-        **{f"surface {t}": survey.digest_of_result("surface", t) for t in under}, **survey.pieces(around), **_walls(survey, unit),
-        **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.has_building_class),
+        **{f"surface {t}": survey.results.digest_of("surface", t) for t in under}, **survey.index.over(around), **_walls(survey, unit),
+        **{f"unread {f}": "missing" for f in survey.unread(around)}, **orthos, "building class": str(survey.lidar.has_building_class),
         **({"uneven": str(_uneven(survey))} if _uneven(survey) else {}),
     }  # fmt: skip
 
@@ -65,27 +68,27 @@ def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
     """Where `gather` finds it."""
     around = grown(unit.bounds, AROUND_M)
     return {
-        "pieces": list(survey.pieces(around)), "unread": list(survey.unread(around)), "walls": list(_walls(survey, unit)),
-        "city": list(survey.grid.bounds), "cell_m": survey.cell_m, "zarr": survey.zarr,
-        "product_grid": list(survey.product_grid.bounds), "product_cell_m": survey.product_grid.cell,
+        "pieces": list(survey.index.over(around)), "unread": list(survey.unread(around)), "walls": list(_walls(survey, unit)),
+        "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
+        "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
         "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
         "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
-        "classified": survey.has_building_class, "uneven": _uneven(survey),
-        "matched": survey.door != LIDAR, "alike_m": survey.catalog.rasters["dsm"].cell if survey.door == RASTERS else 0.0,
+        "classified": survey.lidar.has_building_class, "uneven": _uneven(survey),
+        "matched": survey.source.kind != LIDAR, "alike_m": survey.catalog.rasters["dsm"].cell if survey.source.kind == RASTERS else 0.0,
     }  # fmt: skip
 
 
 def _uneven(survey: Survey) -> float:
     """What of a scanner's points is foliage; 0 where classes tell, or where points are cells of a surface."""
-    scanned = survey.door == LIDAR and not survey.has_building_class
+    scanned = survey.source.kind == LIDAR and not survey.lidar.has_building_class
     return survey.parameters.surface.vegetation.uneven if scanned else 0.0
 
 
 def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     """Façades of images, whoever drew the outlines."""
-    if survey.door != IMAGES:
+    if survey.source.kind != IMAGES:
         return {}
-    return {p: d for t in survey.tiles_under(unit) for p, d in survey.outputs_of("walls", t).items()}
+    return {p: d for t in survey.lattice.tiles_under(unit) for p, d in survey.results.outputs_of("walls", t).items()}
 
 
 def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str = "") -> Evidence:

@@ -19,7 +19,8 @@ from cityflow.stages.surface import rasters as surface_rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 from cityflow.survey.city import City
-from cityflow.survey.survey import IMAGES, LIDAR, RASTERS, UNREAD, ZARR, Survey
+from cityflow.survey.source import IMAGES, LIDAR, RASTERS, ZARR
+from cityflow.survey.survey import UNREAD, Survey
 
 NAME = "surface"
 VERSION = 3
@@ -27,20 +28,20 @@ VERSION = 3
 
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from the index pieces that meet it and its halo."""
-    tile = survey.tiles[name]
+    tile = survey.lattice.tiles[name]
     model = survey.parameters.surface
-    pieces, unread = survey.pieces(tile.buffered(model.halo_m)), survey.unread(tile.buffered(model.halo_m))
+    pieces, unread = survey.index.over(tile.buffered(model.halo_m)), survey.unread(tile.buffered(model.halo_m))
     dtm = survey.catalog.rasters.get("dtm")
     return Task(
         NAME, name, "cityflow.stages.surface:run", VERSION,
         parameters=_parameters(survey, name),
         inputs={
-            **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.place,
+            **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.lattice.place,
             **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
             "bounds": list(tile.bounds), "pieces": list(pieces), "unread": list(unread), "dtm": dtm.href if dtm else None,
-            "city": list(survey.grid.bounds), "crs": survey.catalog.reference.code,
+            "city": list(survey.lattice.grid.bounds), "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(NAME),
         in_place=True,
@@ -49,18 +50,22 @@ def task(survey: Survey, name: str) -> Task:
 
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
-    return _IS_MADE_ALIKE[survey.door](survey, record)
+    return _IS_MADE_ALIKE[survey.source.kind](survey, record)
 
 
 def _is_made_alike(survey: Survey, record: Record) -> bool:
     parameters = _parameters(survey, record.unit)
-    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (VERSION, parameters, survey.place)
+    return (record.version, dict(record.parameters), record.inputs.get("grid")) == (
+        VERSION,
+        parameters,
+        survey.lattice.place,
+    )
 
 
 def _parameters(survey: Survey, name: str) -> dict[str, Json]:
     """Those of the stage; ``auto`` is decided for the whole survey, so that no tile depends on where tiles are cut."""
     parameters = survey.parameters_for(NAME, name, survey.parameters.surface)
-    if parameters["dtm"]["method"] == "auto" and survey.has_ground_class:
+    if parameters["dtm"]["method"] == "auto" and survey.lidar.has_ground_class:
         parameters["dtm"]["method"] = "classified"
     return parameters
 
@@ -108,9 +113,9 @@ _IS_MADE_ALIKE = {
 def _sources(city: City, name: str) -> Iterable[Node]:
     """Files with points of the tile, or fused surfaces around it; a given DSM waits for nothing."""
     survey = city.survey
-    if survey.door == IMAGES:
-        return [("fuse", t) for t in survey.near(name, survey.parameters.image_surface.context_m)]
-    return [("ingest", f.name) for f in survey.files_near(survey.tiles[name])]
+    if survey.source.kind == IMAGES:
+        return [("fuse", t) for t in survey.lattice.near(name, survey.parameters.image_surface.context_m)]
+    return [("ingest", f.name) for f in survey.lidar.assets_near(survey.lattice.tiles[name])]
 
 
 STAGE = Stage(
@@ -121,7 +126,7 @@ STAGE = Stage(
         "classes, count, hole mask; classified points"
     ),
     needs=(_sources,),
-    task=lambda city, name: _TASKS[city.survey.door](city.survey, name),
+    task=lambda city, name: _TASKS[city.survey.source.kind](city.survey, name),
     starts=lambda city, ended: city.tiles if ended == START else (),
     parameters=(
         SurfaceParameters,

@@ -27,7 +27,8 @@ from cityflow.surface.fused_tile import side_by_side
 from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 from cityflow.survey.depths import depths_over, reach_of
-from cityflow.survey.survey import OVERVIEW, ZARR, Survey
+from cityflow.survey.source import OVERVIEW, ZARR
+from cityflow.survey.survey import Survey
 
 NAME = "surface"
 VERSION = 6
@@ -36,24 +37,28 @@ PIECE_SCALE_M = 0.001
 
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
-    ring = survey.near(name, survey.parameters.image_surface.context_m)
-    fused = {p: d for t in ring for p, d in survey.outputs_of("fuse", t).items()}
-    inputs, arguments = depths_over(survey, survey.near(name, reach_of(survey, 0.0)))
-    sights = sights_of(survey, ring, survey.tiles[name].buffered(survey.parameters.image_surface.context_m))
+    ring = survey.lattice.near(name, survey.parameters.image_surface.context_m)
+    fused = {p: d for t in ring for p, d in survey.results.outputs_of("fuse", t).items()}
+    inputs, arguments = depths_over(survey, survey.lattice.near(name, reach_of(survey, 0.0)))
+    sights = sights_of(survey, ring, survey.lattice.tiles[name].buffered(survey.parameters.image_surface.context_m))
     dtm = survey.catalog.rasters.get("dtm")
-    missing = {t: survey.records["fuse", t].reason for t in ring if survey.records["fuse", t].status is Status.FAILED}
+    missing = {
+        t: survey.results.records["fuse", t].reason
+        for t in ring
+        if survey.results.records["fuse", t].status is Status.FAILED
+    }
     return Task(
         NAME, name, "cityflow.stages.surface.images:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={
             **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(sights),
-            "grid": survey.place, **({"dtm": dtm.checksum} if dtm else {}),
+            "grid": survey.lattice.place, **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments={
-            **arguments, "bounds": list(survey.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
-            "sights": sights, "degraded": survey.reason_of("fuse", name),
-            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor,
-            "product_grid": list(survey.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
+            **arguments, "bounds": list(survey.lattice.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
+            "sights": sights, "degraded": survey.results.reason_of("fuse", name),
+            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor,
+            "product_grid": list(survey.lattice.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
             "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(NAME),
@@ -64,13 +69,13 @@ def task(survey: Survey, name: str) -> Task:
 def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> dict[str, Json]:
     """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, how many must see a place, and how far
     within `around` the ground is looked down on."""
-    matched = [m for t in tiles for m in survey.images.matched_ground(survey.tiles[t])]
+    matched = [m for t in tiles for m in survey.images.matched_ground(survey.lattice.tiles[t])]
     images = {i.name: i for m in matched for i in (m.base, *m.partners)}
     # whole millimetres in a fixed order: an image far away changes nothing here
     below = shapely.set_precision(shapely.intersection(survey.images.looked_down_on, shapely.box(*around)), 0.001)
     return {
         "looked_down_on": shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
-        "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.grid.bounds)[0],
+        "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.lattice.grid.bounds)[0],
         "images": [to_json(images[name]) for name in sorted(images)],
         "matched": [
             {"base": m.base.name, "partners": [p.name for p in m.partners], "tile": list(m.cells.tile), "cell_m": m.cells.cell_m,
@@ -101,7 +106,7 @@ def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
     found = (record.version, dict(record.parameters), record.inputs.get("grid"))
-    return found == (VERSION, parameters_of(survey, record.unit), survey.place)
+    return found == (VERSION, parameters_of(survey, record.unit), survey.lattice.place)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

@@ -22,7 +22,8 @@ from cityflow.stages.surface.images import NAME, parameters_of, write_pieces, wr
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile, fine_grid
 from cityflow.surface.image_surface import ImageSurfaceParameters, surface_of_fused
-from cityflow.survey.survey import ZARR, Survey
+from cityflow.survey.source import ZARR
+from cityflow.survey.survey import Survey
 
 VERSION = 1
 ASSUMED_SIGMA_CELLS = 0.5
@@ -37,11 +38,11 @@ def task(survey: Survey, name: str) -> Task:
     return Task(
         NAME, name, "cityflow.stages.surface.rasters:run", VERSION,
         parameters=parameters_of(survey, name),
-        inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.place},
+        inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.lattice.place},
         arguments={
-            "bounds": list(survey.tiles[name].bounds), "rasters": {kind: r.href for kind, r in rasters.items()},
+            "bounds": list(survey.lattice.tiles[name].bounds), "rasters": {kind: r.href for kind, r in rasters.items()},
             "dtm": rasters["dtm"].href if "dtm" in rasters else None, "source_cell_m": rasters["dsm"].cell,
-            "cell_m": survey.product_grid.cell, "factor": survey.overview_factor, "product_grid": list(survey.product_grid.bounds),
+            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor, "product_grid": list(survey.lattice.product_grid.bounds),
             "index_cell_m": survey.parameters.tiles.index_cell_m, "crs": survey.catalog.reference.code,
         },
         limits=survey.limits(NAME),
@@ -52,7 +53,7 @@ def task(survey: Survey, name: str) -> Task:
 def is_made_alike(survey: Survey, record: Record) -> bool:
     """Whether an earlier surface has the version, parameters and grid that it would have now."""
     found = (record.version, dict(record.parameters), record.inputs.get("grid"))
-    return found == (VERSION, parameters_of(survey, record.unit), survey.place)
+    return found == (VERSION, parameters_of(survey, record.unit), survey.lattice.place)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

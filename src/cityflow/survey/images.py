@@ -1,4 +1,4 @@
-"""What the driver knows of a survey that comes as oriented images: where they look, who is matched with whom, which cells that gives."""
+"""A survey of oriented images: where they look, who is matched with whom, which cells that gives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View, footprints, gsd, sees
-from cityflow.survey.parameters import CELLS_M, SurveyParameters
+from cityflow.surface.overview import overview_factor
+from cityflow.survey.parameters import SurveyParameters, nearest_cell
+from cityflow.survey.source import IMAGES, OVERVIEW
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
@@ -47,6 +49,8 @@ class ImageSurvey:
     flown : of those that surfaces are made of, at the pyramid level that is matched: photographs from the street, which see no ground,
         are for textures only
     """
+
+    kind, zarr, indexed_by = IMAGES, OVERVIEW, "surface"
 
     def __init__(self, catalog: Catalog, parameters: SurveyParameters) -> None:
         self.parameters = parameters
@@ -82,6 +86,15 @@ class ImageSurvey:
     def cell_m(self) -> float:
         """Cell of the rasters: as the workflow says, else the one of `CELLS_M` nearest to the ground sampling distance."""
         return self.parameters.images.cell_m or nearest_cell(self.gsd)
+
+    @property
+    def factor(self) -> int:
+        """Fine cells along one cell of the grid of terrain and classes."""
+        return overview_factor(self.cell_m)
+
+    def assets_over(self, _bounds: Bounds | None = None) -> list[ImageAsset]:
+        """All images: who has seen what is not asked."""
+        return list(self.assets.values())
 
     @cached_property
     def bands(self) -> int:
@@ -272,15 +285,6 @@ def frame_unit(frame: LocalFrame, tile: Tile) -> str:
 def _reduced(view: View, level: int) -> View:
     image = view.image
     return replace(view, image=replace(image, camera=image.camera.reduced(level))) if level else view
-
-
-def nearest_cell(gsd_m: float) -> float:
-    """The usual cell nearest to a ground sampling distance, by ratio.
-
-    >>> nearest_cell(0.083), nearest_cell(0.14)
-    (0.08, 0.125)
-    """
-    return min(CELLS_M, key=lambda cell: abs(np.log(cell / gsd_m)))
 
 
 def _meets(view: View, box: FloatArray) -> bool:

@@ -1,0 +1,69 @@
+"""How the world of a run is cut: tiles, and the grids of its rasters."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, grown, tiles_over
+from cityflow.flow.task import digest_of
+from cityflow.survey.source import Source
+from cityflow.survey.unit_entry import UnitEntry
+
+SEEN_AROUND_M = 5.0
+"""A unit waits for the surfaces this far beyond its outline, and looks no farther."""
+
+
+class Lattice:
+    """Ground tiles and grids of a survey.
+
+    Parameters
+    ----------
+    source : of the surface;  tile_m : edge of a ground tile, metres;  crs : code of the reference system
+    """
+
+    def __init__(self, source: Source, tile_m: float, crs: str) -> None:
+        self.source, self.tile_m, self._crs = source, tile_m, crs
+
+    @cached_property
+    def tiles(self) -> dict[str, Tile]:
+        """Ground tiles with something to see, south-west first."""
+        return dict(self.source.tiles)
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The grid on which terrain, classes and outlines stand: all tiles, so that one chunk is one tile."""
+        return grid_over(self.tiles.values(), self.cell_m)
+
+    @cached_property
+    def product_grid(self) -> Grid:
+        """The grid of the DSM, DTM and ortho that are delivered: as fine as the source is."""
+        return grid_over(self.tiles.values(), self.source.cell_m)
+
+    @cached_property
+    def cell_m(self) -> float:
+        """Cell of `grid`, metres."""
+        return self.source.cell_m * self.source.factor
+
+    @cached_property
+    def place(self) -> str:
+        """Digest of the grid, which decides on the chunk that is a tile's, and of its CRS, which is written into every raster."""
+        return digest_of([list(self.grid.bounds), self._crs])
+
+    def ring(self, name: str) -> list[str]:
+        """The tile and those of its eight neighbours that exist."""
+        tile = self.tiles[name]
+        around = [f"{tile.col + i}_{tile.row + j}" for j in (-1, 0, 1) for i in (-1, 0, 1)]
+        return [n for n in around if n in self.tiles]
+
+    def near(self, name: str, reach_m: float) -> list[str]:
+        """The tile and all others that lie within `reach_m` of it, south-west first."""
+        return [t.name for t in tiles_over(self.tiles[name].buffered(reach_m), self.tile_m) if t.name in self.tiles]
+
+    def tiles_under(self, unit: UnitEntry) -> list[str]:
+        """Every tile of which a task of the unit reads a cell or a point: what it does not wait for it must not see."""
+        over = tiles_over(grown(unit.bounds, SEEN_AROUND_M), self.tile_m)
+        return [t.name for t in over if t.name in self.tiles]
+
+    def tiles_over(self, bounds: Bounds) -> list[str]:
+        """The tiles of the survey that meet `bounds`, south-west first."""
+        return [t.name for t in tiles_over(bounds, self.tile_m) if t.name in self.tiles]

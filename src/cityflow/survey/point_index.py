@@ -1,0 +1,43 @@
+"""Where the points that buildings are made of are written: a piece for each index cell of a file, or of a tile."""
+
+from __future__ import annotations
+
+from cityflow.core.grid import Bounds, tiles_over
+from cityflow.flow.task import Record
+from cityflow.survey.parameters import TileParameters
+from cityflow.survey.source import LIDAR, Source
+
+
+class PointIndex:
+    """Pieces by the file or ground tile whose task left them, and by cell."""
+
+    def __init__(self, source: Source, tiles: TileParameters) -> None:
+        self._source, self._sizes = source, tiles
+        self._pieces: dict[tuple[str, str], tuple[str, str]] = {}
+
+    def learn(self, record: Record) -> None:
+        """Keep what a task has written."""
+        if record.stage == self._source.indexed_by:
+            for path, digest in record.outputs.items():
+                if path.startswith("work/") and path.endswith(".laz"):
+                    self._pieces[record.unit, stem(path)] = path, digest
+
+    def over(self, bounds: Bounds) -> dict[str, str]:
+        """Path → digest of the pieces that meet `bounds`, of the files or tiles that do, in a fixed order.
+
+        A file that only shares a cell with `bounds` is left out: nobody has waited for it.
+        """
+        cells = [t.name for t in tiles_over(bounds, self._sizes.index_cell_m)]
+        scanned = self._source.kind == LIDAR
+        parts = self._source.assets_over(bounds) if scanned else tiles_over(bounds, self._sizes.tile_m)
+        keys = [(part.name, cell) for part in parts for cell in cells]
+        return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
+
+    def of_file(self, name: str) -> dict[str, str]:
+        """Path → digest of the pieces of one LiDAR file."""
+        return dict(sorted(piece for (part, _), piece in self._pieces.items() if part == name))
+
+
+def stem(path: str) -> str:
+    """Name of a file without folders and ending."""
+    return path.rsplit("/", 1)[-1].rsplit(".", 1)[0]

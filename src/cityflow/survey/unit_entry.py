@@ -1,0 +1,41 @@
+"""One unit as the driver sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cityflow.core.grid import Bounds
+
+
+@dataclass(frozen=True, slots=True)
+class UnitEntry:
+    """One unit as the driver sees it: where it stands, and where its outline is written.
+
+    Attributes
+    ----------
+    tile : name of the tile that owns it
+    digest : of the outline's line in `path`, which starts at byte `start` and is `length` bytes long
+    neighbours : units whose outlines share an edge, and the tiles that own these
+    """
+
+    id: str
+    tile: str
+    path: str
+    start: int
+    length: int
+    digest: str
+    bounds: Bounds
+    point: tuple[float, float]
+    neighbours: tuple[str, ...]
+    neighbour_tiles: tuple[str, ...]
+
+    @classmethod
+    def of(cls, tile: str, entry: Mapping[str, Any]) -> UnitEntry:
+        x_min, y_min, x_max, y_max = entry["bounds"]
+        x, y = entry["point"]
+        return cls(
+            entry["id"], tile, entry["path"], entry["start"], entry["length"], entry["digest"],
+            (x_min, y_min, x_max, y_max), (x, y), tuple(entry["neighbours"]), tuple(entry["neighbour_tiles"]),
+        )  # fmt: skip
