@@ -10,15 +10,19 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check lint types layers spelling bench view-bundle kernels clean
+.PHONY: demo test tests doctests check lint types layers spelling bench view-bundle kernels clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
 
-# One process more than cores, since those with a cluster wait for it. Which tests stay in one process: tests/shared_processes.py
-test: $(VENV)/.dev
+# One process more than two cores, since those with a cluster wait for it. Which tests stay in one process: tests/shared_processes.py
+tests: $(VENV)/.dev
 	$(BIN)/pytest -q -n 3 --dist loadfile --no-loadscope-reorder
+
+doctests: $(VENV)/.dev
 	$(BIN)/pytest -q --doctest-modules src/cityflow
+
+test: tests doctests
 
 check: lint types layers spelling
 
