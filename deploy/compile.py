@@ -17,8 +17,11 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.depth_map import points_of
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
+from cityflow.core.local_frame import LocalFrame
 from cityflow.core.pixels import ArrayPixels
+from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
+from cityflow.core.splitting import FrameRasters, SplitEvidence
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
@@ -29,6 +32,7 @@ from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.runs.known_keys import CITY, SYNTH, known_keys
+from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth import SynthSource, run_picture
 from cityflow.stages.synth.survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
@@ -45,6 +49,7 @@ from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
 HOUSES = 8
+METHODS = ("orientation_histogram", "volumetric", "roof_types", "primitives", "monolithic")
 CELL_M = 0.125
 
 
@@ -53,10 +58,7 @@ def reconstruct_houses() -> None:
     for number, building in enumerate(scene.buildings[:HOUSES]):
         points = scene.points.take(np.flatnonzero(scene.truth_building == number))
         evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
-        for methods in (
-            ("orientation_histogram",),
-            ("orientation_histogram", "volumetric", "roof_types", "primitives"),
-        ):
+        for methods in (("orientation_histogram",), METHODS):
             measure(model(evidence, ModelParameters(methods=methods)), evidence)
 
 
@@ -108,6 +110,21 @@ def paint_house() -> None:
     draw_side(wall, side_camera(np.array([50.0, 45.0, 3.0]), 60.0, 0.0))
 
 
+def split_row() -> None:
+    """A row of houses whose roofs differ, cut by what pictures show of it, and by points."""
+    outline, grid = shapely.box(2.0, 2.0, 32.0, 12.0), Grid(0.0, 14.0, 0.25, 56, 136)
+    x, y = grid.centres()
+    inside, odd = shapely.contains_xy(outline, x, y), x // 6.0 % 2
+    noise = np.random.default_rng(1).normal(0.0, 0.02, x.shape)
+    dsm = (np.where(inside, 8.0 + 0.7 * odd, 0.0) + noise).astype(np.float32)
+    grey, nadir = (60 + 80 * odd).astype(np.uint8), LocalFrame("nadir", np.eye(3), np.zeros(3))
+    pictures = FrameRasters(nadir, grid, dsm, np.stack([grey] * 3), np.ones(grid.shape, bool))
+    points = PointCloud.of(np.column_stack([x[inside], y[inside], dsm[inside].astype(np.float64)]))
+    for frame, cloud in ((pictures, None), (FrameRasters(nadir, grid, dsm), points)):
+        found = split(SplitEvidence("row", outline, (frame,), 0.0, cloud), SplitParameters())
+        assert len(found.units) > 1, "the row was not cut"
+
+
 def render() -> None:
     """A picture of a made town, as the demonstration takes them."""
     flight = preset("nadir", width_px=96, height_px=64, gsd_m=0.3)
@@ -117,9 +134,9 @@ def render() -> None:
 
 
 if __name__ == "__main__":
-    # the longest first; the last one uses what the first two have compiled long before
+    # the longest first; a house is painted when the first has compiled what both want
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        for part in [pool.submit(p) for p in (reconstruct_houses, match_pictures, render, paint_house)]:
+        for part in [pool.submit(p) for p in (reconstruct_houses, match_pictures, split_row, paint_house, render)]:
             part.result()
     for of in (CITY, SYNTH):
         known_keys(of)  # so that the first typing error is answered at once
