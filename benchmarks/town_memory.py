@@ -87,7 +87,7 @@ def enlarged_survey(survey: Path, out: Path, factor: int) -> None:
             large = cv2.resize(small, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
             cv2.imwrite(str(target), large, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     write_colmap(out / "orientation", [enlarged(i, factor) for i in images], model.sparse * factor)
-    source = ImageSource(out / "images", colmap=out / "orientation", gains=False)
+    source = ImageSource(out / "images", {"colmap": out / "orientation"}, gains=False)
     create_catalog(out / "catalog", images=source, crs="local", title=f"enlarged {factor} times")
 
 

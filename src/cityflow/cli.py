@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,6 +22,7 @@ from cityflow.core.credentials import without_credentials
 from cityflow.errors import CityflowError
 from cityflow.flow.talk import Talk
 from cityflow.flow.unwritable import unwritable
+from cityflow.io.orientation.readers import READERS, option
 from cityflow.runs.first_look import (
     agreed_folder,
     look_at_catalog,
@@ -63,6 +67,36 @@ class FilesUnquoted(TyperCommand):
                 told.append(option)
             told.append(arg)
         return super().parse_args(ctx, told)
+
+
+def orientation_options(command: Callable[..., None]) -> Callable[..., None]:
+    """An option for every format of `READERS` and for what a format asks beside; the command gets those that were typed as a mapping `orientation`."""
+    helps = {o: t for n, r in READERS.items() for o, t in ((n, f"Orientation: {r.text}"), *r.options.items())}
+
+    @wraps(command)
+    def told(**values: Any) -> None:
+        typed = {name: values.pop(name) for name in helps}
+        command(**values, orientation={name: text for name, text in typed.items() if text is not None})
+
+    own = [
+        Parameter(
+            n,
+            Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=Annotated[str | None, typer.Option(option(n), help=t, metavar="FILE" if n in READERS else None)],
+        )
+        for n, t in helps.items()
+    ]
+    others = [
+        p.replace(kind=Parameter.KEYWORD_ONLY)
+        for p in signature(command, eval_str=True).parameters.values()
+        if p.name != "orientation"
+    ]
+    place = [p.name for p in others].index("images") + 1
+    every = [*others[:place], *own, *others[place:]]
+    told.__signature__ = Signature(every)  # type: ignore[attr-defined]
+    told.__annotations__ = {p.name: p.annotation for p in every}
+    return told
 
 
 evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a run against what is known better.")
@@ -435,30 +469,12 @@ def parameters(
 
 
 @catalog_app.command("create", cls=FilesUnquoted)
+@orientation_options
 def catalog_create(
+    orientation: Mapping[str, str],
     out: Annotated[Path, typer.Argument(help="Folder for the catalog")],
     lidar: Annotated[list[str] | None, typer.Option(help="LAS/LAZ files, globs of them; repeatable")] = None,
     images: Annotated[Path | None, typer.Option(help="Folder of oriented images")] = None,
-    colmap: Annotated[Path | None, typer.Option(help="Orientation: folder of a COLMAP model, text or binary")] = None,
-    opk: Annotated[
-        Path | None, typer.Option(help="Orientation: table with centres and angles; needs --cameras")
-    ] = None,
-    cameras: Annotated[Path | None, typer.Option(help="Cameras of the table: JSON, YAML or CSV")] = None,
-    columns: Annotated[
-        str,
-        typer.Option(
-            help="Columns of the table, field=name or field=position, e.g. name=0,x=1,y=2,z=3,omega=4,phi=5,kappa=6"
-        ),
-    ] = "",
-    angle_unit: Annotated[str, typer.Option(help="degree, grad or radian")] = "degree",
-    rotation_order: Annotated[
-        str, typer.Option(help="omega-phi-kappa, phi-omega-kappa or yaw-pitch-roll")
-    ] = "omega-phi-kappa",
-    bundler: Annotated[Path | None, typer.Option(help="Orientation: bundle.out of Bundler")] = None,
-    bundler_list: Annotated[
-        Path | None, typer.Option(help="List of Bundler's images, where not list.txt beside")
-    ] = None,
-    metashape: Annotated[Path | None, typer.Option(help="Orientation: cameras of Metashape as XML")] = None,
     origin: Annotated[
         str, typer.Option(metavar="X,Y,Z", help="Added to the coordinates of the orientation, metres")
     ] = "",
@@ -492,13 +508,10 @@ def catalog_create(
 ) -> None:
     """Make a catalog from files."""
     from cityflow.catalog.create import create_catalog
-    from cityflow.catalog.orientation import OrientationFiles, image_source
+    from cityflow.catalog.orientation import image_source
 
-    found = OrientationFiles(
-        colmap, opk, cameras, columns, angle_unit, rotation_order, bundler, bundler_list, metashape
-    )
     made = create_catalog(
-        out, lidar=lidar or [], images=image_source(images, found, origin, heights, gains), outlines=outlines, dsm=dsm, dtm=dtm,
+        out, lidar=lidar or [], images=image_source(images, orientation, origin, heights, gains), outlines=outlines, dsm=dsm, dtm=dtm,
         orthos=ortho or (), crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
         licence=licence, attribution=attribution, date=date, copy=copy,
     )  # fmt: skip

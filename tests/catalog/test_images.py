@@ -16,7 +16,7 @@ from cityflow.catalog.check import check_catalog
 from cityflow.catalog.create import CreatedCatalog, create_catalog
 from cityflow.catalog.findings import Level
 from cityflow.catalog.image_files import unit_names
-from cityflow.catalog.orientation import ImageSource, OrientationFiles, image_source
+from cityflow.catalog.orientation import ImageSource, image_source
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import from_omega_phi_kappa
@@ -75,7 +75,7 @@ def survey(tmp_path: Path) -> Path:
 
 
 def _made(survey: Path, crs: str = "EPSG:2180", **options: object) -> CreatedCatalog:
-    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN, **options)  # type: ignore[arg-type]
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN, **options)  # type: ignore[arg-type]
     return create_catalog(survey / "c", images=source, crs=crs, attribution="x")
 
 
@@ -166,7 +166,9 @@ def test_items_follow_the_extension(survey: Path) -> None:
 
 
 def test_a_forgotten_origin_is_named(survey: Path) -> None:
-    made = create_catalog(survey / "c", images=ImageSource(survey / "images", survey / "sparse"), crs="EPSG:2180")
+    made = create_catalog(
+        survey / "c", images=ImageSource(survey / "images", {"colmap": survey / "sparse"}), crs="EPSG:2180"
+    )
     assert "--origin" in _notes(made)
     assert check_catalog(survey / "c").has_errors
 
@@ -175,7 +177,7 @@ def test_outlines_are_placed_among_footprints(survey: Path) -> None:
     x, y = ORIGIN[:2]
     inside, outside = shapely.box(x + 20, y + 10, x + 30, y + 20), shapely.box(x + 5000, y, x + 5010, y + 10)
     outlines = write_outlines(survey / "o.gpkg", [inside, outside], "EPSG:2180")
-    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN)
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
     create_catalog(survey / "c", images=source, outlines=outlines, crs="EPSG:2180")
     report = check_catalog(survey / "c")
     assert not report.has_errors
@@ -183,7 +185,7 @@ def test_outlines_are_placed_among_footprints(survey: Path) -> None:
 
 
 def test_a_copied_catalog_can_be_moved(survey: Path) -> None:
-    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN)
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
     create_catalog(survey / "c", images=source, crs="local", copy=True)
     (survey / "c").rename(survey / "moved")
     for asset in read_catalog(survey / "moved").assets:
@@ -267,7 +269,7 @@ def _terrain(path: Path, height: float) -> Path:
 
 @pytest.mark.parametrize(("height", "said"), [(GROUND, False), (GROUND - 36.5, True)])
 def test_heights_of_another_datum_are_named(survey: Path, height: float, said: bool) -> None:
-    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN)
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
     dtm = _terrain(survey / "dtm.tif", height)
     made = create_catalog(survey / "c", images=source, dtm=dtm, crs="EPSG:2180")
     for text in (_notes(made), check_catalog(survey / "c").text()):
@@ -278,7 +280,7 @@ def test_heights_of_another_datum_are_named(survey: Path, height: float, said: b
 
 def test_terrain_tells_the_heights_where_no_points_do(survey: Path) -> None:
     (survey / "sparse" / "points3D.txt").unlink()
-    source = ImageSource(survey / "images", survey / "sparse", origin=ORIGIN)
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, origin=ORIGIN)
     made = create_catalog(survey / "c", images=source, dtm=_terrain(survey / "dtm.tif", GROUND), crs="EPSG:2180")
     for asset in made.catalog.images:
         assert asset.heights[0] < GROUND < GROUND + 90 < asset.heights[1]
@@ -293,7 +295,7 @@ def test_grads_given_as_degrees_are_named(survey: Path) -> None:
     (survey / "opk.csv").write_text("\n".join(lines) + "\n")
     (survey / "cameras.json").write_text(json.dumps([{"id": "c", "width": 160, "height": 120, "focal_px": 150}]))
     for unit in ("grad", "degree"):
-        files = OrientationFiles(opk=survey / "opk.csv", cameras=survey / "cameras.json", angle_unit=unit)
+        files = {"opk": str(survey / "opk.csv"), "cameras": str(survey / "cameras.json"), "angle_unit": unit}
         source = image_source(survey / "images", files, "340600,548100,0", "55,90")
         made = create_catalog(survey / "c", images=source, crs="EPSG:2180")
         assert len(made.catalog.images) == 6
@@ -306,7 +308,7 @@ def test_grads_given_as_degrees_are_named(survey: Path) -> None:
 def test_views_that_do_not_meet_are_named(survey: Path) -> None:
     apart = [OrientedImage(i.name, i.camera, i.rotation, i.centre * (40, 40, 1)) for i in _poses()]
     write_colmap(survey / "sparse", apart, np.empty((0, 3)))
-    source = ImageSource(survey / "images", survey / "sparse", heights=(55.0, 90.0))
+    source = ImageSource(survey / "images", {"colmap": survey / "sparse"}, heights=(55.0, 90.0))
     made = create_catalog(survey / "c", images=source, crs="local")
     assert "meet none of" in _notes(made)
     assert "6 images meet no other" in check_catalog(survey / "c").text()
@@ -345,13 +347,13 @@ def test_names_are_fit_for_units_and_unique(names: list[str], units: list[str]) 
 
 def test_options_that_make_no_sense_are_named(tmp_path: Path) -> None:
     with pytest.raises(CatalogError, match="--images"):
-        image_source(None, OrientationFiles(colmap=tmp_path))
+        image_source(None, {"colmap": str(tmp_path)})
     with pytest.raises(CatalogError, match="--cameras"):
-        image_source(tmp_path, OrientationFiles(opk=tmp_path / "o.csv"))
+        image_source(tmp_path, {"opk": str(tmp_path / "o.csv")})
     with pytest.raises(CatalogError, match="3 numbers"):
-        image_source(tmp_path, OrientationFiles(colmap=tmp_path), "1,2")
+        image_source(tmp_path, {"colmap": str(tmp_path)}, "1,2")
     with pytest.raises(CatalogError, match="degree, grad, radian"):
-        image_source(tmp_path, OrientationFiles(opk=tmp_path, cameras=tmp_path, angle_unit="gon"))
+        image_source(tmp_path, {"opk": str(tmp_path), "cameras": str(tmp_path), "angle_unit": "gon"})
     with pytest.raises(CatalogError, match="without orientation"):
         create_catalog(tmp_path / "c", images=ImageSource(tmp_path), crs="local")
 

@@ -64,7 +64,7 @@ class SmallFlight:
         self.workflow.write_text(yaml.safe_dump(merged(WORKFLOW, stages)))
 
     def source(self, **options: Any) -> ImageSource:
-        return ImageSource(self.folder / "images", self.sparse, origin=ORIGIN, **options)
+        return ImageSource(self.folder / "images", {"colmap": self.sparse}, origin=ORIGIN, **options)
 
     def describe(self, **options: Any) -> CreatedCatalog:
         """Make the catalog, or make it again."""

@@ -189,7 +189,9 @@ class Painted:
 
     def describe(self, *, images: bool = True, ortho: bool = False, **options: Any) -> CreatedCatalog:
         """Make the catalog, or make it again."""
-        source = ImageSource(self.folder / "images", self.folder / "sparse", origin=(X, Y, 0), heights=(FLOOR - 1, max(TOPS.values()) + 3))  # fmt: skip
+        poses = {"colmap": self.folder / "sparse"}
+        heights = (FLOOR - 1, max(TOPS.values()) + 3)
+        source = ImageSource(self.folder / "images", poses, origin=(X, Y, 0), heights=heights)
         return create_catalog(
             self.catalog, lidar=[str(self.folder / "town.laz")], images=replace(source, **options) if images else None,
             orthos=[self.folder / "ortho.tif"] if ortho else [], outlines=self.folder / "outlines.gpkg", crs=CRS_CODE,

@@ -11,8 +11,8 @@ from pathlib import Path
 from cityflow.core.camera import OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.io.images.image_header import image_header
-from cityflow.io.orientation.bundler import SizeOf
 from cityflow.io.orientation.oriented_images import LeftOut
+from cityflow.io.orientation.readers import SizeOf
 
 IMAGE_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".png", ".jp2")
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")

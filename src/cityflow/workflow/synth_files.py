@@ -64,7 +64,7 @@ def _write_poses(out: Path, source: SynthSource, noise: PoseNoise, town: Town) -
     origin = (*p.origin, 0.0)
     for folder, poses in (("orientation", noisy), ("truth/orientation", source.images)):
         write_colmap(out / folder, [_named(i, jpeg) for i in poses], tie_points(town, p), origin)
-    return ImageSource(out / "images", colmap=out / "orientation", origin=origin)
+    return ImageSource(out / "images", {"colmap": out / "orientation"}, origin=origin)
 
 
 def _named(image: OrientedImage, jpeg: bool) -> OrientedImage:

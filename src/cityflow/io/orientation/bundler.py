@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,14 @@ from cityflow.geometry.rotations import PHOTO_FLIP, nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.orientation.calibration import with_distortion
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
+from cityflow.io.orientation.readers import OrientationFile, SizeOf
 
 LISTS = ("list.txt", "image_list.txt", "images.txt", "list_tmp.txt")
-SizeOf = Callable[[str], tuple[int, int] | None]
+
+
+def read(given: OrientationFile) -> OrientationModel:
+    """For `readers.READERS`."""
+    return read_bundler(given.path, given.size_of, given.options.get("bundler_list"))
 
 
 def read_bundler(path: str | Path, size_of: SizeOf, names_file: str | Path | None = None) -> OrientationModel:

@@ -20,6 +20,7 @@ from cityflow.io.orientation.colmap_binary import binary_cameras, binary_images,
 from cityflow.io.orientation.colmap_cameras import REMEDY, camera_of, model_of
 from cityflow.io.orientation.colmap_text import text_cameras, text_images, text_points
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
+from cityflow.io.orientation.readers import OrientationFile
 
 NESTED = ("", "sparse/0", "sparse", "0")
 """Where people's model folders keep the files."""
@@ -29,6 +30,11 @@ class _Files(NamedTuple):
     cameras: Path
     images: Path
     points: Path
+
+
+def read(given: OrientationFile) -> OrientationModel:
+    """For `readers.READERS`."""
+    return read_colmap(given.path)
 
 
 def read_colmap(folder: str | Path) -> OrientationModel:

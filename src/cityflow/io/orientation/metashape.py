@@ -17,6 +17,7 @@ from cityflow.geometry.rotations import nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
 from cityflow.io.orientation.calibration import REMEDY, metashape_camera, metashape_fisheye
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
+from cityflow.io.orientation.readers import OrientationFile
 
 TERMS = ("k1", "k2", "k3", "k4", "p1", "p2", "b1", "b2")
 STEP_M = 10.0
@@ -34,6 +35,11 @@ class _Similarity:
 
     def points(self, xyz: FloatArray) -> FloatArray:
         return np.asarray(self.scale * self.rotation @ xyz + self.translation)
+
+
+def read(given: OrientationFile) -> OrientationModel:
+    """For `readers.READERS`."""
+    return read_metashape(given.path, given.target)
 
 
 def read_metashape(path: str | Path, target: CRS | None = None) -> OrientationModel:

@@ -1,0 +1,81 @@
+"""Formats of orientation: a line each. The command line has an option for every one of them, and catalogs read through this table.
+
+A format is a file of this folder with a function ``read(given) -> OrientationModel``, and its line here. Nothing is imported before it is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cityflow.io.orientation.oriented_images import OrientationModel
+
+SizeOf = Callable[[str], tuple[int, int] | None]
+"""Width and height in pixels of an image by its name in the model; None where it cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationFile:
+    """What a reader is given.
+
+    Attributes
+    ----------
+    path : file or folder of the orientation
+    options : option of the format (``angle_unit``) → text as it was typed; those that were not are missing
+    size_of : for formats that do not state the size of images
+    target : CRS of the catalog (`pyproj.CRS`), for formats that state one of their own; None for a local frame
+    """
+
+    path: Path
+    options: Mapping[str, str]
+    size_of: SizeOf
+    target: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """One format.
+
+    Attributes
+    ----------
+    text : what ``--NAME`` names, for the help
+    options : further options of the format → their help
+    """
+
+    text: str
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+READERS: Mapping[str, Reader] = {
+    "colmap": Reader("folder of a COLMAP model, text or binary"),
+    "opk": Reader(
+        "table with centres and angles; needs --cameras",
+        {
+            "cameras": "Cameras of the table: JSON, YAML or CSV",
+            "columns": "Columns of the table, field=name or field=position, e.g. name=0,x=1,y=2,z=3,omega=4,phi=5,kappa=6",
+            "angle_unit": "degree, grad or radian",
+            "rotation_order": "omega-phi-kappa, phi-omega-kappa or yaw-pitch-roll",
+        },
+    ),
+    "bundler": Reader("bundle.out of Bundler", {"bundler_list": "List of Bundler's images, where not list.txt beside"}),
+    "metashape": Reader("cameras of Metashape as XML"),
+}
+
+
+def option(name: str) -> str:
+    """As it is typed.
+
+    >>> option("angle_unit")
+    '--angle-unit'
+    """
+    return f"--{name.replace('_', '-')}"
+
+
+def read_orientation(name: str, given: OrientationFile) -> OrientationModel:
+    """The model in a file of the format `name`; raises CatalogError where it cannot be read."""
+    model: OrientationModel = import_module(f"cityflow.io.orientation.{name}").read(given)
+    return model
