@@ -348,12 +348,15 @@ def test_names_are_fit_for_units_and_unique(names: list[str], units: list[str]) 
 def test_options_that_make_no_sense_are_named(tmp_path: Path) -> None:
     with pytest.raises(CatalogError, match="--images"):
         image_source(None, {"colmap": str(tmp_path)})
-    with pytest.raises(CatalogError, match="--cameras"):
-        image_source(tmp_path, {"opk": str(tmp_path / "o.csv")})
+    for options, remedy in (
+        ({}, "--cameras"),
+        ({"cameras": str(tmp_path), "angle_unit": "gon"}, "degree, grad, radian"),
+    ):
+        source = image_source(tmp_path, {"opk": str(tmp_path / "o.csv"), **options})
+        with pytest.raises(CatalogError, match=remedy):
+            create_catalog(tmp_path / "c", images=source, crs="local")
     with pytest.raises(CatalogError, match="3 numbers"):
         image_source(tmp_path, {"colmap": str(tmp_path)}, "1,2")
-    with pytest.raises(CatalogError, match="degree, grad, radian"):
-        image_source(tmp_path, {"opk": str(tmp_path), "cameras": str(tmp_path), "angle_unit": "gon"})
     with pytest.raises(CatalogError, match="without orientation"):
         create_catalog(tmp_path / "c", images=ImageSource(tmp_path), crs="local")
 

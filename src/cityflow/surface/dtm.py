@@ -1,11 +1,15 @@
-"""The ways to find the terrain, by name."""
+"""The ways to find the terrain: a line each.
+
+A method is a file ``dtm_NAME.py`` with ``estimate_dtm`` and its parameters (with ``halo_m``), and its line in `METHODS`: the parameter
+``surface.dtm.method`` may be it then, and its own parameters stand below ``surface.dtm.NAME``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Literal
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
@@ -13,37 +17,53 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface import dtm_classified, dtm_essential_points, dtm_windows
 
-Method = Literal["classified", "essential_points", "windows"]
-
-BEST_WITHOUT_CLASSES: Method = "windows"
+BEST_WITHOUT_CLASSES = "windows"
 """The most accurate one against known terrain (docs/surface.md)."""
 
-METHODS: dict[Method, Callable[[PointCloud, FloatArray, Grid, Any], FloatArray]] = {
-    "classified": dtm_classified.estimate_dtm,
-    "essential_points": dtm_essential_points.estimate_dtm,
-    "windows": dtm_windows.estimate_dtm,
+Estimate = Callable[[PointCloud, FloatArray, Grid, Any], FloatArray]
+
+METHODS: Mapping[str, tuple[Estimate, Parameters]] = {
+    "classified": (dtm_classified.estimate_dtm, dtm_classified.ClassifiedParameters()),
+    "essential_points": (dtm_essential_points.estimate_dtm, dtm_essential_points.EssentialPointsParameters()),
+    "windows": (dtm_windows.estimate_dtm, dtm_windows.WindowsParameters()),
 }
+"""Name → how the terrain is found, and with what."""
+
+if TYPE_CHECKING:
+    Method = str
+else:
+    Method = Literal["auto", *METHODS]
 
 
-class DtmParameters(Parameters):
-    """Which method finds the terrain, and each method's own parameters."""
+class _Choice(Parameters):
+    """Which method finds the terrain."""
 
-    method: Literal["auto", Method] = Field(
+    method: Method = Field(
         "auto", description="auto: classified where the cloud has ground points, else the best of the others"
     )
-    classified: dtm_classified.ClassifiedParameters = dtm_classified.ClassifiedParameters()
-    essential_points: dtm_essential_points.EssentialPointsParameters = dtm_essential_points.EssentialPointsParameters()
-    windows: dtm_windows.WindowsParameters = dtm_windows.WindowsParameters()
 
     @property
     def halo_m(self) -> float:
         """Halo of the method chosen; of both that may be chosen where that is left open."""
-        if self.method == "auto":
-            return float(max(self.classified.halo_m, getattr(self, BEST_WITHOUT_CLASSES).halo_m))
-        return float(getattr(self, self.method).halo_m)
+        may_be = ("classified", BEST_WITHOUT_CLASSES) if self.method == "auto" else (self.method,)
+        return float(max(getattr(self, name).halo_m for name in may_be))
 
 
-def chosen_method(points: PointCloud, parameters: DtmParameters) -> Method:
+if TYPE_CHECKING:
+
+    class DtmParameters(_Choice):
+        """Which method finds the terrain, and each method's own parameters."""
+
+        windows: dtm_windows.WindowsParameters = dtm_windows.WindowsParameters()
+
+else:
+    DtmParameters = create_model(
+        "DtmParameters", __base__=_Choice, **{name: (type(own), own) for name, (_, own) in METHODS.items()}
+    )
+    DtmParameters.__doc__ = "Which method finds the terrain, and each method's own parameters."
+
+
+def chosen_method(points: PointCloud, parameters: DtmParameters) -> str:
     """The method that runs for this cloud."""
     if parameters.method != "auto":
         return parameters.method
@@ -53,4 +73,4 @@ def chosen_method(points: PointCloud, parameters: DtmParameters) -> Method:
 def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: DtmParameters) -> FloatArray:
     """(rows, cols) terrain height at cell centres, metres, by the method that the parameters name."""
     method = chosen_method(points, parameters)
-    return METHODS[method](points, dsm, grid, getattr(parameters, method))
+    return METHODS[method][0](points, dsm, grid, getattr(parameters, method))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
 from cityflow.core.parameters import Parameters
 from cityflow.flow.task import Limits
+from cityflow.io.export_formats.formats import TITLES as EXPORT_FORMATS
 from cityflow.matching.match import MatchParameters
 from cityflow.orientation.flight_plan import FlightPlanParameters
 from cityflow.orientation.look_directions import LookParameters
@@ -30,6 +31,12 @@ from cityflow.windows.window_parameters import WindowParameters
 
 CELLS_M = (0.02, 0.025, 0.04, 0.05, 0.08, 0.1, 0.125, 0.2, 0.25, 0.4, 0.5, 1.0)
 """Cells of a surface from images: each divides ten metres, so that tiles of any multiple of ten metres are whole cells."""
+
+
+if TYPE_CHECKING:
+    FormatName = str
+else:
+    FormatName = Literal[*EXPORT_FORMATS]
 
 
 class TileParameters(Parameters):
@@ -111,7 +118,7 @@ class ImagesParameters(Parameters):
 class ExportParameters(Parameters):
     """What is written."""
 
-    formats: tuple[Literal["cityjson", "citygml", "obj", "obj_rectified", "tiles3d"], ...] = Field(
+    formats: tuple[FormatName, ...] = Field(
         ("cityjson", "citygml", "obj", "tiles3d"),
         description="formats per tile; obj has triplets for programs that divide, obj_rectified is for all others",
     )

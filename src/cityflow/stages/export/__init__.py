@@ -18,15 +18,17 @@ from cityflow.handover.block import failed_block, surface_over
 from cityflow.handover.export_rows import ROWS, encode_rows
 from cityflow.handover.outline_lines import Standing, decode_all
 from cityflow.io.city_models.cityjson import overhang_rows, read_feature
+from cityflow.io.export_formats.formats import written
+from cityflow.io.export_formats.tile import CityTile
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages import atlas, texture, windows
 from cityflow.stages.export import city as export_city
-from cityflow.stages.export.formats import WRITERS, CityTile
 from cityflow.stages.export.terrain import Draped, drape
 from cityflow.stages.export.textures import texture_sets, with_texture_figures
 from cityflow.stages.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
+from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import CITY, EXPORT, City
 from cityflow.survey.parameters import ExportParameters
 from cityflow.survey.source import IMAGES
@@ -119,14 +121,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
         if wanted else Draped(None)
     )  # fmt: skip
+    terrain = _terrain(workspace, task, standings.values(), parameters)
     tile = CityTile(
-        task.unit, tuple(task.arguments["bounds"]), own, _terrain(workspace, task, standings.values(), parameters),
+        task.unit, tuple(task.arguments["bounds"]), own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
         resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
         city=tuple(task.arguments["city"]), drape=draped.drape, openings=opened,
         **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
     )  # fmt: skip
     # all of them before the first is replaced: what fails here leaves the products of before as they are
-    for path, data in [file for form in parameters.formats for file in WRITERS[form](tile)]:
+    for path, data in [file for form in parameters.formats for file in written(form, tile)]:
         workspace.publish(path, data)
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     finished.update({b.id: b for b in own})
@@ -135,7 +138,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
         f"no picture on the terrain: {draped.lost}" if draped.lost else "",
-        {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(tile.terrain.triangles)},
+        {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(terrain.triangles)},
     )
 
 

@@ -23,6 +23,9 @@ from cityflow.io.city_models.cityjson_sequence import extent_of_headers, header_
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW
 from cityflow.io.city_models.tiles3d_tree import city_tilesets
+from cityflow.io.export_formats import formats
+from cityflow.io.export_formats.cityjson import FOLDER as CITYJSON_FOLDER
+from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.io.reference import resolve
@@ -38,7 +41,6 @@ from cityflow.io.tables.outlines_gpkg import (
     write_geopackage,
 )  # fmt: skip
 from cityflow.stages import atlas
-from cityflow.stages.export.formats import CITYJSON_FOLDER, about_tiles
 from cityflow.survey.city import CITY
 from cityflow.survey.city import EXPORT as NAME
 from cityflow.survey.parameters import ExportParameters
@@ -48,10 +50,7 @@ VERSION = 7
 RASTERS = ("dsm", "dtm", "ortho")
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
-    "cityjson": "City model (CityJSONSeq 2.0)", "city": "City model (CityJSONSeq 2.0)",
-    "citygml": "City model (CityGML 2.0)", "obj": "City model (OBJ)",
-    "obj_rectified": "City model (OBJ, rectified textures)", "outlines": "Outlines, units and their status",
-    "textures": "Pages of textures", "tiles3d": "City model (3D Tiles 1.1)",
+    **formats.TITLES, "city": formats.TITLES["cityjson"], "outlines": "Outlines, units and their status", "textures": "Pages of textures",
 }  # fmt: skip
 
 

@@ -1,0 +1,1 @@
+"""What is written of a ground tile: a file a format."""
