@@ -1,4 +1,4 @@
-"""Which tests run in one process, after the other: those that use the same cluster, the same finished runs or the same browser.
+"""Which tests run in one process, after the other: those that use the same cluster, finished runs, browser or made scenes.
 
 All others of a file stay together, since they share what is compiled and made once. The first here are begun first: they take longest, and wait
 while their workers are at work.
@@ -23,6 +23,7 @@ TOGETHER = {
     "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py"),
     "clusters that are killed": ("flow/test_cluster.py",),
     "a browser": ("browser",),
+    "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }
 """Files or folders below `tests`."""
 
