@@ -30,7 +30,8 @@ from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
-from cityflow.reconstruction.model import ModelParameters, model
+from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.runs.known_keys import CITY, SYNTH, known_keys
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth import SynthSource, run_picture
@@ -57,9 +58,10 @@ def reconstruct_houses() -> None:
     scene = lidar_scene(1, LidarSceneParameters(width_m=100, height_m=100))
     for number, building in enumerate(scene.buildings[:HOUSES]):
         points = scene.points.take(np.flatnonzero(scene.truth_building == number))
-        evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()))
+        evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()), around=points)
         for methods in (("orientation_histogram",), METHODS):
-            measure(model(evidence, ModelParameters(methods=methods)), evidence)
+            judged = judged_model(evidence, ModelParameters(methods=methods))
+            measure(judged.choice, evidence, judged.fit)
 
 
 def photographs() -> list[ColourImage]:

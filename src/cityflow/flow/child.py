@@ -68,6 +68,7 @@ def _import(function: str) -> Reply:
         resolve(function)
     except BaseException as error:  # noqa: BLE001 - reported, never swallowed
         return _exception(error)
+    gc.freeze()  # what modules hold stays: no collection needs to look at it again
     return Reply(Ending.RETURNED, Outcome())
 
 

@@ -72,6 +72,7 @@ class Mesh:
     faces: IntArray
 
 
+@remembered
 def face_arrays(polyhedron: Polyhedron) -> FaceArrays:
     """Flat arrays of the faces, in their order."""
     rings = [ring for face in polyhedron.faces for ring in face.rings]
@@ -103,9 +104,10 @@ def ring_area_vectors(arrays: FaceArrays) -> FloatArray:
     here = arrays.vertices[arrays.corners]
     first = here[np.repeat(arrays.ring_start[:-1], np.diff(arrays.ring_start))]
     there = arrays.vertices[arrays.corners[arrays.next_corner()]]
-    return _sum_by(np.cross(here - first, there - first) / 2, arrays.ring_start)
+    return _sum_by(_cross(here - first, there - first) / 2, arrays.ring_start)
 
 
+@remembered
 def face_area_vectors(polyhedron: Polyhedron) -> FloatArray:
     """(F, 3) area vectors of the faces, holes taken off: outward normal times area, m²."""
     arrays = face_arrays(polyhedron)
@@ -117,6 +119,7 @@ def face_areas(polyhedron: Polyhedron) -> FloatArray:
     return np.asarray(np.linalg.norm(face_area_vectors(polyhedron), axis=1))
 
 
+@remembered
 def face_normals(polyhedron: Polyhedron) -> FloatArray:
     """(F, 3) outward unit normals after Newell; NaN for faces without area."""
     vectors = face_area_vectors(polyhedron)
@@ -126,8 +129,7 @@ def face_normals(polyhedron: Polyhedron) -> FloatArray:
 
 def face_plane(polyhedron: Polyhedron, face: int) -> tuple[FloatArray, float]:
     """Outward unit normal n (3,) and offset d, metres, of the plane n·p = d through the mean vertex of a face."""
-    part = Polyhedron(polyhedron.vertices, (polyhedron.faces[face],))
-    normal = face_normals(part)[0]
+    normal = face_normals(polyhedron)[face]
     used = [i for ring in polyhedron.faces[face].rings for i in ring]
     return normal, float(normal @ polyhedron.vertices[used].mean(axis=0))
 
@@ -145,7 +147,7 @@ def volume(polyhedron: Polyhedron) -> float:
     corner_start = arrays.ring_start[arrays.face_start]
     counts = np.maximum(np.diff(corner_start), 1)
     apex = (_sum_by(here, corner_start) / counts[:, None])[face_of_corner]
-    return float(np.einsum("ij,ij->", apex, np.cross(here, there)) / 6)
+    return float(np.einsum("ij,ij->", apex, _cross(here, there)) / 6)
 
 
 def bounds_3d(polyhedron: Polyhedron) -> tuple[FloatArray, FloatArray]:
@@ -162,6 +164,7 @@ def triangulate(polyhedron: Polyhedron) -> Mesh:
     return Mesh(np.asarray(polyhedron.vertices, np.float64), triangles, faces)
 
 
+@remembered
 def mesh_of(arrays: FaceArrays) -> tuple[IntArray, IntArray]:
     """(T, 3) triangles and (T,) faces of flat arrays; see `triangulate`."""
     if not len(arrays.corners):
@@ -171,6 +174,7 @@ def mesh_of(arrays: FaceArrays) -> tuple[IntArray, IntArray]:
     return arrays.corners[corner_triangles], faces
 
 
+@remembered
 def projection_normals(arrays: FaceArrays) -> FloatArray:
     """(F, 3) unit normals to project each face along: of its exterior ring after Newell, else of least variance.
 
@@ -192,11 +196,12 @@ def plane_distances(arrays: FaceArrays) -> FloatArray:
     return np.abs(np.einsum("ij,ij->i", offsets, normals[_face_of_corner(arrays)]))
 
 
+@remembered
 def project(arrays: FaceArrays, normals: FloatArray) -> FloatArray:
     """(C, 2) corners in the plane of their face, metres, seen against its normal (counter-clockwise stays so)."""
-    axes_u = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
+    axes_u = _cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
     axes_u /= np.linalg.norm(axes_u, axis=1, keepdims=True)
-    axes_v = np.cross(normals, axes_u)
+    axes_v = _cross(normals, axes_u)
     of_corner = _face_of_corner(arrays)
     points = arrays.vertices[arrays.corners] - _means(arrays)[of_corner]
     return np.column_stack(
@@ -204,16 +209,19 @@ def project(arrays: FaceArrays, normals: FloatArray) -> FloatArray:
     )
 
 
+@remembered
 def _face_of_corner(arrays: FaceArrays) -> IntArray:
     return np.repeat(np.arange(arrays.face_count), np.diff(arrays.ring_start[arrays.face_start]))
 
 
+@remembered
 def _means(arrays: FaceArrays) -> FloatArray:
     corner_start = arrays.ring_start[arrays.face_start]
     counts = np.maximum(np.diff(corner_start), 1)[:, None]
     return _sum_by(arrays.vertices[arrays.corners], corner_start) / counts
 
 
+@remembered
 def _least_variance(arrays: FaceArrays) -> tuple[FloatArray, FloatArray]:
     """(F, 3) directions of least variance of the faces' corners, and (F,) their greatest standard deviation."""
     corner_start = arrays.ring_start[arrays.face_start]
@@ -222,6 +230,12 @@ def _least_variance(arrays: FaceArrays) -> tuple[FloatArray, FloatArray]:
     counts = np.maximum(np.diff(corner_start), 1)[:, None]
     values, directions = np.linalg.eigh((_sum_by(products, corner_start) / counts).reshape(-1, 3, 3))
     return directions[:, :, 0], np.sqrt(np.maximum(values[:, 2], 0))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(N, 3) cross products, without what numpy asks of its arguments first."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.column_stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def _starts(sizes: list[int]) -> IntArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
@@ -62,26 +63,30 @@ def roof_hits(solid: Polyhedron, xyz: FloatArray) -> tuple[IntArray, FloatArray]
     """(N,) number of the topmost roof face at each point's x, y (−1 where there is none), and the point's height above it (NaN)."""
     mesh = triangulate(solid)
     is_roof = np.array([f.semantic is Semantic.ROOF for f in solid.faces])[mesh.faces]
-    top, hit = np.full(len(xyz), -np.inf), np.full(len(xyz), -1)
     order = np.argsort(xyz[:, 0], kind="stable")
-    x = xyz[order, 0]
-    for corner, face in zip(solid.vertices[mesh.triangles[is_roof]], mesh.faces[is_roof], strict=True):
-        first, last = np.searchsorted(x, [corner[:, 0].min(), np.nextafter(corner[:, 0].max(), np.inf)])
-        chosen = order[first:last]
-        chosen, height = _heights_on(corner, xyz[chosen], chosen)
-        higher = height > top[chosen]
-        top[chosen[higher]], hit[chosen[higher]] = height[higher], face
-    return hit, np.where(np.isfinite(top), xyz[:, 2] - top, np.nan)
+    triangles = np.ascontiguousarray(solid.vertices)[mesh.triangles[is_roof]]
+    number, top = _topmost(triangles, np.ascontiguousarray(xyz[order]))
+    hit, height = np.empty(len(xyz), np.int64), np.empty(len(xyz))
+    hit[order], height[order] = np.append(mesh.faces[is_roof], -1)[number], top
+    return hit, np.where(np.isfinite(height), xyz[:, 2] - height, np.nan)
 
 
-def _heights_on(corner: FloatArray, xyz: FloatArray, index: IntArray) -> tuple[IntArray, FloatArray]:
-    """Which points lie over one triangle, edges included, and the triangle's heights there."""
-    origin = corner[0]
-    u, v, p = corner[1] - origin, corner[2] - origin, xyz[:, :2] - origin[:2]
-    area = u[0] * v[1] - u[1] * v[0]
-    if abs(area) < 1e-12:
-        return index[:0], np.empty(0)
-    s = (p[:, 0] * v[1] - p[:, 1] * v[0]) / area
-    t = (u[0] * p[:, 1] - u[1] * p[:, 0]) / area
-    inside = (s >= -1e-9) & (t >= -1e-9) & (s + t <= 1 + 1e-9)
-    return index[inside], origin[2] + s[inside] * u[2] + t[inside] * v[2]
+@njit(cache=True, nogil=True)
+def _topmost(triangles: FloatArray, xyz: FloatArray) -> tuple[IntArray, FloatArray]:
+    """(N,) number of the topmost of (T, 3, 3) triangles over each point, edges included, -1 for none, and its height; points in order of x."""
+    hit, top = np.full(len(xyz), -1), np.full(len(xyz), -np.inf)
+    for k in range(len(triangles)):
+        a, u, v = triangles[k, 0], triangles[k, 1] - triangles[k, 0], triangles[k, 2] - triangles[k, 0]
+        area = u[0] * v[1] - u[1] * v[0]
+        if abs(area) < 1e-12:
+            continue
+        for i in range(np.searchsorted(xyz[:, 0], triangles[k, :, 0].min()), len(xyz)):
+            if not xyz[i, 0] <= triangles[k, :, 0].max():
+                break
+            x, y = xyz[i, 0] - a[0], xyz[i, 1] - a[1]
+            s, t = (x * v[1] - y * v[0]) / area, (u[0] * y - u[1] * x) / area
+            if s >= -1e-9 and t >= -1e-9 and s + t <= 1 + 1e-9:
+                height = a[2] + s * u[2] + t * v[2]
+                if height > top[i]:
+                    top[i], hit[i] = height, k
+    return hit, top

@@ -100,14 +100,16 @@ def borders(surfaces: Sequence[RoofSurface]) -> list[Border]:
     polygons = [s.polygon for s in surfaces]
     tree = shapely.STRtree(polygons)
     first, second = tree.query(polygons, predicate="dwithin", distance=TOUCH_M)
-    pairs = sorted((int(i), int(k)) for i, k in zip(first, second, strict=True) if i < k)
-    found = (_border(i, k, surfaces) for i, k in pairs)
+    order = np.lexsort((second, first))
+    first, second = (v[order][first[order] < second[order]] for v in (first, second))
+    common = shapely.intersection(shapely.boundary(polygons)[first], shapely.buffer(polygons, TOUCH_M)[second])
+    found = (_border(i, k, c, surfaces) for i, k, c in zip(first.tolist(), second.tolist(), common, strict=True))
     return [b for b in found if b is not None]
 
 
-def _border(i: int, k: int, surfaces: Sequence[RoofSurface]) -> Border | None:
+def _border(i: int, k: int, common: shapely.Geometry, surfaces: Sequence[RoofSurface]) -> Border | None:
+    """Of two surfaces; `common` is what of the first one's outline is near the second one."""
     a, b = surfaces[i], surfaces[k]
-    common = shapely.intersection(shapely.boundary(a.polygon), shapely.buffer(b.polygon, TOUCH_M))
     common = shapely.line_merge(common) if common.geom_type == "MultiLineString" else common
     lines = [p for p in shapely.get_parts(common) if p.geom_type == "LineString" and p.length > LEAST_BORDER_M]
     if not lines:

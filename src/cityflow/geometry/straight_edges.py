@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -11,6 +12,7 @@ from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import OutlineEdge
+from cityflow.geometry.recent import remembered
 
 STRAIGHT_DEG = 2.0
 """Pieces of an outline that turn less than this are one edge, as long as their ends stay `STRAIGHT_M` near its line."""
@@ -20,7 +22,7 @@ ON_OUTLINE_M = 0.05
 """What is said of a line is said of an edge whose middle is this near to it."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class WallEdge:
     """A straight edge.
 
@@ -33,26 +35,26 @@ class WallEdge:
     xy: FloatArray
     party: bool
 
-    @property
+    @cached_property
     def start(self) -> FloatArray:
         return self.xy[0]
 
-    @property
+    @cached_property
     def length(self) -> float:
         return float(np.hypot(*(self.xy[-1] - self.xy[0])))
 
-    @property
+    @cached_property
     def along(self) -> FloatArray:
         """(2,) unit vector."""
         return np.asarray((self.xy[-1] - self.xy[0]) / self.length)
 
-    @property
+    @cached_property
     def outward(self) -> FloatArray:
         """(2,) unit vector, square to the edge."""
         x, y = self.along
         return np.array([y, -x])
 
-    @property
+    @cached_property
     def line(self) -> LineString:
         return LineString(self.xy)
 
@@ -71,6 +73,7 @@ def wall_edges(outline: Polygon, party: Sequence[LineString]) -> list[WallEdge]:
     return [edge for ring in wall_rings(outline, party) for edge in ring]
 
 
+@remembered
 def wall_rings(outline: Polygon, party: Sequence[LineString]) -> list[list[WallEdge]]:
     """The straight edges of each ring of an outline, the exterior first."""
     shared = shapely.union_all(list(party)) if party else None

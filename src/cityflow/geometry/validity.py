@@ -137,6 +137,8 @@ def _input_faults(polyhedron: Polyhedron) -> list[Fault]:
 def _snapped(arrays: FaceArrays, tolerances: Tolerances) -> FaceArrays:
     """The same faces with every vertex replaced by the first one within the snap tolerance."""
     representative: IntArray = snap(arrays.vertices, tolerances.snap_m)
+    if np.array_equal(representative, np.arange(len(representative))):
+        return arrays
     return replace(arrays, corners=representative[arrays.corners])
 
 

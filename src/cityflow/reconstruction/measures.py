@@ -82,8 +82,10 @@ def _heights(solid: Polyhedron, z: FloatArray) -> dict[str, Scalar]:
     corners = np.concatenate([solid.ring(f.rings[0])[:, 2] for f in solid.of_semantic(Semantic.ROOF)])
     found: dict[str, Scalar] = {"ridge_height_m": rounded(corners.max()), "eave_height_m": rounded(corners.min())}
     finite = z[np.isfinite(z)]
-    for percent in (5, 50, 70, 95):
-        value = np.percentile(finite, percent) if len(finite) else math.nan
+    percents = (5, 50, 70, 95)
+    for percent, value in zip(
+        percents, np.percentile(finite, percents) if len(finite) else [math.nan] * 4, strict=True
+    ):
         found[f"roof_height_p{percent:02d}_m"] = rounded(value)
     return found
 

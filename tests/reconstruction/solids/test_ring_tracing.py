@@ -1,8 +1,20 @@
 from __future__ import annotations
 
-import pytest
+import itertools
 
-from cityflow.reconstruction.solids.ring_tracing import group_rings, inside_rings, ring_area, ring_edges, trace_rings
+import numpy as np
+import pytest
+import shapely
+from shapely import LineString, Polygon
+
+from cityflow.reconstruction.solids.ring_tracing import (
+    group_rings,
+    halves,
+    inside_rings,
+    ring_area,
+    ring_edges,
+    trace_rings,
+)
 
 #  4 5 6 7 is a square hole in the square 0 1 2 3; 8 9 10 touches the outer square in vertex 0's corner
 XY = [
@@ -51,3 +63,22 @@ def test_two_areas_that_touch_in_a_vertex_are_two_rings() -> None:
 def test_point_in_hole_is_outside() -> None:
     assert inside_rings(1, 1, [OUTER, HOLE], XY)
     assert not inside_rings(4, 4, [OUTER, HOLE], XY)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_halves_are_what_tracing_finds(seed: int) -> None:
+    """All chords of a star-shaped ring: those within it part it as tracing does, the others are left to tracing."""
+    rng = np.random.default_rng(seed)
+    turn = np.sort(rng.uniform(0, 2 * np.pi, 9))
+    xy = list(zip(*(rng.uniform(2, 9, 9) * np.array([np.cos(turn), np.sin(turn)])).tolist(), strict=True))
+    ring, within = list(np.roll(np.arange(9), seed).tolist()), 0
+    for chord in itertools.permutations(range(9), 2):
+        line = LineString([xy[v] for v in chord])
+        pair = halves(ring, chord, xy)
+        if shapely.covers(Polygon(xy), line) and abs(chord[0] - chord[1]) not in (1, 8):
+            within += 1
+            assert pair is not None
+        if pair is not None:
+            traced = group_rings(trace_rings([*ring_edges(ring), chord, chord[::-1]], xy), xy)
+            assert [[half] for half in pair] == traced
+    assert within

@@ -34,11 +34,11 @@ def faces_beside(polygons: Sequence[Polygon], xy: FloatArray) -> IntArray:
     """(N,) the face that each place (N, 2) lies in, or the nearest one; -1 where there is none."""
     if not polygons:
         return np.full(len(xy), -1)
-    found = np.full(len(xy), -1)
+    found, lost = np.full(len(xy), -1), np.arange(len(xy))
     for number, polygon in enumerate(polygons):
-        inside = (found < 0) & shapely.contains_xy(polygon, xy[:, 0], xy[:, 1])
-        found[inside] = number
-    lost = np.flatnonzero(found < 0)
+        inside = shapely.contains_xy(polygon, xy[lost, 0], xy[lost, 1])
+        found[lost[inside]] = number
+        lost = lost[~inside]
     if len(lost):
         found[lost] = shapely.STRtree(list(polygons)).nearest(shapely.points(xy[lost]))
     return found

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
@@ -50,7 +51,7 @@ def find_overhangs(
     scanned = evidence.heights is None or evidence.heights.grid.cell > p.coarsest_cell_m
     rims = (_rims_of_points if scanned else _rims_of_surface)(evidence, candidate, edges, p)
     rims = [with_known_rim(rim, evidence.rims, p) for rim in rims]
-    lowest = [_roof_along(edge, candidate) for edge in edges]
+    lowest = _roof_along(edges, candidate)
     unsaid = outline_sigma(rims, p)
     walls = [
         standing_wall(edge, evidence, z, p, unsaid, scanned and not evidence.alike_m)
@@ -89,8 +90,11 @@ def _rims_of_points(
         found, eave = NOT_SEEN, False
         if not edge.party and len(xyz):
             along = np.clip((xyz[:, :2] - edge.start) @ edge.along, 0.0, edge.length)
+            # what stands before or behind an edge has the foot of its end
+            along, of_foot = np.unique(along, return_inverse=True)
             foot = edge.start + along[:, None] * edge.along
             plane = _planes_over(foot, np.broadcast_to(edge.outward, foot.shape), candidate)
+            foot, plane = foot[of_foot], plane[of_foot]
             beyond = (xyz[:, :2] - foot) @ edge.outward
             found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
             eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
@@ -115,11 +119,12 @@ def _profiles(edges: Sequence[WallEdge], candidate: Candidate, surface: SurfaceE
     return Profiles(foot, out, _planes_over(foot, out, candidate)), np.concatenate(owner)
 
 
-def _roof_along(edge: WallEdge, candidate: Candidate) -> float:
-    """World height of the roof where it is lowest along an edge; NaN where there is none."""
-    foot = edge.start + np.array([[0.1], [0.5], [0.9]]) * edge.length * edge.along
-    height = _planes_over(foot, np.broadcast_to(edge.outward, foot.shape), candidate)[:, 0]
-    return float(np.nanmin(height)) if np.isfinite(height).any() else float("nan")
+def _roof_along(edges: Sequence[WallEdge], candidate: Candidate) -> list[float]:
+    """World height of the roof where it is lowest along each edge; NaN where there is none."""
+    share = np.array([[0.1], [0.5], [0.9]])
+    feet = np.concatenate([edge.start + share * edge.length * edge.along for edge in edges])
+    height = _planes_over(feet, np.repeat([edge.outward for edge in edges], len(share), axis=0), candidate)[:, 0]
+    return list(np.fmin.reduce(height.reshape(len(edges), -1), axis=1).tolist())
 
 
 def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) -> FloatArray:
@@ -139,7 +144,9 @@ def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) ->
 def _faces_of(solid: Polyhedron) -> tuple[FloatArray, list[Polygon], FloatArray]:
     """A local origin, and the roof's faces and planes in its frame: every edge asks for them."""
     origin = np.floor(solid.vertices.min(axis=0))
-    return origin, *face_planes(solid, origin)
+    polygons, planes = face_planes(solid, origin)
+    shapely.prepare(polygons)
+    return origin, polygons, planes
 
 
 def _rim(

@@ -115,11 +115,8 @@ def at_outline(
 ) -> tuple[EdgeOverhang, ...]:
     """Overhangs as they stand out beyond the outline: those that count from a wall apart from it reach less far, or not at all."""
     edges = wall_edges(evidence.outline, evidence.party)
-    border = evidence.outline.boundary
-    return tuple(
-        o if shapely.covers(shapely.buffer(border, ON_OUTLINE_M), o.line) else _beyond_outline(o, edges, p)
-        for o in overhangs
-    )
+    at_border = shapely.covers(shapely.buffer(evidence.outline.boundary, ON_OUTLINE_M), [o.line for o in overhangs])
+    return tuple(o if at else _beyond_outline(o, edges, p) for o, at in zip(overhangs, at_border, strict=True))
 
 
 def _beyond_outline(overhang: EdgeOverhang, edges: Sequence[WallEdge], p: OverhangParameters) -> EdgeOverhang:

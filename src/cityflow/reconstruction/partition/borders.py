@@ -47,34 +47,40 @@ def find_borders(segments: PlaneSegments, reach: float, gap: float) -> Borders:
     """
     on_plane = segments.labels >= 0
     xy, labels = _thinned(segments.points[on_plane, :2], segments.labels[on_plane])
-    pairs = np.concatenate([_near_pairs(xy, reach), _delaunay_pairs(xy, gap)])
+    pairs = np.concatenate([_near_pairs(xy, reach), _delaunay_pairs(xy)])
     pairs = pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]]
-    pairs = np.concatenate([pairs, pairs[:, ::-1]])
     distance = np.hypot(*(xy[pairs[:, 0]] - xy[pairs[:, 1]]).T)
+    near = distance <= max(reach, gap)
+    pairs, distance = np.concatenate([pairs[near], pairs[near, ::-1]]), np.tile(distance[near], 2)
     order = np.lexsort((pairs[:, 1], distance, labels[pairs[:, 1]], pairs[:, 0]))
     pairs = pairs[order]
     key = pairs[:, 0] * (labels.max(initial=0) + 1) + labels[pairs[:, 1]]
     pairs = pairs[np.unique(key, return_index=True)[1]]
     swap = labels[pairs[:, 0]] > labels[pairs[:, 1]]
     pairs[swap] = pairs[swap, ::-1]
-    pairs = np.unique(pairs, axis=0)
+    pairs = unique_pairs(pairs)
     return Borders(labels[pairs], xy[pairs[:, 0]], xy[pairs[:, 1]])
+
+
+def unique_pairs(pairs: IntArray) -> IntArray:
+    """(K, 2) different rows, sorted, of (N, 2) numbers from 0 on."""
+    most = pairs.max(initial=0) + 1
+    return np.column_stack(np.divmod(np.unique(pairs[:, 0] * most + pairs[:, 1]), most))
 
 
 def _near_pairs(xy: FloatArray, reach: float) -> IntArray:
     return cKDTree(xy).query_pairs(reach, output_type="ndarray").astype(np.int64).reshape(-1, 2)
 
 
-def _delaunay_pairs(xy: FloatArray, gap: float) -> IntArray:
+def _delaunay_pairs(xy: FloatArray) -> IntArray:
+    """(K, 2) ends of the triangles' edges, most of them twice."""
     if len(xy) < 4 or np.ptp(xy, axis=0).min() == 0:
         return np.empty((0, 2), np.int64)
     try:
         triangles = Delaunay(xy).simplices.astype(np.int64)
     except QhullError:  # all points on one line
         return np.empty((0, 2), np.int64)
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]]), axis=1)
-    edges = np.unique(edges, axis=0)
-    return edges[np.hypot(*(xy[edges[:, 0]] - xy[edges[:, 1]]).T) <= gap]
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [0, 2]]])
 
 
 def _thinned(xy: FloatArray, labels: IntArray) -> tuple[FloatArray, IntArray]:

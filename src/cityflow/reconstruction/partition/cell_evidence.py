@@ -7,17 +7,18 @@ from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.partition.subdivision import Subdivision
-from cityflow.reconstruction.solids.ring_tracing import ring_edges
+from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 
 def points_in_cells(division: Subdivision, numbers: list[int], x: FloatArray, y: FloatArray) -> IntArray:
     """(N,) position in `numbers` of the cell that holds each point, −1 outside all."""
-    edges: list[tuple[float, float, float, float]] = []
+    edges: list[Edge] = []
     first = [0]
     for number in numbers:
-        edges.extend(division.xy[u] + division.xy[v] for ring in division.cells[number] for u, v in ring_edges(ring))
+        for ring in division.cells[number]:
+            edges += ring_edges(ring)
         first.append(len(edges))
-    table = np.asarray(edges, dtype=np.float64).reshape(-1, 4)
+    table = np.array(division.xy)[np.array(edges, np.int64).reshape(-1, 2)].reshape(-1, 4)
     return _locate(x, y, table, np.asarray(first, dtype=np.int64))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.reconstruction.partition.borders import Borders, stretches
+from cityflow.reconstruction.partition.borders import Borders, stretches, unique_pairs
 from cityflow.reconstruction.partition.step_lines import angle_between
 from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
@@ -30,7 +30,7 @@ def intersection_lines(
     explained = np.zeros(len(borders), dtype=bool)
     lines: list[CutLine] = []
     middle = borders.middle
-    for i, j in np.unique(borders.planes, axis=0):
+    for i, j in unique_pairs(borders.planes):
         a, b, c = segments.coefficients[i] - segments.coefficients[j]
         steepness = math.hypot(a, b)
         if steepness < PARALLEL_SLOPES:

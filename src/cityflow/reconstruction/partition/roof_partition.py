@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import shapely
+from numba import njit
 from pydantic import Field
 from shapely import Polygon
 
@@ -202,11 +203,8 @@ def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
     numbers = list(division.cells)
     boxes = np.array([_bounds(division, number) for number in numbers])
     for line in lines:
-        centre, half = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
-        across = np.abs(centre @ (line.nx, line.ny) - line.offset) - half @ (abs(line.nx), abs(line.ny))
-        along = np.abs(centre @ (-line.ny, line.nx) - (line.start + line.end) / 2) - half @ (abs(line.ny), abs(line.nx))
         new: list[int] = []
-        for k in np.flatnonzero((across < 0) & (along < (line.end - line.start) / 2)).tolist():
+        for k in _boxes_met(boxes, (line.nx, line.ny, line.offset, line.start, line.end)).tolist():
             if len(division.cells) >= most:
                 return
             parts = division.cut(numbers[k], line)
@@ -219,8 +217,26 @@ def cut_cells(division: Subdivision, lines: list[CutLine], most: int) -> None:
             boxes = np.concatenate([boxes, [_bounds(division, number) for number in new]])
 
 
+@njit(cache=True, nogil=True)
+def _boxes_met(boxes: FloatArray, line: tuple[float, float, float, float, float]) -> IntArray:
+    """Which of (N, 4) boxes (low x and y, high x and y) a line's stretch crosses."""
+    nx, ny, offset, start, end = line
+    met = np.empty(len(boxes), np.int64)
+    count = 0
+    for k in range(len(boxes)):
+        x, y = (boxes[k, 0] + boxes[k, 2]) / 2, (boxes[k, 1] + boxes[k, 3]) / 2
+        wide, high = (boxes[k, 2] - boxes[k, 0]) / 2, (boxes[k, 3] - boxes[k, 1]) / 2
+        across = abs(x * nx + y * ny - offset) - (wide * abs(nx) + high * abs(ny))
+        along = abs(y * nx - x * ny - (start + end) / 2) - (wide * abs(ny) + high * abs(nx))
+        if across < 0 and along < (end - start) / 2:
+            met[count] = k
+            count += 1
+    return met[:count]
+
+
 def _bounds(division: Subdivision, number: int) -> tuple[float, float, float, float]:
-    x, y = zip(*(division.xy[v] for v in division.cells[number][0]), strict=True)
+    corners = [division.xy[v] for v in division.cells[number][0]]
+    x, y = [x for x, _ in corners], [y for _, y in corners]
     return min(x), min(y), max(x), max(y)
 
 
@@ -230,6 +246,7 @@ class PlaneEnergy:
     def __init__(self, segments: PlaneSegments, parameters: PartitionParameters, area: float) -> None:
         self.points = np.ascontiguousarray(segments.points)
         self.planes = np.ascontiguousarray(segments.coefficients)
+        self._abc = self.planes.tolist()
         self.tolerance = max(parameters.tolerance, 3 * segments.noise)
         self.area_of_point = area / max(len(segments.points), 1)
         self.parameters = parameters
@@ -295,9 +312,10 @@ class PlaneEnergy:
         return max(self._steps(division, edge, planes)) > self.tolerance
 
     def _steps(self, division: Subdivision, edge: Edge, planes: tuple[int, int]) -> tuple[float, float]:
-        a, b, c = self.planes[planes[0]] - self.planes[planes[1]]
+        (a, b, c), (d, e, f) = self._abc[planes[0]], self._abc[planes[1]]
+        a, b, c = a - d, b - e, c - f
         (x1, y1), (x2, y2) = division.xy[edge[0]], division.xy[edge[1]]
-        return abs(float(a * x1 + b * y1 + c)), abs(float(a * x2 + b * y2 + c))
+        return abs(a * x1 + b * y1 + c), abs(a * x2 + b * y2 + c)
 
     def edge_costs(self, ends: FloatArray) -> FloatArray:
         """(E, P, P) cost (m²) of each pair of planes along edges of (E, 2, 2) end points.

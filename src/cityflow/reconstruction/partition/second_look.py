@@ -109,4 +109,5 @@ def lines_around(patch: Patch, directions: Sequence[float], margin: float) -> li
 def _box(xy: FloatArray, direction: float) -> tuple[FloatArray, FloatArray]:
     c, s = math.cos(direction), math.sin(direction)
     own = xy @ np.array([[c, -s], [s, c]])
-    return np.quantile(own, RIM, axis=0), np.quantile(own, 1 - RIM, axis=0)
+    low, high = np.quantile(own, (RIM, 1 - RIM), axis=0)
+    return low, high

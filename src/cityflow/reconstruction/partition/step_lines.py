@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
-from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.reconstruction.partition.borders import Borders, stretches
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.reconstruction.partition.borders import Borders, unique_pairs
 from cityflow.reconstruction.partition.subdivision import CutLine
+
+ASIDE_M, GAP_M, SQUARE_M = 0.15, 2.0, 0.3
+"""A line parts pairs that it misses by so much; a stretch of it ends at a gap so long, and its length is counted in such pieces."""
 
 
 def angle_between(a: float, b: float) -> float:
@@ -22,26 +27,27 @@ def step_lines(borders: Borders, directions: list[float], min_length: float, mos
     Each line takes the offset that lies between the two points of as many pairs as possible; the pairs that it parts
     are taken away before the next one is sought.
     """
-    left = borders
     lines: list[CutLine] = []
     own = _own_directions(borders, min_length)
     for direction in own:
         if all(angle_between(direction, d) > math.radians(8) for d in directions):
             directions = [*directions, direction]
-    while len(lines) < most and len(left) >= 3:
-        trials = [_best_line(left, direction) for direction in directions]
+    ways = [_pairs_along(borders, direction) for direction in directions]
+    left = np.ones(len(borders), dtype=bool)
+    while len(lines) < most and np.count_nonzero(left) >= 3:
+        trials = [_best_line(way, left) for way in ways]
         line, parted = max(trials, key=lambda trial: trial[0].support)
         if line.support < min_length:
             break
         lines.append(line)
-        left = left.take(~parted)
+        left[parted] = False
     return lines
 
 
 def _own_directions(borders: Borders, min_length: float) -> list[float]:
     """Directions of the borders of single plane pairs that are straight and long."""
     found = []
-    for pair in np.unique(borders.planes, axis=0):
+    for pair in unique_pairs(borders.planes):
         middle = borders.middle[np.all(borders.planes == pair, axis=1)]
         if len(middle) < 6:
             continue
@@ -52,28 +58,72 @@ def _own_directions(borders: Borders, min_length: float) -> list[float]:
     return [angle for _, angle in sorted(found, reverse=True)]
 
 
-def _best_line(borders: Borders, direction: float) -> tuple[CutLine, BoolArray]:
-    """The line of this direction that parts most pairs over the longest stretch, and the pairs it parts."""
+@dataclass(frozen=True, slots=True)
+class _Pairs:
+    """Pairs of points as a line of one direction meets them, in their order along it.
+
+    Attributes
+    ----------
+    nx, ny : normal of the line
+    order : (N,) numbers of the pairs, but for those that run along the line: these say nothing of where it lies
+    low, high, along : (N,) offsets of a pair's points across the line, and its place along it, metres
+    """
+
+    nx: float
+    ny: float
+    order: IntArray
+    low: FloatArray
+    high: FloatArray
+    along: FloatArray
+
+
+def _pairs_along(borders: Borders, direction: float) -> _Pairs:
     nx, ny = -math.sin(direction), math.cos(direction)
     gap = borders.second - borders.first
-    across = np.abs(gap @ (nx, ny))
-    # A pair that runs along the line says nothing about where it lies.
-    useful = across > 0.6 * np.hypot(gap[:, 0], gap[:, 1])
-    near, far = borders.first @ (nx, ny), borders.second @ (nx, ny)
-    low, high = np.minimum(near, far), np.maximum(near, far)
-    along = borders.middle @ (-ny, nx)
-    none = CutLine(nx, ny, 0.0, 0.0, 0.0, 0.0), np.zeros(len(borders), dtype=bool)
-    best, best_pairs = none
-    for offset in _stabbing_offsets(low[useful], high[useful]):
-        parted = useful & (low - 0.15 <= offset) & (offset <= high + 0.15)
-        for start, end in stretches(along[parted], 2.0):
-            run = parted & (along >= start) & (along <= end)
-            covered = 0.3 * len(np.unique(np.floor(along[run] / 0.3)))
-            if covered > best.support:
-                best, best_pairs = CutLine(nx, ny, offset, start - 0.4, end + 0.4, covered), run
-    if best.support > 0:
-        best = _centred(best, low[best_pairs], high[best_pairs])
-    return best, best_pairs
+    near, far, along = borders.first @ (nx, ny), borders.second @ (nx, ny), borders.middle @ (-ny, nx)
+    order = np.argsort(along, kind="stable")
+    order = order[(np.abs(gap @ (nx, ny)) > 0.6 * np.hypot(gap[:, 0], gap[:, 1]))[order]]
+    near, far = near[order], far[order]
+    return _Pairs(nx, ny, order, np.minimum(near, far), np.maximum(near, far), along[order])
+
+
+def _best_line(pairs: _Pairs, left: BoolArray) -> tuple[CutLine, IntArray]:
+    """The line of this direction that parts most of the pairs left over the longest stretch, and the pairs it parts."""
+    mine = left[pairs.order]
+    low, high, along = pairs.low[mine], pairs.high[mine], pairs.along[mine]
+    offsets = np.array(_stabbing_offsets(low, high), np.float64)
+    offset, start, end, covered = _longest_run(low, high, along, offsets)
+    if covered == 0:
+        return CutLine(pairs.nx, pairs.ny, 0.0, 0.0, 0.0, 0.0), pairs.order[:0]
+    parted = (low - ASIDE_M <= offset) & (offset <= high + ASIDE_M) & (along >= start) & (along <= end)
+    line = CutLine(pairs.nx, pairs.ny, offset, start - 0.4, end + 0.4, covered)
+    return _centred(line, low[parted], high[parted]), pairs.order[mine][parted]
+
+
+@njit(cache=True, nogil=True)
+def _longest_run(
+    low: FloatArray, high: FloatArray, along: FloatArray, offsets: FloatArray
+) -> tuple[float, float, float, float]:
+    """Offset, start, end and metres covered of the longest stretch without a gap of the pairs that a line at one of the offsets parts."""
+    best = (0.0, 0.0, 0.0, 0.0)
+    for offset in offsets:
+        count = squares = 0
+        start = end = 0.0
+        for i in range(len(along)):
+            if not (low[i] - ASIDE_M <= offset <= high[i] + ASIDE_M):
+                continue
+            if count == 0 or along[i] - end > GAP_M:
+                count = squares = 0
+                start = along[i]
+            if squares == 0 or np.floor(along[i] / SQUARE_M) > np.floor(end / SQUARE_M):
+                squares += 1
+            end = along[i]
+            count += 1
+            if count >= 3 and SQUARE_M * squares > best[3]:
+                best = (offset, start, end, SQUARE_M * squares)
+            elif count >= 3 and best[:2] == (offset, start):
+                best = (offset, start, end, best[3])
+    return best
 
 
 def _stabbing_offsets(low: FloatArray, high: FloatArray) -> list[float]:
@@ -83,11 +133,12 @@ def _stabbing_offsets(low: FloatArray, high: FloatArray) -> list[float]:
     edges = np.arange(low.min() - 0.05, high.max() + 0.15, 0.1)
     count = np.searchsorted(np.sort(low), edges, side="right") - np.searchsorted(np.sort(high), edges, side="left")
     best: list[float] = []
-    for k in np.argsort(-count, kind="stable"):
-        if len(best) == 3 or count[k] < 3:
+    order = np.argsort(-count, kind="stable")
+    for edge in edges[order[count[order] >= 3]].tolist():
+        if len(best) == 3:
             break
-        if all(abs(edges[k] - other) > 0.3 for other in best):
-            best.append(float(edges[k]))
+        if all(abs(edge - other) > 0.3 for other in best):
+            best.append(edge)
     return best
 
 

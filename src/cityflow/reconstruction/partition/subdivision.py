@@ -17,6 +17,7 @@ from cityflow.reconstruction.solids.ring_tracing import (
     Edge,
     Ring,
     group_rings,
+    halves,
     inside_rings,
     ring_area,
     ring_edges,
@@ -93,8 +94,7 @@ class Subdivision:
         self._next += 1
         self.cells[number] = rings
         for ring in rings:
-            for edge in ring_edges(ring):
-                self.left[edge] = number
+            self.left.update(dict.fromkeys(ring_edges(ring), number))
         return number
 
     def remove(self, number: int) -> None:
@@ -134,7 +134,11 @@ class Subdivision:
 
         Returns the new cells' numbers; the cell itself, unchanged, where the chords do not separate anything.
         """
-        edges = [edge for ring in self.cells[number] for edge in ring_edges(ring)]
+        chords, rings = list(chords), self.cells[number]
+        if len(rings) == len(chords) == 1 and (pair := halves(rings[0], chords[0], self.xy)):
+            self.remove(number)
+            return [self.add([half]) for half in pair]
+        edges = [edge for ring in rings for edge in ring_edges(ring)]
         both = [direction for chord in chords for direction in (chord, chord[::-1])]
         rings = trace_rings([*edges, *both], self.xy)
         parts = group_rings(rings, self.xy)
@@ -173,12 +177,15 @@ class Subdivision:
         """Where the line meets the cell's rings: position along the line, and the vertex or the edge crossed."""
         vertices: set[int] = set()
         found: list[tuple[float, int | Edge]] = []
-        low = high = False
-        for ring in self.cells[number]:
-            sides = [line.side(*self.xy[v]) for v in ring]
-            low, high = low or min(sides) < -ON_LINE, high or max(sides) > ON_LINE
-            vertices |= {v for v, side in zip(ring, sides, strict=True) if abs(side) <= ON_LINE}
-            for (u, v), s1, s2 in zip(ring_edges(ring), sides, [*sides[1:], sides[0]], strict=True):
+        xy, nx, ny, offset = self.xy, line.nx, line.ny, line.offset
+        sides_of = [[nx * xy[v][0] + ny * xy[v][1] - offset for v in ring] for ring in self.cells[number]]
+        if min(map(min, sides_of)) >= -ON_LINE or max(map(max, sides_of)) <= ON_LINE:
+            return []
+        for ring, sides in zip(self.cells[number], sides_of, strict=True):
+            for k, s2 in enumerate(sides):
+                u, v, s1 = ring[k - 1], ring[k], sides[k - 1]
+                if abs(s2) <= ON_LINE:
+                    vertices.add(v)
                 if s1 * s2 >= 0 or min(abs(s1), abs(s2)) <= ON_LINE:
                     continue
                 t = s1 / (s1 - s2)
@@ -188,8 +195,6 @@ class Subdivision:
                 else:
                     t1, t2 = line.along(*self.xy[u]), line.along(*self.xy[v])
                     found.append((t1 + t * (t2 - t1), (u, v)))
-        if not (low and high):
-            return []
         found += [(line.along(*self.xy[v]), v) for v in vertices]
         return sorted(found, key=lambda item: (item[0], str(item[1])))
 
@@ -304,10 +309,8 @@ def _overlap(first: float, last: float, line: CutLine) -> bool:
 
 
 def _place_of_edge(ring: Ring, u: int, v: int) -> int | None:
-    for k, vertex in enumerate(ring):
-        if vertex == u and ring[(k + 1) % len(ring)] == v:
-            return k
-    return None
+    k = ring.index(u) if u in ring else -1
+    return k if k >= 0 and ring[(k + 1) % len(ring)] == v else None
 
 
 def _has_slit(rings: list[Ring]) -> bool:

@@ -65,11 +65,9 @@ def _smoothed(histogram: FloatArray) -> FloatArray:
 def _hills(histogram: FloatArray) -> IntArray:
     """Hill of each bin: the local maximum that steepest ascent leads to, numbered in order of bins."""
     bins = len(histogram)
-    target = np.arange(bins)
-    for i in range(bins):
-        around = [(i - 1) % bins, i, (i + 1) % bins]
-        target[i] = around[int(np.argmax(histogram[around] + np.array([0, 1e-12, 0])))]
-    for _ in range(bins):
+    around = np.stack([np.roll(histogram, 1), histogram + 1e-12, np.roll(histogram, -1)])
+    target = (np.arange(bins) + np.argmax(around, axis=0) - 1) % bins
+    for _ in range(bins.bit_length()):
         target = target[target]
     return np.unique(target, return_inverse=True)[1].astype(np.int64)
 

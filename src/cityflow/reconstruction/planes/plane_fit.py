@@ -95,5 +95,7 @@ def plan_width(points: FloatArray, chosen: IntArray) -> float:
     """Width across (m) of the even strip that spreads in plan as much as the chosen points do."""
     if len(chosen) < 3:
         return 0.0
-    covariance = np.cov(points[chosen, :2], rowvar=False)
+    xy = points[chosen, :2].T
+    xy = xy - xy.mean(axis=1)[:, None]
+    covariance = np.dot(xy, xy.T) * (1.0 / (len(chosen) - 1))
     return float(np.sqrt(12 * max(np.linalg.eigvalsh(covariance)[0], 0.0)))

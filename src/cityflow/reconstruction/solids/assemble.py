@@ -6,6 +6,7 @@ edge); here also the walls between roofs of different heights.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -174,6 +175,7 @@ class _Shell:
     def _is_needed(self, corner: Corner, around: set[Corner]) -> bool:
         if corner[0] < self.heights.division.fixed or len(around) != 2:
             return True
-        here, a, b = (np.array(self._position(c)) for c in (corner, *sorted(around)))
-        line = b - a
-        return bool(np.linalg.norm(np.cross(here - a, line)) > STRAIGHT * np.linalg.norm(line))
+        (x, y, z), (x0, y0, z0), (x1, y1, z1) = (self._position(c) for c in (corner, *sorted(around)))
+        ax, ay, az, bx, by, bz = x - x0, y - y0, z - z0, x1 - x0, y1 - y0, z1 - z0
+        off = math.hypot(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+        return off > STRAIGHT * math.hypot(bx, by, bz)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 Edge = tuple[int, int]
 Ring = list[int]
@@ -13,9 +14,11 @@ Coordinates = Sequence[tuple[float, float]]
 def ring_area(ring: Sequence[int], xy: Coordinates) -> float:
     """Signed area (m²), positive for a counter-clockwise ring."""
     x0, y0 = xy[ring[0]]
-    total = 0.0
-    for u, v in zip(ring, [*ring[1:], ring[0]], strict=True):
-        total += (xy[u][0] - x0) * (xy[v][1] - y0) - (xy[v][0] - x0) * (xy[u][1] - y0)
+    total = dx = dy = 0.0
+    for v in ring[1:]:
+        x, y = xy[v]
+        last_dx, last_dy, dx, dy = dx, dy, x - x0, y - y0
+        total += last_dx * dy - dx * last_dy
     return total / 2
 
 
@@ -25,7 +28,7 @@ def ring_edges(ring: Sequence[int]) -> list[Edge]:
     >>> ring_edges([4, 7, 9])
     [(4, 7), (7, 9), (9, 4)]
     """
-    return list(zip(ring, [*ring[1:], ring[0]], strict=True))
+    return list(pairwise([*ring, ring[0]]))
 
 
 def inside_rings(x: float, y: float, rings: Iterable[Sequence[int]], xy: Coordinates) -> bool:
@@ -60,6 +63,20 @@ def trace_rings(edges: Iterable[Edge], xy: Coordinates) -> list[Ring]:
             edge = (edge[1], _next_vertex(edge, following, xy))
         rings.extend(_simple_parts(ring))
     return rings
+
+
+def halves(ring: Ring, chord: Edge, xy: Coordinates) -> list[Ring] | None:
+    """What `trace_rings` makes of a simple ring and a chord within it; None where the chord lies otherwise."""
+    i, j = sorted((ring.index(chord[0]), ring.index(chord[1])))
+    first, second = [*ring[: i + 1], *ring[j:]], ring[i : j + 1]
+    if min(len(first), len(second)) < 3 or min(ring_area(first, xy), ring_area(second, xy)) <= 0:
+        return None
+    a, b, after_a, after_b = ring[i], ring[j], ring[i + 1], ring[(j + 1) % len(ring)]
+    following = {a: [after_a, b], b: [after_b, a]}
+    way = (((ring[i - 1], a), b), ((a, b), after_b), ((ring[j - 1], b), a), ((b, a), after_a))
+    if any(_next_vertex(edge, following, xy) != end for edge, end in way):
+        return None
+    return [first, second] if i else [second, first]
 
 
 def _next_vertex(edge: Edge, following: dict[int, list[int]], xy: Coordinates) -> int:

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
@@ -179,8 +180,18 @@ def _middle(outline: Polygon) -> FloatArray:
 
 def _read(curves: FloatArray, at: FloatArray) -> FloatArray:
     """(G,) sums of curves (K, bins), each read at its place (G, K), metres."""
-    bins = np.clip(np.rint((at + REACH_M) / BIN_M), 0, len(BINS) - 1).astype(np.intp)
-    return np.asarray(curves.take(bins + len(BINS) * np.arange(len(curves))).sum(axis=1))
+    return np.asarray(_each_read(curves, at).sum(axis=1))
+
+
+@njit(cache=True, nogil=True)
+def _each_read(curves: FloatArray, at: FloatArray) -> FloatArray:
+    """(G, K) curves (K, bins) at their places (G, K)."""
+    found = np.empty(at.shape)
+    for g in range(at.shape[0]):
+        for k in range(at.shape[1]):
+            place = int(np.rint((at[g, k] + REACH_M) / BIN_M))
+            found[g, k] = curves[k, min(max(place, 0), curves.shape[1] - 1)]
+    return found
 
 
 def _prior(away: FloatArray, of_party: FloatArray) -> FloatArray:

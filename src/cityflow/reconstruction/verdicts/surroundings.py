@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.reconstruction import Evidence
+from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.geometry.roof_distances import NEAR
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
 
@@ -32,7 +33,7 @@ class Surroundings:
     ----------
     xyz : (N, 3) world
     above : (N,) metres above the plane of the nearest roof, which may end before; NaN where there is none
-    outside : (N,) metres from the outline; 0 within it
+    outside : (N,) metres from the outline; 0 within it, NaN for points off the roof's plane
     roof : (M, 3) the points that the roof explains
     """
 
@@ -59,8 +60,10 @@ def surroundings_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit) -> Surr
         none = np.empty(0)
         return Surroundings(np.empty((0, 3)), none, none, roof)
     face = fit.face[fit.explained][cKDTree(roof[:, :2]).query(xyz[:, :2])[1]]
-    outside = shapely.distance(shapely.points(xyz[:, :2]), evidence.outline)
-    return Surroundings(xyz, xyz[:, 2] - _planes_at(solid, face, xyz[:, :2]), outside, roof)
+    above, outside = xyz[:, 2] - _planes_at(solid, face, xyz[:, :2]), np.full(len(xyz), np.nan)
+    near = np.abs(above) <= NEAR
+    outside[near] = distances_to_outline(evidence.outline, xyz[near])
+    return Surroundings(xyz, above, outside, roof)
 
 
 def beside_of(evidence: Evidence, around: Surroundings, density: float) -> float:

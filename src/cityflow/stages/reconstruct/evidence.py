@@ -25,6 +25,7 @@ from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Task
 from cityflow.flow.workspace import Workspace
+from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
 from cityflow.handover.pieces import read_points
 from cityflow.handover.rasters import given_colours
@@ -106,11 +107,12 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
     seen = _rasters(store, a, outline)
     grid, layers = seen.grid, seen.layers
     points = _in_order(read_points(store, a["pieces"], near))
+    shapely.prepare(outline.polygon)
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
         _complain(task, len(inside))
-    close = points.take(shapely.dwithin(shapely.points(points.xyz[:, :2]), outline.polygon, AROUND_M))
+    close = points.take(distances_to_outline(outline.polygon, points.xyz) <= AROUND_M)
     return Evidence(
         outline.id, outline.polygon, _roof_points(inside, grid, layers, a), _floor(ground),
         outline.aspects, outline.slopes,
