@@ -1,4 +1,4 @@
-"""Reconstruction of the Delft survey: validity, planes, distances of the points, time a building; and of made towns.
+"""Reconstruction of the Delft survey: validity, planes, distances of the points, time a building; and of synthetic towns.
 
 Run it on an idle machine: ``python benchmarks/delft_reconstruction.py DATA [--out FOLDER]``, DATA being a folder with the
 survey's LAZ files and a GeoPackage of outlines. Points of class 6 inside the outlines shrunk by 0.3 m are measured
@@ -151,7 +151,7 @@ def report_made_town(seed: int, parameters: LidarSceneParameters) -> None:
         distances.append(unit_distances(evidence.outline, candidate.solid, truth))
     d = summarise(np.concatenate(distances))
     print(
-        f"made town {seed}, {parameters.density_m2:g} pulses a m², noise {100 * parameters.sigma_z_m:g} cm: "
+        f"synthetic town {seed}, {parameters.density_m2:g} pulses a m², noise {100 * parameters.sigma_z_m:g} cm: "
         f"{len(units)} units, planes right {exact / len(units):.2f}, within one {right / len(units):.2f}"
     )
     print(f"  true roof against model: {line_of(d)}, 95 % within {100 * d.le95:.1f} cm")

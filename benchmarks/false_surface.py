@@ -1,4 +1,4 @@
-"""Towers, pits and holes of a run over a made town, in its DSM and in its raw points, against truth.
+"""Towers, pits and holes of a run over a synthetic town, in its DSM and in its raw points, against truth.
 
     python benchmarks/false_surface.py --survey RUNS/flight_survey --run RUNS/flight
 

@@ -1,4 +1,4 @@
-"""Sheets of models for the gallery: every kind of building of the made towns, and some of a LiDAR survey, in plan and from three sides.
+"""Sheets of models for the gallery: every kind of building of the synthetic towns, and some of a LiDAR survey, in plan and from three sides.
 
     python benchmarks/gallery.py OUT [--points drawn] [--methods model] [--delft DATA]
 

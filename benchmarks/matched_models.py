@@ -1,4 +1,4 @@
-"""Evidence for the true units of a made survey from what a run matched: its points, façades, surface and ortho, but not its outlines.
+"""Evidence for the true units of a synthetic survey from what a run matched: its points, façades, surface and ortho, but not its outlines.
 
 python benchmarks/matched_models.py RUN TRUTH [--cache FOLDER]     # then: reconstruct_town.py --points matched --seeds SEED --size SIZE
 """
@@ -32,7 +32,7 @@ AROUND_M, MARGIN_M = 2.0, 4.0
 
 
 def units_inside(truth: Path) -> tuple[int, int, list[Unit], list[Unit]]:
-    """Seed and size of a made survey, its units wholly within the area, and all."""
+    """Seed and size of a synthetic survey, its units wholly within the area, and all."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     area = shapely.box(*p.area)
     units = make_town(p.seed, p.whole_town).units

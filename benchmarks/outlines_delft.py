@@ -1,4 +1,4 @@
-"""Buildings found from the points alone against given footprints, on a real survey and on made towns.
+"""Buildings found from the points alone against given footprints, on a real survey and on synthetic towns.
 
     python benchmarks/outlines_delft.py [FOLDER]
 
@@ -100,7 +100,7 @@ def towns(seeds: tuple[int, ...]) -> None:
         scene = lidar_scene(seed, LidarSceneParameters())
         found, seconds = found_in(scene.points, scene.bounds, False)
         truth = united_by_adjacency(list(scene.outlines.values()))
-        print(line(f"made town {seed}, no classes", compare_outlines(found, truth), seconds))
+        print(line(f"synthetic town {seed}, no classes", compare_outlines(found, truth), seconds))
 
 
 if __name__ == "__main__":

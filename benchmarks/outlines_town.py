@@ -1,4 +1,4 @@
-"""Outlines found from walls and roofs against the truth of made towns.
+"""Outlines found from walls and roofs against the truth of synthetic towns.
 
     python benchmarks/outlines_town.py [--seeds 7 11 13] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
     python benchmarks/outlines_town.py --run RUN --truth FOLDER                            # a run over what cityflow synth made
@@ -86,7 +86,7 @@ def _keep(path: Path, polygons: Sequence[Polygon]) -> None:
 
 
 def of_run(run: Path, truth: Path) -> dict[str, float]:
-    """A run over a made survey, inside its area."""
+    """A run over a synthetic survey, inside its area."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     images = read_colmap(truth / "truth" / "orientation").images
     look = LookParameters()

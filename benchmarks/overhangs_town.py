@@ -1,4 +1,4 @@
-"""Overhangs of a made town: found ones against true ones by GSD, wall error and sensor, and the solids that they make.
+"""Overhangs of a synthetic town: found ones against true ones by GSD, wall error and sensor, and the solids that they make.
 
 python benchmarks/overhangs_town.py --seeds 7 11 13 --size 120
 python benchmarks/overhangs_town.py --run RUN --survey SURVEY          # a town that was photographed and matched, true outlines

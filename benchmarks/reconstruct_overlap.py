@@ -2,7 +2,7 @@
 
     python benchmarks/reconstruct_overlap.py [--seeds 7 11 13] [--sample 5] [--study unseen rough prior]
 
-`unseen`: drawn points of made towns (town_models.py), of which a share is taken away: on one `side` of a line (the shadow or the lean of a
+`unseen`: drawn points of synthetic towns (town_models.py), of which a share is taken away: on one `side` of a line (the shadow or the lean of a
 higher neighbour), or in `pieces` of 1.5 m radius (trees, water, failed matching). `rough`: the true roofs at 100 points a square metre, whose
 errors of 15 cm neighbours within half a metre share. `prior`: the true directions, blurred by what is said to be their precision, as prior.
 """

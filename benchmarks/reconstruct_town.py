@@ -1,4 +1,4 @@
-"""Models of the buildings of made towns against the truth, by method and by kind of building.
+"""Models of the buildings of synthetic towns against the truth, by method and by kind of building.
 
     python benchmarks/reconstruct_town.py [--seeds 7 11 13] [--points exact drawn] [--methods model,volumetric] [--only gable] [--sample 5]
     python benchmarks/reconstruct_town.py --run RUN --truth FOLDER             # the products of a run over what cityflow synth made

@@ -1,4 +1,4 @@
-"""Roof types from an ortho of 0.25 m and coarse heights: drawn houses by the hundred, and the houses of the made town.
+"""Roof types from an ortho of 0.25 m and coarse heights: drawn houses by the hundred, and the houses of the synthetic town.
 
 python benchmarks/roof_types_town.py --houses 20                             # drawn houses of every shape
 python benchmarks/roof_types_town.py --dormers 10                             # dormers of drawn houses: recall and false ones

@@ -1,4 +1,4 @@
-"""Blocks of made towns split into single units, against the truth.
+"""Blocks of synthetic towns split into single units, against the truth.
 
     python benchmarks/split_town.py [--seeds 7 11 13] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
     python benchmarks/split_town.py --run RUN --truth FOLDER                            # a run over what cityflow synth made
@@ -89,7 +89,7 @@ def found_outlines(made: DrawnTown) -> Outlines:
 
 
 def of_run(run: Path, truth: Path) -> dict[str, float]:
-    """A run over a made survey, inside its area."""
+    """A run over a synthetic survey, inside its area."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     file, town = run / "products" / "outlines.gpkg", truth / "truth" / "town.gpkg"
     outlines, units = (list(read_layer(file, name).geometry) for name in ("outlines", "units"))

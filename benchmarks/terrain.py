@@ -1,4 +1,4 @@
-"""Terrain methods and vegetation mask against the truth of made scenes: ``python benchmarks/terrain.py [seeds]``."""
+"""Terrain methods and vegetation mask against the truth of synthetic scenes: ``python benchmarks/terrain.py [seeds]``."""
 
 from __future__ import annotations
 

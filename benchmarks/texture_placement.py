@@ -5,7 +5,7 @@ python benchmarks/texture_placement.py --sets boruszyn --no-xatlas   # ours alon
 python benchmarks/texture_placement.py --picture atlas.png           # the atlas of the first set, a colour for each patch
 
 The patches (`data/texture_patches.npz`) are the walls and roofs of LoD2.2 models as the image with the finest worst-case GSD draws them, party walls
-left out: those of two kite surveys (Boruszyn and Ochota), and of a made town. Each is its polygon with all pixels within `PADDING_PX` of it.
+left out: those of two kite surveys (Boruszyn and Ochota), and of a synthetic town. Each is its polygon with all pixels within `PADDING_PX` of it.
 Efficiency: pixels of the patches over the tight bounding rectangle of what is placed. xatlas gets the padded polygons as outlines; it makes patches
 larger, up to whole pixels of their turned rectangle, so its efficiency is stated with its own pixels, too.
 Asked for: 600 patches and more within 5 s, efficiency ≥ 0.80 and at least that of xatlas with brute force.

@@ -1,4 +1,4 @@
-"""Textures of a made town against the truth: how much has one, whether it shows what it lies on, how it looks from cameras that took no picture.
+"""Textures of a synthetic town against the truth: how much has one, whether it shows what it lies on, how it looks from cameras that took no picture.
 
     python benchmarks/texture_town.py --survey SURVEY --run RUN [--geometry truth run] [--units 12] [--picture FOLDER]
     python benchmarks/texture_town.py --survey SURVEY --run RUN --exposures              # every image by a factor of 0.25 to 4 off

@@ -14,7 +14,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.texture import FIRST_IMAGE, FacePlane
-from cityflow.evaluation.likeness import Likeness, likeness
+from cityflow.evaluation.image_similarity import Similarity, image_similarity
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.textured_view import TexturedTriangles, TexturedView, draw_textured
 from cityflow.geometry.triangulation import triangulate_polygon
@@ -162,13 +162,13 @@ def drawn(image: OrientedImage, scene: TexturedTriangles) -> TexturedView:
     )
 
 
-def compared(seen: Seen, view: TexturedView, units: Sequence[int]) -> tuple[Likeness, BoolArray]:
+def compared(seen: Seen, view: TexturedView, units: Sequence[int]) -> tuple[Similarity, BoolArray]:
     """On pixels where the truth shows one of the units; what the model lacks there stays black."""
     of = np.isin(seen.unit, list(units))
-    return likeness(view.colour, seen.colours, of), of
+    return image_similarity(view.colour, seen.colours, of), of
 
 
-def picture(path: Path, seen: Seen, view: TexturedView, found: tuple[Likeness, BoolArray]) -> None:
+def picture(path: Path, seen: Seen, view: TexturedView, found: tuple[Similarity, BoolArray]) -> None:
     """Truth, textured model in front of the truth, and what differs, side by side."""
     alike, of = found
     shown = np.clip(view.colour * np.array(alike.gain, np.float32), 0, 255)

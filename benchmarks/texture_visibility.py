@@ -1,4 +1,4 @@
-"""What of façades and roofs images are said to see, against a made town whose every ray is known.
+"""What of façades and roofs images are said to see, against a synthetic town whose every ray is known.
 
 python benchmarks/texture_visibility.py --survey SURVEY [--run RUN] [--units 12]     # SURVEY as `cityflow synth` leaves it, RUN a run over it
 
@@ -94,7 +94,7 @@ class Truth:
     ) -> tuple[BoolArray, BoolArray, IntArray]:
         """Points in whose place the camera shows what the face was made of; those of them where that looks the way the face does; the part of the town.
 
-        That is something built, near the plane of the face and within the outline of its house: a house may be several units of the made town.
+        That is something built, near the plane of the face and within the outline of its house: a house may be several units of the synthetic town.
         """
         start = centre - self.scene.origin
         rays = xyz - centre

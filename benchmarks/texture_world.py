@@ -1,4 +1,4 @@
-"""What textures of a made town are judged in: its images as a run has them, its units as they truly are or as the run made them, and what rays meet."""
+"""What textures of a synthetic town are judged in: its images as a run has them, its units as they truly are or as the run made them, and what rays meet."""
 
 from __future__ import annotations
 

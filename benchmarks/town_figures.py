@@ -1,4 +1,4 @@
-"""Measured figures of a run over a made town: surface, façades, terrain, vegetation, time and memory.
+"""Measured figures of a run over a synthetic town: surface, façades, terrain, vegetation, time and memory.
 
 Nothing is taken from the run but its products and, for time and memory, its records; truth comes from the town itself, by rays.
 """

@@ -1,4 +1,4 @@
-"""A made town, flown with five cameras and run as a user's survey would be: surface, façades, terrain, time and memory against truth.
+"""A synthetic town, flown with five cameras and run as a user's survey would be: surface, façades, terrain, time and memory against truth.
 
     python benchmarks/town_images.py --seed 7 --size 100 --overlap 0.8                 # makes the survey, runs it, prints the table
     python benchmarks/town_images.py --survey FOLDER --run RUN                         # takes what is there already

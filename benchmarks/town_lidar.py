@@ -1,4 +1,4 @@
-"""LiDAR methods against the made town: terrain, vegetation, roof planes, surface: ``python benchmarks/town_lidar.py [seeds] [edge in metres]``."""
+"""LiDAR methods against the synthetic town: terrain, vegetation, roof planes, surface: ``python benchmarks/town_lidar.py [seeds] [edge in metres]``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Memory of a worker on frames of 24 and of 150 megapixels: some pictures of a made town enlarged, the world with them.
+"""Memory of a worker on frames of 24 and of 150 megapixels: some pictures of a synthetic town enlarged, the world with them.
 
     python benchmarks/town_memory.py --survey FOLDER --factor 4      # 1500 x 1000 becomes 24 megapixels; 10: 150 megapixels
 

@@ -1,4 +1,4 @@
-"""Buildings of made towns as reconstruction sees them, beside the truth; kept unit by unit.
+"""Buildings of synthetic towns as reconstruction sees them, beside the truth; kept unit by unit.
 
 python benchmarks/town_models.py --seeds 7 11 13 --towns FOLDER --cache FOLDER        # makes both kinds of evidence for all units
 """
@@ -246,7 +246,7 @@ def make(seed: int, size: int, cache: Path, towns: Path | None, kinds: Sequence[
 
 
 def of_run(run: Path, truth: Path) -> list[tuple[TrueModel, Model]]:
-    """The units of a made survey inside its area, each with the model that overlaps it most; none where it is nobody's."""
+    """The units of a synthetic survey inside its area, each with the model that overlaps it most; none where it is nobody's."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     area = shapely.box(*p.area)
     units = [u for u in make_town(p.seed, p.whole_town).units if area.contains(u.wall_outline)]

@@ -1,8 +1,8 @@
-"""Clouds without classes: vegetation, and outlines found, against the truth of made scenes or a survey's own classes, hidden.
+"""Clouds without classes: vegetation, and outlines found, against the truth of synthetic scenes or a survey's own classes, hidden.
 
     python benchmarks/unclassified.py [--seeds 311 312] [--classified "FOLDER/*.laz"]
 
-Made scenes have few or many trees, and pulses of one or of several returns. Of a classified survey the reference is what its building class covers,
+Synthetic scenes have few or many trees, and pulses of one or of several returns. Of a classified survey the reference is what its building class covers,
 holes and gaps of a cell closed: a reference, no truth.
 """
 

@@ -1,4 +1,4 @@
-"""Cases for verdicts: units of made towns whose truth is known, sound ones and spoilt ones.
+"""Cases for verdicts: units of synthetic towns whose truth is known, sound ones and spoilt ones.
 
 A unit is what a scan of its town gives, thinned to one of several densities, and then, by a random number of its own, left alone or spoilt: its outline, its
 points, its classes, its terrain, or its model. The truth is the share of its roof that the model meets.

@@ -1,4 +1,4 @@
-"""Cases for verdicts as surveys from images give them: units of made towns under a surface with the errors of dense matching.
+"""Cases for verdicts as surveys from images give them: units of synthetic towns under a surface with the errors of dense matching.
 
 Every town has its own pixels and its own errors: how noisy and how wide its matching is differs from survey to survey. Points are those that
 the stage `surface` leaves for buildings; free-standing units have outlines with an error, as found ones have.

@@ -1,4 +1,4 @@
-"""Verdicts against the truth of made towns: makes cases, fits the calibration on some towns, judges it on others.
+"""Verdicts against the truth of synthetic towns: makes cases, fits the calibration on some towns, judges it on others.
 
     python benchmarks/verdicts.py --cache FOLDER                    # judge the committed calibration on towns that it was not fitted on
     python benchmarks/verdicts.py --cache FOLDER --fit --write      # fit it anew, and write it into `reconstruction/verdicts/calibration.py`

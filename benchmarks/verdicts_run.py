@@ -1,4 +1,4 @@
-"""Verdicts of a run over a made town against its truth.
+"""Verdicts of a run over a synthetic town against its truth.
 
     python benchmarks/verdicts_run.py RUN TRUTH          # TRUTH: what `cityflow synth` made
 
@@ -26,7 +26,7 @@ AROUND_M, MOST = 4.0, 0.5
 
 
 def units_of(truth: Path) -> tuple[Unit, ...]:
-    """All units of a made survey's town."""
+    """All units of a synthetic survey's town."""
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     return make_town(p.seed, p.whole_town).units
 

@@ -1,4 +1,4 @@
-"""Windows of a made town as a run has textured it, against the truth; those of a real survey, to look at; time for a page of an atlas.
+"""Windows of a synthetic town as a run has textured it, against the truth; those of a real survey, to look at; time for a page of an atlas.
 
 python benchmarks/windows_town.py --survey SURVEY --run RUN [--picture FILE]                    # a town, photographed and textured
 python benchmarks/windows_town.py --run RUN --picture FILE                                      # a real survey: what was found, to look at
@@ -112,7 +112,7 @@ def placed(face: FacePlane, patch: Patch) -> tuple[float, float, float]:
 
 
 class TownTruth:
-    """Windows of a made town, and what of them the images of a run show."""
+    """Windows of a synthetic town, and what of them the images of a run show."""
 
     def __init__(self, survey: Path, run: Path) -> None:
         from cityflow.synthetic.town import make_town

@@ -128,7 +128,7 @@ def split_row() -> None:
 
 
 def render() -> None:
-    """A picture of a made town, as the demonstration takes them."""
+    """A picture of a synthetic town, as the demonstration takes them."""
     flight = preset("nadir", width_px=96, height_px=64, gsd_m=0.3)
     task = next(iter(SynthSource(SynthParameters(size=(20.0, 20.0), flight=flight)).initial()))
     with TemporaryDirectory() as folder:

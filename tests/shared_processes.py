@@ -13,7 +13,7 @@ from xdist.scheduler import LoadFileScheduling
 TOGETHER = {
     "a town on a cluster": (
         "cluster/test_bad_input.py",
-        "cluster/test_changed_wishes.py",
+        "cluster/test_changed_requests.py",
         "cluster/test_damaged_files.py",
         "cluster/test_object_store.py",
         "cluster/test_only_looking.py",

@@ -347,7 +347,7 @@ def view(
 
 @app.command()
 def synth(
-    out: Annotated[Path, typer.Argument(help="Folder for the made survey")],
+    out: Annotated[Path, typer.Argument(help="Folder for the synthetic survey")],
     seed: Annotated[int, typer.Option(min=0, help="Everything follows from it")] = 1,
     size: Annotated[str, typer.Option(help="Extent of the surveyed area, metres: 250 or 250x200")] = "250x250",
     flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",

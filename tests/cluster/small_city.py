@@ -1,4 +1,4 @@
-"""A made town of 140 x 120 m as a survey on disk: two LAZ files, a GeoPackage of outlines, a catalog; and the command to run it."""
+"""A synthetic town of 140 x 120 m as a survey on disk: two LAZ files, a GeoPackage of outlines, a catalog; and the command to run it."""
 
 from __future__ import annotations
 

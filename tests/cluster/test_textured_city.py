@@ -1,4 +1,4 @@
-"""Textures on the command line: a LiDAR city with photographs, its wishes, its failures, its area of interest."""
+"""Textures on the command line: a LiDAR city with photographs, its requests, its failures, its area of interest."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_an_area_keeps_the_pages_of_the_rest(
     pages = {p: d for p, d in contents(town_run).items() if p.startswith("products/textures/")}
     assert {p: d for p, d in contents(run).items() if p.startswith("products/textures/")} == pages
     told = {u["id"] for u in report(run)["units"]}
-    assert told == {"b"}, "what stands around is modelled, since it hides walls, and is nobody's wish"
+    assert told == {"b"}, "what stands around is modelled, since it hides walls, and is nobody's request"
     assert len(newest(run, "reconstruct")) > len(told)
     status = json.loads(cityflow("status", run, "--json").out)
     assert sum(status["verdicts"].values()) == 1, "and counts in no verdict"
@@ -108,8 +108,8 @@ def test_one_unit_again_with_wishes_of_its_own(
 ) -> None:
     run = tmp_path / "run"
     shutil.copytree(town_run, run)
-    wish = ("--stage", "texture", "--unit", "c", "--set", "texture.most_images=2")
-    again = redone(run, lambda: cityflow("rerun", run, *wish))
+    request = ("--stage", "texture", "--unit", "c", "--set", "texture.most_images=2")
+    again = redone(run, lambda: cityflow("rerun", run, *request))
     assert {u for s, u in again if s == "texture"} == {"c"}
     assert len([u for s, u in again if s == "atlas"]) == 1
     told = cityflow("explain", run, "c").out

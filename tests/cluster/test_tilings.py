@@ -24,7 +24,7 @@ def hulls(run: Path) -> dict[str, tuple[str, ...]]:
 
 
 def surface(run: Path) -> Heights:
-    """DSM, DTM and classes over the made town, south side down, from any grid that covers it."""
+    """DSM, DTM and classes over the synthetic town, south side down, from any grid that covers it."""
     group = zarr.open_group(Store.open(run).zarr_store("surface.zarr"), mode="r")
     x, y = np.asarray(group["x"]), np.asarray(group["y"])
     inside = np.ix_(

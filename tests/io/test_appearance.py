@@ -9,7 +9,13 @@ import pytest
 from cityflow.core.building import Building
 from cityflow.core.reference import Reference
 from cityflow.core.texture import BuildingTexture, FaceFigures, FaceTexture, PlainFace, TexturePage, TextureSet
-from cityflow.io.city_models.appearance import Appearance, coordinates_of, figure_attributes, looks_of, said_of_look
+from cityflow.io.city_models.appearance import (
+    Appearance,
+    attributes_of_look,
+    coordinates_of,
+    figure_attributes,
+    looks_of,
+)
 from cityflow.io.city_models.citygml import write_citygml
 from cityflow.io.city_models.cityjson import Transform, feature_line
 from cityflow.io.city_models.obj import write_obj
@@ -43,8 +49,8 @@ def test_figures_that_are_not_numbers_are_left_out() -> None:
 
 
 def test_a_reason_may_hold_anything_and_an_empty_one_is_not_said() -> None:
-    assert said_of_look(PlainFace((1, 2, 3), "")) == {}
-    assert said_of_look(PlainFace((1, 2, 3), "a\x00b <&>")) == {"texture_missing": "a\ufffdb <&>"}
+    assert attributes_of_look(PlainFace((1, 2, 3), "")) == {}
+    assert attributes_of_look(PlainFace((1, 2, 3), "a\x00b <&>")) == {"texture_missing": "a\ufffdb <&>"}
 
 
 def test_looks_come_in_the_order_of_the_faces_whatever_the_order_of_the_textures() -> None:

@@ -1,4 +1,4 @@
-"""Made surveys: how much town they need, and tasks whose files are right and always the same."""
+"""Synthetic surveys: how much town they need, and tasks whose files are right and always the same."""
 
 from __future__ import annotations
 

@@ -231,8 +231,8 @@ def test_an_area_has_the_same_windows_and_no_others(painted: Painted, whole: Run
 def test_a_wish_for_one_building_runs_its_windows_and_the_export_again(
     painted: Painted, whole: Run, tmp_path: Path
 ) -> None:
-    wish = {("windows", "c"): {"least_confidence": 1.0}}
-    made = run(source_of(painted, overrides=wish, **FORMATS), tmp_path / "run", whole)
+    request = {("windows", "c"): {"least_confidence": 1.0}}
+    made = run(source_of(painted, overrides=request, **FORMATS), tmp_path / "run", whole)
     assert {n for n in made.ran if n[0] != "export"} == {("windows", "c")}
     found, before = products(made), products(whole)
     assert len(found["c"]) == 0
@@ -246,8 +246,8 @@ def test_a_search_that_fails_leaves_a_building_that_says_so(painted: Painted, wh
         if task.stage == "windows":
             raise CityflowError("the worker was out of memory")
 
-    wish = {("windows", "c"): {"levels": 47}}
-    made = run(source_of(painted, overrides=wish, **FORMATS), tmp_path / "run", whole, fail)
+    request = {("windows", "c"): {"levels": 47}}
+    made = run(source_of(painted, overrides=request, **FORMATS), tmp_path / "run", whole, fail)
     said = attributes(made, "c")
     assert said["windows_missing"] == "the worker was out of memory"
     assert "windows" not in said

@@ -1,4 +1,4 @@
-"""A corner of a made town with its drawn frames, made once for several tests."""
+"""A corner of a synthetic town with its drawn frames, made once for several tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hand-made town meshes for tests of the renderer."""
+"""Hand-synthetic town meshes for tests of the renderer."""
 
 from __future__ import annotations
 

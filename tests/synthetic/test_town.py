@@ -1,4 +1,4 @@
-"""The made town as geometry: what stands in it, that it fits together, and that it never depends on what is asked for."""
+"""The synthetic town as geometry: what stands in it, that it fits together, and that it never depends on what is asked for."""
 
 from __future__ import annotations
 

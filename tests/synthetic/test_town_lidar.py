@@ -1,4 +1,4 @@
-"""A scan of the made town against its truth."""
+"""A scan of the synthetic town against its truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Truth rasters and layers of the made town."""
+"""Truth rasters and layers of the synthetic town."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceKey, FacePlane, Patch
-from cityflow.evaluation.likeness import delta_e_2000, lab_of
+from cityflow.evaluation.image_similarity import delta_e_2000, lab_of
 from cityflow.texture.comparisons import FaceSamples
 from cityflow.texture.plain_colours import WallColours
 from cityflow.texture.planes import face_planes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from cityflow.workflow.unit_words import GROUPS, said_of_building, said_of_task
+from cityflow.workflow.unit_words import GROUPS, lines_of_building, lines_of_task
 
 PANEL = Path(__file__).parents[2] / "view" / "source" / "attributes.js"
 OF_THE_HEAD = {"method": "Method"}
@@ -27,7 +27,7 @@ def test_the_words_are_those_of_the_panel() -> None:
 
 def test_lines_have_words_and_units() -> None:
     lines = list(
-        said_of_building(
+        lines_of_building(
             {"nmad": 0.0519, "ridge_height_m": 12.387, "share_explained": 0.684, "bgt_status": "bestaand", "kept": 0}
         )
     )
@@ -40,6 +40,6 @@ def test_lines_have_words_and_units() -> None:
 
 
 def test_tasks_of_tiles_are_told_in_words() -> None:
-    assert list(said_of_task({"area_m2": 360.19, "digest": "d", "lost": {}, "reasons": {"too_coarse": 4}})) == [
+    assert list(lines_of_task({"area_m2": 360.19, "digest": "d", "lost": {}, "reasons": {"too_coarse": 4}})) == [
         "area: 360.19 m²", "reasons: too coarse 4",
     ]  # fmt: skip

@@ -35,7 +35,7 @@ NO_PART_M = 1.0
 
 
 class PrecisionParameters(Parameters):
-    """What a model claims. The factors are calibrated on made towns (docs/reconstruction.md)."""
+    """What a model claims. The factors are calibrated on synthetic towns (docs/reconstruction.md)."""
 
     unseen_m: float = Field(
         0.25, ge=0, le=5, description="error taken where a plane was extended over an unseen part (sigma, m)"

@@ -45,9 +45,9 @@ from cityflow.runs.settings import checked, parse_setting
 from cityflow.stages import export, ingest, outline, reconstruct, surface, units
 from cityflow.survey.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
+from cityflow.viewer.review_list import review_list
 from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.viewer.view_page import FOLDER as VIEW
-from cityflow.viewer.worth_a_look import worth_a_look
 
 PRODUCTS = {
     "products/city.city.jsonl": ("CityJSON", "The whole city, CityJSONSeq 2.0"),
@@ -121,7 +121,7 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
     newest = {r.unit: r for r in records.of(reconstruct.NAME)}
-    looks = {s.unit.id: s.reason for s in worth_a_look(data.units)}
+    looks = {s.unit.id: s.reason for s in review_list(data.units)}
     write_pages(run.store, survey, chosen, newest, crops, data, looks)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data, parameters)

@@ -24,9 +24,9 @@ from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plane_plan import draw_planes, plane_colour
 from cityflow.viewer.report import listed_units
 from cityflow.viewer.report_parameters import ReportParameters
+from cityflow.viewer.review_list import review_list
 from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_page import FOLDER, CandidateRow, PlaneRow, UnitPage, write_unit_page
-from cityflow.viewer.worth_a_look import worth_a_look
 
 CANDIDATE_PX, LOOKING_DEG = 200, 20.0
 STOREY_M = 3.0
@@ -60,7 +60,7 @@ def chosen_units(units: Sequence[UnitRow], parameters: ReportParameters) -> Chos
     ranked = sorted(units, key=lambda u: (-_area(u), u.id))
     bad = [u for status, count in most.items() for u in [r for r in ranked if r.status is status][:count]]
     known = {u.id for u in bad}
-    looks = [s.unit for s in worth_a_look(units)] + listed_units(units, parameters.listed)
+    looks = [s.unit for s in review_list(units)] + listed_units(units, parameters.listed)
     listed = {u.id: u for u in looks if u.id not in known and u.status is Status.DONE}
     chosen = (*bad, *list(listed.values())[: parameters.pages.listed])
     left_out = sum(u.status in most for u in units) - len(known)
@@ -76,7 +76,7 @@ def write_pages(
     store: Store, survey: Survey, chosen: Chosen, records: Mapping[str, Record], crops: Crops, data: ReportData,
     looks: Mapping[str, str],
 ) -> None:  # fmt: skip
-    """Write the pages, and remove those of before that are no more; `looks`: why some units are worth a look."""
+    """Write the pages, and remove those of before that are no more; `looks`: why some units are in the review list."""
     written = set()
     for unit in chosen.units:
         record = records.get(unit.id)

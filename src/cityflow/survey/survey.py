@@ -72,8 +72,8 @@ class Survey:
     @property
     def looks_for_borders(self) -> bool:
         """Whether borders of units are looked for, and not only taken from what a person drew."""
-        wish = self.parameters.split.when
-        return wish == "always" or (wish == "found" and not self.outlines_given)
+        when = self.parameters.split.when
+        return when == "always" or (when == "found" and not self.outlines_given)
 
     @property
     def sees_walls(self) -> bool:

@@ -1,4 +1,4 @@
-"""Surfaces and true orthos of five look directions over a made town, drawn from the truth with the errors of a good matcher.
+"""Surfaces and true orthos of five look directions over a synthetic town, drawn from the truth with the errors of a good matcher.
 
 To match a town from pictures takes an hour; what splitting and outlines are to be tried on need not. Heights and colours come from parallel rays;
 what dense matching makes of them was measured on a matched town (`HeightNoise`). Every cell's errors belong to the cell, so that another area of

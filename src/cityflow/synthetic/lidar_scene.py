@@ -1,4 +1,4 @@
-"""A LiDAR survey of a small made town, with the truth beside it: terrain, roofs, outlines, vegetation, classes."""
+"""A LiDAR survey of a small synthetic town, with the truth beside it: terrain, roofs, outlines, vegetation, classes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SEVERAL_RETURNS_GAP_M = 1.0
 
 
 class LidarSceneParameters(Parameters):
-    """What the made town looks like, and how it was flown."""
+    """What the synthetic town looks like, and how it was flown."""
 
     origin_x: float = Field(85000.0, description="west edge, world metres")
     origin_y: float = Field(447000.0, description="south edge, world metres")

@@ -1,4 +1,4 @@
-"""The made town as triangles: what rays are cast against, by cameras and by scanners."""
+"""The synthetic town as triangles: what rays are cast against, by cameras and by scanners."""
 
 from __future__ import annotations
 

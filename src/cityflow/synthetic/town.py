@@ -1,4 +1,4 @@
-"""A made town with everything known: terraces, houses, large buildings, windows, trees, cars, streets, terrain."""
+"""A synthetic town with everything known: terraces, houses, large buildings, windows, trees, cars, streets, terrain."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from cityflow.synthetic.town_units import Gap, Unit, build_units
 
 
 class TownParameters(Parameters):
-    """What the made town looks like."""
+    """What the synthetic town looks like."""
 
     origin_x: float = Field(85000.0, description="west edge, world metres")
     origin_y: float = Field(447000.0, description="south edge, world metres")

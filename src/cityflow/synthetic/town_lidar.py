@@ -1,4 +1,4 @@
-"""A laser scanner flown over the made town: strips, pulses with a footprint, several returns, and the truth of each."""
+"""A laser scanner flown over the synthetic town: strips, pulses with a footprint, several returns, and the truth of each."""
 
 from __future__ import annotations
 

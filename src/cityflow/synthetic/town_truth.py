@@ -1,4 +1,4 @@
-"""Truth of a made town: rasters by rays cast straight down, and everything with an outline as plain records."""
+"""Truth of a synthetic town: rasters by rays cast straight down, and everything with an outline as plain records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units of the made town on its terrain: outlines that tie to their neighbours, heights, roof planes."""
+"""Units of the synthetic town on its terrain: outlines that tie to their neighbours, heights, roof planes."""
 
 from __future__ import annotations
 

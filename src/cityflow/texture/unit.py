@@ -56,7 +56,7 @@ class TextureParameters(Parameters):
     halo_m: float = Field(
         60.0, ge=0, le=300, description="the surface this far around a unit may stand between it and a camera, m"
     )
-    ranking: Literal["worst_gsd", "gross"] = Field(
+    ranking: Literal["worst_gsd", "share_angle_gsd"] = Field(
         "worst_gsd", description="which images of a face come first: Frommholz's measure, or Gross's"
     )
     rank: RankingParameters = RankingParameters()

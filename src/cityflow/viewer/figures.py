@@ -17,10 +17,10 @@ from cityflow.core.building import Status
 from cityflow.core.json_values import finite
 from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.viewer.image_rows import ImageFigures
+from cityflow.viewer.review_list import review_list
 from cityflow.viewer.roof_figures import roof_figures
 from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.window_figures import window_figures
-from cityflow.viewer.worth_a_look import worth_a_look
 
 EXPORT = "export"
 """The stage that comes last."""
@@ -45,9 +45,9 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "images": image_summary(data.images) if data.images else None,
         "checkpoints": [asdict(c) for c in data.checkpoints],
         "pictures": [p.title for p in data.pictures],
-        "worth_a_look": [
+        "review_list": [
             {"id": s.unit.id, "verdict": s.unit.verdict or Verdict.POOR.value, "reason": s.reason}
-            for s in worth_a_look(units)
+            for s in review_list(units)
         ],
         "roofs": roof_figures(units),
         "textures": asdict(data.textures) if data.textures else None,

@@ -85,7 +85,7 @@ def _how_good(figures: Mapping[str, Any]) -> str:
 
 
 def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
-    summary, looks = figures["summary"], len(figures["worth_a_look"])
+    summary, looks = figures["summary"], len(figures["review_list"])
     words = (("failed", "failed"), ("refused", "refused"), ("degraded", "simpler than asked"))
     judged = [
         f"{n:,} {word}" for key, word in (("poor", "poor"), ("look", "to look at")) if (n := summary["verdicts"][key])
@@ -119,7 +119,7 @@ def _to_do(figures: Mapping[str, Any], run: str) -> str:
         return "Read why tasks failed, mend or set what the reasons name, and run them again with the commands below."
     if refused:
         return "Mend the refused outlines in their source and run the workflow again; the rest can be used."
-    if figures["worth_a_look"]:
+    if figures["review_list"]:
         return "Look at the buildings that are not good, the worst first; the others can be used as they are."
     if summary["verdicts"]["unjudged"]:
         return "Run the workflow again: these buildings are of a version that gave no verdicts."

@@ -17,7 +17,7 @@ class UnitPageParameters(Parameters):
         24,
         ge=0,
         le=100000,
-        description="pages of buildings worth a look, the worst first, then of the furthest from their points and the slowest",
+        description="pages of buildings in the review list, the worst first, then of the furthest from their points and the slowest",
     )
 
 
@@ -29,7 +29,7 @@ class ReportParameters(Parameters):
         40,
         ge=0,
         le=100000,
-        description="buildings listed as worth a look, the worst first; the table of all has the rest",
+        description="buildings in the review list, the worst first; the table of all has the rest",
     )
     listed: int = Field(10, ge=0, le=1000, description="buildings in the lists of the worst and of the slowest")
     models: int = Field(

@@ -60,7 +60,7 @@ class UnitPage:
     crops : what stands there: heights, ortho, photographs
     plan, planes : roof planes in plan, numbered, and their figures; of the kept model, else of the best one
     attempt, seconds, peak_mb, version : of the newest attempt
-    look : why it is worth a look though it did not fail; may be empty
+    look : why it is in the review list though it did not fail; may be empty
     run : where the run lies, as commands name it
     parameters : what differs from the survey's for this building alone
     """

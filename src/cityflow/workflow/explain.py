@@ -31,7 +31,7 @@ from cityflow.stages import export, reconstruct, windows
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.printed import print_json
 from cityflow.workflow.status import verdict_of
-from cityflow.workflow.unit_words import plain, said_of_building, said_of_task, words
+from cityflow.workflow.unit_words import lines_of_building, lines_of_task, plain, words
 
 
 def print_explanation(
@@ -130,13 +130,13 @@ def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterato
     yield f"{record.stage}-{record.unit}: {record.status}{f': {record.reason}' if record.reason else ''}"
     if record.stage == reconstruct.NAME:
         yield from (f"  {line}" for line in _verdict(record))
-        yield from (f"  {line}" for line in said_of_building({**record.result, **exported}))
+        yield from (f"  {line}" for line in lines_of_building({**record.result, **exported}))
         yield from (f"  {line}" for line in _scores(record))
         notes = record.result.get("notes")
         if isinstance(notes, Mapping) and notes:
             yield f"  Notes of the method: {plain(notes)}"
     else:
-        yield from (f"  {line}" for line in said_of_task(record.result))
+        yield from (f"  {line}" for line in lines_of_task(record.result))
     yield from (f"  {line}" for line in _walls(store, record))
 
 

@@ -1,4 +1,4 @@
-"""Products of earlier wishes: formats no longer asked for, tiles cut otherwise. They go when a run has ended."""
+"""Products of earlier requests: formats no longer asked for, tiles cut otherwise. They go when a run has ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cityflow synth``: a made survey with its truth beside it, ready to be run."""
+"""``cityflow synth``: a synthetic survey with its truth beside it, ready to be run."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ FORMAT = 2
 def synth_parameters(
     seed: int, size: str, flight: str, lidar: float, settings: Sequence[str], raw: bool = False
 ) -> SynthParameters:
-    """The parameters of a made survey from the options of the command.
+    """The parameters of a synthetic survey from the options of the command.
 
     Raises
     ------
@@ -173,7 +173,9 @@ def _refuse_other_folder(out: Path) -> None:
     if out.exists() and not out.is_dir():
         raise RunError("this is no folder", where=str(out), remedy="name another one")
     if out.is_dir() and any(out.iterdir()) and not (out / "records").is_dir():
-        raise RunError("the folder is not empty and holds no made survey", where=str(out), remedy="name another one")
+        raise RunError(
+            "the folder is not empty and holds no synthetic survey", where=str(out), remedy="name another one"
+        )
     if (out / "run.json").exists():
         raise RunError("the folder holds a run", where=str(out), remedy="name another one")
 
@@ -191,7 +193,7 @@ def _refuse_failures(out: Path, tasks: Sequence[Task], ledger: Ledger) -> None:
 
 
 def _remove_former(store: Store, ledger: Ledger, tasks: Sequence[Task]) -> None:
-    """What an earlier survey with other wishes left in the folder goes; nothing else does."""
+    """What an earlier survey with other parameters left in the folder goes; nothing else does."""
     records = [ledger.latest(t.stage, t.unit) for t in tasks]
     wanted = {path for r in records if r is not None for path in r.outputs}
     made = {

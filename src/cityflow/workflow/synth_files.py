@@ -1,4 +1,4 @@
-"""What the driver writes of a made survey: poses, outlines, truth layers, mosaics of the truth rasters, and the catalog."""
+"""What the driver writes of a synthetic survey: poses, outlines, truth layers, mosaics of the truth rasters, and the catalog."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ TOLD_ELSEWHERE = frozenset(
 )
 
 
-def said_of_building(attributes: Mapping[str, Any]) -> Iterator[str]:
+def lines_of_building(attributes: Mapping[str, Any]) -> Iterator[str]:
     """Lines of what is known of a building, in groups; what has no words of its own comes last, as its source says it."""
     known = TOLD_ELSEWHERE | {key for _, rows in GROUPS for key, _, _ in rows}
     for title, rows in GROUPS:
@@ -97,7 +97,7 @@ def said_of_building(attributes: Mapping[str, Any]) -> Iterator[str]:
     yield from _group("Of the outline, as its source says", own)
 
 
-def said_of_task(result: Mapping[str, Any]) -> Iterator[str]:
+def lines_of_task(result: Mapping[str, Any]) -> Iterator[str]:
     """Lines of what a task of a tile, a file or a façade found: its figures by name, in words."""
     for key, value in sorted(result.items()):
         if key not in TOLD_ELSEWHERE and key != "digest" and _is_known(value) and value not in ({}, []):

@@ -34,18 +34,18 @@ def test_worst_distance_first_equals_by_number_without_the_blind_and_the_grazing
     assert METHODS["worst_gsd"](FACE, SEEN, RankingParameters(most_incidence_deg=88)) == [3, 1, 2, 0]
 
 
-def test_gross_weighs_share_angle_and_resolution() -> None:
+def test_share_angle_gsd_weighs_share_angle_and_resolution() -> None:
     p = RankingParameters(last_resort_deg=80)
-    assert METHODS["gross"](FACE, SEEN, p) == [0, 2, 1]
+    assert METHODS["share_angle_gsd"](FACE, SEEN, p) == [0, 2, 1]
     only = {"last_resort_deg": 80, "visible_weight": 0.0, "angle_weight": 0.0, "resolution_weight": 0.0}
-    assert METHODS["gross"](FACE, SEEN, RankingParameters(**{**only, "resolution_weight": 1.0})) == [1, 2, 0]
-    assert METHODS["gross"](FACE, SEEN, RankingParameters(**{**only, "visible_weight": 1.0})) == [0, 2, 1]
-    assert METHODS["gross"](FACE, SEEN, RankingParameters(**{**only, "angle_weight": 1.0})) == [0, 1, 2]
+    assert METHODS["share_angle_gsd"](FACE, SEEN, RankingParameters(**{**only, "resolution_weight": 1.0})) == [1, 2, 0]
+    assert METHODS["share_angle_gsd"](FACE, SEEN, RankingParameters(**{**only, "visible_weight": 1.0})) == [0, 2, 1]
+    assert METHODS["share_angle_gsd"](FACE, SEEN, RankingParameters(**{**only, "angle_weight": 1.0})) == [0, 1, 2]
 
 
 def test_images_that_graze_a_face_come_last_whatever_else_speaks_for_them() -> None:
     assert METHODS["worst_gsd"](FACE, SEEN, RankingParameters()) == [1, 2, 0, 3]
-    assert METHODS["gross"](FACE, SEEN, RankingParameters()) == [0, 2, 1, 3]
+    assert METHODS["share_angle_gsd"](FACE, SEEN, RankingParameters()) == [0, 2, 1, 3]
     assert 3 not in METHODS["worst_gsd"](FACE, SEEN, RankingParameters(last_resort_deg=84))
 
 

@@ -86,7 +86,7 @@ def looks_of(texture: BuildingTexture, shell: Shell) -> Looks:
     return {number: known[shell, number] for number in numbers}
 
 
-def said_of_look(look: Look) -> dict[str, Scalar]:
+def attributes_of_look(look: Look) -> dict[str, Scalar]:
     """Attributes of a face: how well its texture is founded, or why it has none; nothing where nobody wants one."""
     if isinstance(look, FaceTexture):
         return figure_attributes(look.figures)

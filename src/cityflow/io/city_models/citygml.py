@@ -31,7 +31,7 @@ from cityflow.io.city_models.citygml_appearance import (
 from cityflow.io.city_models.citygml_openings import WallsWithOpenings
 from cityflow.io.city_models.citygml_pieces import generic_xml, members_xml, polygon_xml, positions, text_xml
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
-from cityflow.io.city_models.openings import NO_OPENINGS, Openings, said_of_faces
+from cityflow.io.city_models.openings import NO_OPENINGS, Openings, attributes_of_faces
 from cityflow.io.city_models.roof_planes import plane_attributes
 from cityflow.io.city_models.roof_type import ROOF_TYPE_CODES, roof_type_code
 
@@ -152,14 +152,14 @@ def _boundary_surfaces(
 ) -> Iterator[str]:
     """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the other one."""
     polygons = list(_polygons(building.id, mark, shell, looks))
-    said = said_of_faces(looks, walls.said(mark))
+    said = attributes_of_faces(looks, walls.said(mark))
     stem = f"{ncname('s', building.id)}-{'' if mark == SOLID_MARK else mark}"
     for number, faces in enumerate(_surfaces(shell.faces, said)):
         first = shell.faces[faces[0]]
         kind = f"bldg:{first.semantic.value}"
         members = members_xml([polygons[i] for i in faces])
         more = walls.xml(mark, faces, shell)
-        attributes = generic_xml(_said_of(first, building) | said.get(faces[0], {}))
+        attributes = generic_xml(_attributes_of(first, building) | said.get(faces[0], {}))
         yield (
             f'<bldg:boundedBy><{kind} gml:id="{stem}{number}">\n'
             f"{attributes}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
@@ -176,7 +176,7 @@ def _surfaces(faces: Sequence[Face], apart: Container[int]) -> list[list[int]]:
     return list(groups.values())
 
 
-def _said_of(face: Face, building: Building) -> dict[str, Scalar]:
+def _attributes_of(face: Face, building: Building) -> dict[str, Scalar]:
     said: dict[str, Scalar] = {}
     if 0 <= face.plane < len(building.planes):
         said |= {"plane": face.plane} | plane_attributes(building.planes[face.plane])

@@ -15,10 +15,10 @@ from cityflow.io.city_models.citygml_pieces import generic_xml, polygon_xml, pos
 from cityflow.io.city_models.opening_looks import opened_looks
 from cityflow.io.city_models.openings import (
     SEMANTICS,
+    attributes_of_opening,
+    attributes_of_walls,
     holes,
     openings_of,
-    said_of_opening,
-    said_of_walls,
     source_storeys,
 )
 
@@ -36,8 +36,8 @@ class WallsWithOpenings:
         self._storeys = source_storeys(building) or counted
         shells = {SOLID_MARK: building.solids.get(Lod.LOD22), BEYOND_MARK: building.beyond}
         self._said: Mapping[str, Mapping[int, Mapping[str, Scalar]]] = {
-            SOLID_MARK: said_of_walls(found, "solid", shells[SOLID_MARK]),
-            BEYOND_MARK: said_of_walls(found, "beyond", shells[BEYOND_MARK]),
+            SOLID_MARK: attributes_of_walls(found, "solid", shells[SOLID_MARK]),
+            BEYOND_MARK: attributes_of_walls(found, "beyond", shells[BEYOND_MARK]),
         }
         self._openings: Mapping[str, Mapping[int, tuple[Opening, ...]]] = {
             SOLID_MARK: openings_of(found, "solid", shells[SOLID_MARK]),
@@ -75,7 +75,7 @@ class WallsWithOpenings:
             name, kind = self._opening(mark, number, n), f"bldg:{SEMANTICS[opening.kind]}"
             polygon = self._polygon(f"{name}-p", [opening.ring])
             yield (
-                f'<bldg:opening><{kind} gml:id="{name}">{generic_xml(said_of_opening(opening))}<bldg:lod3MultiSurface><gml:MultiSurface>'
+                f'<bldg:opening><{kind} gml:id="{name}">{generic_xml(attributes_of_opening(opening))}<bldg:lod3MultiSurface><gml:MultiSurface>'
                 f"<gml:surfaceMember>{polygon}</gml:surfaceMember></gml:MultiSurface></bldg:lod3MultiSurface></{kind}></bldg:opening>"
             )
 

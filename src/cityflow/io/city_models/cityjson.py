@@ -22,7 +22,13 @@ from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON
 from cityflow.io.city_models.appearance import BARE, Appearance, Looks
 from cityflow.io.city_models.cityjson_appearance import FeatureAppearance
 from cityflow.io.city_models.cityjson_openings import geometry_with_openings
-from cityflow.io.city_models.openings import NO_OPENINGS, Openings, SaidOfFaces, said_of_faces, said_of_walls
+from cityflow.io.city_models.openings import (
+    NO_OPENINGS,
+    AttributesOfFaces,
+    Openings,
+    attributes_of_faces,
+    attributes_of_walls,
+)
 from cityflow.io.city_models.roof_planes import number_or_none, plane_attributes, plane_json, plane_of
 
 Json = Any
@@ -180,7 +186,7 @@ def _solid(
     building: Building, lod: Lod, vertices: _Vertices, look: FeatureAppearance, found: UnitOpenings | None
 ) -> Json:
     looks = look.of("solid") if lod is Lod.LOD22 else {}
-    walls = said_of_walls(found, "solid", building.solids[lod]) if lod is Lod.LOD22 else {}
+    walls = attributes_of_walls(found, "solid", building.solids[lod]) if lod is Lod.LOD22 else {}
     surfaces = _surfaces_of(building.solids[lod], building, lod, vertices, looks, walls)
     semantics = {**surfaces["semantics"], "values": [surfaces["semantics"]["values"]]}
     members = look.members([f.rings for f in building.solids[lod].faces], looks, in_shell=True)
@@ -191,17 +197,17 @@ def _beyond(
     building: Building, shell: Polyhedron, vertices: _Vertices, look: FeatureAppearance, found: UnitOpenings | None
 ) -> Json:
     looks = look.of("beyond")
-    surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks, said_of_walls(found, "beyond", shell))
+    surfaces = _surfaces_of(shell, building, Lod.LOD22, vertices, looks, attributes_of_walls(found, "beyond", shell))
     return {**surfaces, **look.members([f.rings for f in shell.faces], looks)}
 
 
 def _surfaces_of(
-    solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices, looks: Looks, walls: SaidOfFaces
+    solid: Polyhedron, building: Building, lod: Lod, vertices: _Vertices, looks: Looks, walls: AttributesOfFaces
 ) -> dict[str, Json]:
     """The faces as a MultiSurface with their semantics; a face of which textures or windows say something has one of its own."""
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
-    said = said_of_faces(looks, walls)
+    said = attributes_of_faces(looks, walls)
     kinds: dict[tuple[Semantic, int, str | None, int], int] = {}
     values = [
         kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in said else -1), len(kinds))

@@ -12,7 +12,14 @@ from cityflow.core.texture import Shell, TexturePage
 from cityflow.io.city_models.appearance import Look, Looks
 from cityflow.io.city_models.cityjson_appearance import FeatureAppearance
 from cityflow.io.city_models.opening_looks import OpenedLook, opened_looks
-from cityflow.io.city_models.openings import SEMANTICS, SaidOfFaces, holes, openings_of, said_of_opening, said_of_walls
+from cityflow.io.city_models.openings import (
+    SEMANTICS,
+    AttributesOfFaces,
+    attributes_of_opening,
+    attributes_of_walls,
+    holes,
+    openings_of,
+)
 
 LOD = "3"
 Add = Callable[[FloatArray], list[int]]
@@ -30,7 +37,7 @@ def geometry_with_openings(
     made = _Surfaces(add, look.pages)
     for name, shell in shells.items():
         if shell is not None:
-            made.shell(shell, opened[name], said_of_walls(found, name, shell), look.of(name))
+            made.shell(shell, opened[name], attributes_of_walls(found, name, shell), look.of(name))
     return {
         "type": "MultiSurface", "lod": LOD, "boundaries": made.boundaries,
         "semantics": {"surfaces": made.surfaces, "values": list(range(len(made.surfaces)))},
@@ -48,7 +55,7 @@ class _Surfaces:
         self.looks: dict[int, Look] = {}
 
     def shell(
-        self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]], said: SaidOfFaces, looks: Looks
+        self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]], said: AttributesOfFaces, looks: Looks
     ) -> None:
         used = sorted({i for face in shell.faces for ring in face.rings for i in ring})
         index = dict(zip(used, self._add(shell.vertices[used]), strict=True))
@@ -71,5 +78,5 @@ class _Surfaces:
         wall = len(self.surfaces) - 1
         for opening in openings:
             self.surfaces[wall].setdefault("children", []).append(len(self.surfaces))
-            self.surfaces.append({"type": SEMANTICS[opening.kind], "parent": wall, **said_of_opening(opening)})
+            self.surfaces.append({"type": SEMANTICS[opening.kind], "parent": wall, **attributes_of_opening(opening)})
             self.boundaries.append([self._add(opening.ring)])

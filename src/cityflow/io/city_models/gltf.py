@@ -17,7 +17,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Building, Lod, Semantic
 from cityflow.io.attributes import described
-from cityflow.io.city_models.appearance import BARE, Appearance, said_of_look
+from cityflow.io.city_models.appearance import BARE, Appearance, attributes_of_look
 from cityflow.io.city_models.gltf_buffer import GltfBuffer
 from cityflow.io.city_models.gltf_materials import Materials, linear, vertex_colours
 from cityflow.io.city_models.gltf_metadata import EXTENSION as METADATA
@@ -181,7 +181,7 @@ def _tables(buildings: Sequence[Building], surfaces: Surfaces) -> tuple[Table, T
     """Row i of the first is building i, row i of the second face i."""
     ids = Column("id", [building.id for building in buildings])
     types = np.array([SEMANTICS.index(row.face.semantic.value) for row in surfaces.rows], np.uint8)
-    said = columns_of([{} if row.look is None else said_of_look(row.look) for row in surfaces.rows])
+    said = columns_of([{} if row.look is None else attributes_of_look(row.look) for row in surfaces.rows])
     of_faces: tuple[Column | Classes, ...] = (
         Classes("type", types, SEMANTICS),
         Column("building", surfaces.building.tolist(), "row of the table of buildings"),

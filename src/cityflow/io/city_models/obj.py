@@ -25,9 +25,9 @@ from cityflow.io.city_models.appearance import (
     TEXTURE_DECIMALS,
     Appearance,
     Looks,
+    attributes_of_look,
     coordinates_of,
     looks_of,
-    said_of_look,
 )
 from cityflow.io.city_models.citygml import Tin
 from cityflow.io.city_models.cityjson import Transform
@@ -133,7 +133,9 @@ class _Scene:
             corner = coordinates.get(i)
             for polygon in polygons:
                 self.lines.append("f " + " ".join(_corner(first, v, corner) for v in polygon))
-            rows.append([i, len(polygons), face.semantic.value, material, {} if look is None else said_of_look(look)])
+            rows.append(
+                [i, len(polygons), face.semantic.value, material, {} if look is None else attributes_of_look(look)]
+            )
         return rows
 
     def _add_textures(self, faces: Sequence[Face], looks: Looks) -> dict[int, dict[int, int]]:
@@ -211,7 +213,7 @@ def _sidecar(buildings: Sequence[Building], reference: Reference, scene: _Scene,
     if scene.appearance.textures is None:
         return json.dumps(said | {"objects": objects}, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     said |= {"textures": [scene.appearance.image(p) for p in scene.appearance.pages()], "face_columns": _FACE_COLUMNS}
-    named = {name: said_of | {"faces": scene.faces.get(name, [])} for name, said_of in objects.items()}
+    named = {name: attributes_of | {"faces": scene.faces.get(name, [])} for name, attributes_of in objects.items()}
     return _line_by_line(said, named)
 
 

@@ -10,12 +10,12 @@ from cityflow.core.building import Building, Face, Polyhedron, Scalar, Semantic
 from cityflow.core.openings import TOO_LITTLE, FaceOpenings, Opening, UnitOpenings
 from cityflow.core.texture import Shell
 from cityflow.io.attributes import xml_text
-from cityflow.io.city_models.appearance import Looks, said_of_look
+from cityflow.io.city_models.appearance import Looks, attributes_of_look
 
 Openings = Mapping[str, UnitOpenings]
 """Building id → what its walls show."""
 
-SaidOfFaces = Mapping[int, Mapping[str, Scalar]]
+AttributesOfFaces = Mapping[int, Mapping[str, Scalar]]
 """Attributes of the faces of a shell by their number."""
 
 NO_OPENINGS: Openings = MappingProxyType({})
@@ -37,23 +37,23 @@ def openings_of(
     return {k: faces[k] for k in sorted(faces) if k < len(polyhedron.faces) and _may_have(polyhedron.faces[k])}
 
 
-def said_of_faces(looks: Looks, walls: SaidOfFaces) -> dict[int, dict[str, Scalar]]:
+def attributes_of_faces(looks: Looks, walls: AttributesOfFaces) -> dict[int, dict[str, Scalar]]:
     """What textures and windows say of the faces of a shell, by their numbers; faces of which nobody says anything are left out."""
-    said = {k: {**said_of_look(looks[k])} if k in looks else {} for k in sorted({*looks, *walls})}
+    said = {k: {**attributes_of_look(looks[k])} if k in looks else {} for k in sorted({*looks, *walls})}
     return {k: row for k, own in said.items() if (row := {**own, **walls.get(k, {})})}
 
 
-def said_of_walls(
+def attributes_of_walls(
     found: UnitOpenings | None, shell: Shell, polyhedron: Polyhedron | None
 ) -> dict[int, dict[str, Scalar]]:
     """Attributes of the walls of one shell that somebody has looked at, or could not look at, by the number of the face."""
     if found is None or polyhedron is None:
         return {}
     walls = {f.key[1]: f for f in found.faces if f.key[0] == shell and f.key[1] < len(polyhedron.faces)}
-    return {k: _said_of_wall(walls[k]) for k in sorted(walls) if _may_have(polyhedron.faces[k])}
+    return {k: _attributes_of_wall(walls[k]) for k in sorted(walls) if _may_have(polyhedron.faces[k])}
 
 
-def _said_of_wall(wall: FaceOpenings) -> dict[str, Scalar]:
+def _attributes_of_wall(wall: FaceOpenings) -> dict[str, Scalar]:
     """How many windows, their share of what is seen of the wall, how sure they are; or why nobody knows."""
     sure = [float(o.confidence) for o in wall.openings if o.kind == "window"]
     said: dict[str, Scalar] = {}
@@ -88,7 +88,7 @@ def holes(openings: tuple[Opening, ...]) -> list[FloatArray]:
     return [o.ring[::-1] for o in openings]
 
 
-def said_of_opening(opening: Opening) -> dict[str, Scalar]:
+def attributes_of_opening(opening: Opening) -> dict[str, Scalar]:
     """Attributes of a window or a door."""
     said: dict[str, Scalar] = {"confidence": round(float(opening.confidence), 3)}
     return said | {"completed": True} if opening.completed else said

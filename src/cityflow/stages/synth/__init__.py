@@ -1,4 +1,4 @@
-"""Stages of ``cityflow synth``: pictures, calibration frames, LiDAR tiles and truth tiles of a made town, a task each.
+"""Stages of ``cityflow synth``: pictures, calibration frames, LiDAR tiles and truth tiles of a synthetic town, a task each.
 
 A task makes the part of the town that it needs from the seed; nothing travels between tasks, so a town of any size is made by any number of
 workers, and each file depends on the parameters alone.
@@ -55,7 +55,7 @@ LAYERS: dict[str, tuple[str, float | None]] = {
 
 
 class SynthSource:
-    """The tasks of one made survey; none waits for another."""
+    """The tasks of one synthetic survey; none waits for another."""
 
     def __init__(self, parameters: SynthParameters) -> None:
         self.parameters = parameters

@@ -1,4 +1,4 @@
-"""What a made survey is: its parameters, how much town it needs, and which images are flown over it."""
+"""What a synthetic survey is: its parameters, how much town it needs, and which images are flown over it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RawOutput(RawParameters):
 
 
 class SynthParameters(Parameters):
-    """A made survey."""
+    """A synthetic survey."""
 
     seed: int = Field(1, ge=0, description="everything follows from it")
     crs: str = Field("EPSG:7415", description="EPSG:n with heights, or local")

@@ -17,13 +17,19 @@ class RankingParameters(Parameters):
         86.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal are not used at all"
     )  # fmt: skip
     visible_weight: float = Field(
-        1.0, ge=0, le=100, description="weight of the share that is seen of all that any image sees (method gross)"
+        1.0,
+        ge=0,
+        le=100,
+        description="weight of the share that is seen of all that any image sees (method share_angle_gsd)",
     )
     angle_weight: float = Field(
-        1.0, ge=0, le=100, description="weight of the cosine of the angle of incidence (method gross)"
+        1.0, ge=0, le=100, description="weight of the cosine of the angle of incidence (method share_angle_gsd)"
     )
     resolution_weight: float = Field(
-        1.0, ge=0, le=100, description="weight of the finest sampling distance over that of the image (method gross)"
+        1.0,
+        ge=0,
+        le=100,
+        description="weight of the finest sampling distance over that of the image (method share_angle_gsd)",
     )
 
     @property

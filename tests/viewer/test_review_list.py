@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 from cityflow.core.building import Status
+from cityflow.viewer.review_list import review_list
 from cityflow.viewer.rows import UnitRow
-from cityflow.viewer.worth_a_look import worth_a_look
 
 
 def unit(name: str, verdict: str, probability: float, rmse: float = 0.1, **more: object) -> UnitRow:
@@ -10,7 +10,7 @@ def unit(name: str, verdict: str, probability: float, rmse: float = 0.1, **more:
 
 
 def test_the_list_begins_with_the_worst_and_says_why() -> None:
-    listed = worth_a_look([
+    listed = review_list([
         unit("doubtful", "look", 0.6, verdict_reason="no point is near 8 % of the roof"), unit("fine", "good", 0.99),
         unit("wrong", "poor", 0.02, 4.0), unit("wronger", "poor", 0.02, 5.0, reason="a block"),
     ])  # fmt: skip
@@ -21,9 +21,9 @@ def test_the_list_begins_with_the_worst_and_says_why() -> None:
 def test_failed_buildings_come_first_and_refused_outlines_are_none() -> None:
     failed = UnitRow("failed", "0_0", Status.FAILED, "no roof points")
     refused = UnitRow("refused", "0_0", Status.REFUSED, "a line")
-    listed = worth_a_look([unit("wrong", "poor", 0.02), refused, failed])
+    listed = review_list([unit("wrong", "poor", 0.02), refused, failed])
     assert [(s.unit.id, s.reason) for s in listed] == [("failed", "no roof points"), ("wrong", "no reason given")]
 
 
 def test_what_nobody_judged_is_not_called_bad() -> None:
-    assert worth_a_look([UnitRow("a", "0_0", Status.DONE)]) == []
+    assert review_list([UnitRow("a", "0_0", Status.DONE)]) == []

@@ -30,7 +30,7 @@ def plan(cityflow: Commands, city: SmallCity, run: Path, *more: str) -> str:
     return done.out
 
 
-def wish(cityflow: Commands, city: SmallCity, run: Path, *sets: str) -> tuple[str, set[str]]:
+def ask(cityflow: Commands, city: SmallCity, run: Path, *sets: str) -> tuple[str, set[str]]:
     """Run with these settings: what was said of it beforehand, and the stages that it ran."""
     told = plan(cityflow, city, run, *sets)
     return told, {stage for stage, _ in redone(run, lambda: cityflow.run(city, run, *sets))}
@@ -39,17 +39,17 @@ def wish(cityflow: Commands, city: SmallCity, run: Path, *sets: str) -> tuple[st
 def test_a_wish_does_again_what_hangs_on_it_and_leaves_nothing_stale(
     cityflow: Commands, small_city: SmallCity, copied_run: Path, tmp_path: Path
 ) -> None:
-    """One wish upon the other; at the end the run is as one that was never anything else."""
+    """One request upon the other; at the end the run is as one that was never anything else."""
     sets = ["--set", "surface.cell_m=1"]
-    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    told, stages = ask(cityflow, small_city, copied_run, *sets)
     assert "4 × parameters changed: cell_m 0.5 → 1" in told
     assert stages == {"surface", "reconstruct", "export"}
     sets += ["--set", "reconstruct.methods=[extruded]"]
-    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    told, stages = ask(cityflow, small_city, copied_run, *sets)
     assert "15 × parameters changed: methods" in told
     assert stages == {"reconstruct", "export"}
     sets += ["--set", "export.formats=[obj]"]
-    told, stages = wish(cityflow, small_city, copied_run, *sets)
+    told, stages = ask(cityflow, small_city, copied_run, *sets)
     assert "parameters changed: formats" in told
     assert stages == {"export"}
     cityflow.run(small_city, tmp_path / "fresh", *sets)

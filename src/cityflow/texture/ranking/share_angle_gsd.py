@@ -10,7 +10,7 @@ from cityflow.core.texture import FacePlane, SeenFace
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
 from cityflow.texture.ranking.usable import grazing, usable
 
-METHOD = "gross"
+METHOD = "share_angle_gsd"
 
 
 def rank(face: FacePlane, seen: Sequence[SeenFace], parameters: RankingParameters) -> list[int]:  # noqa: ARG001 (all rankings have one signature)

@@ -19,7 +19,7 @@ FULL_25 = 25.0**7
 
 
 @dataclass(frozen=True, slots=True)
-class Likeness:
+class Similarity:
     """Of two pictures on some pixels.
 
     Attributes
@@ -37,7 +37,7 @@ class Likeness:
     gain: tuple[float, float, float]
 
 
-def likeness(picture: Float32Array, reference: Float32Array, of: BoolArray) -> Likeness:
+def image_similarity(picture: Float32Array, reference: Float32Array, of: BoolArray) -> Similarity:
     """Compare after a gain per band; what is not asked for is taken from the reference, so that it neither helps nor hurts beside the rest.
 
     Parameters
@@ -48,7 +48,7 @@ def likeness(picture: Float32Array, reference: Float32Array, of: BoolArray) -> L
     alike = np.where(of[..., None], np.clip(picture * gain, 0, 255), reference).astype(np.float32)
     similar = float(ssim_map(alike @ LUMA, reference @ LUMA)[of].mean())
     difference = delta_e_2000(lab_of(alike[of]), lab_of(reference[of]))
-    return Likeness(
+    return Similarity(
         similar, float(np.median(difference)), float(np.percentile(difference, 90)), int(of.sum()), (float(gain[0]), float(gain[1]), float(gain[2]))
     )  # fmt: skip
 

@@ -20,7 +20,7 @@ class Suspect:
     reason: str
 
 
-def worth_a_look(units: Sequence[UnitRow]) -> list[Suspect]:
+def review_list(units: Sequence[UnitRow]) -> list[Suspect]:
     """Buildings that are poor or should be looked at: those without a model, then the poor ones, then the others; each from the least probable on,
     of those alike the one furthest from its points first."""
     found = [u for u in units if u.verdict in (Verdict.LOOK, Verdict.POOR) or u.status is Status.FAILED]
