@@ -2,9 +2,7 @@
 
 A model is good where at least 95 % of its roof are within 20 cm of the truth, and poor where not even 80 % are. Both probabilities are those of logistic
 models, in which every figure can only lower them; their weights are fitted on synthetic towns whose truth is known, sound units and spoilt ones,
-once for scanners
-and once for matched surfaces:
-``benchmarks/verdicts.py`` makes the cases, fits and judges.
+once for scanners and once for matched surfaces: ``benchmarks/verdicts.py`` makes the cases, fits and judges.
 """
 
 from __future__ import annotations
