@@ -23,6 +23,7 @@ TOGETHER = {
     "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py"),
     "clusters that are killed": ("flow/test_cluster.py",),
     "a browser": ("browser",),
+    "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
 }
 """Files or folders below `tests`."""

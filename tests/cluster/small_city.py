@@ -49,10 +49,11 @@ WORKFLOW: dict[str, Any] = {
     "tiles": {"tile_m": 100, "index_cell_m": 50},
     "surface": {"cell_m": 0.5, "dtm": {"method": "classified", "classified": {"largest_window_m": 20}}},
     "outline": {"found": {"halo_m": 50}},
-    "reconstruct": {"methods": ["orientation_histogram", "extruded"]},
+    "reconstruct": {"methods": ["orientation_histogram", "extruded"], "sparse_per_m2": 0},
     "export": {"formats": ["cityjson", "citygml", "obj"]},
 }
-"""Small windows, so that a tile's halo ends within the town."""
+"""Small windows, so that a tile's halo ends within the town. Whole shapes, which sparse points want, are the longest part of a run: one test of the
+chain has them (`stages/test_chain.py`)."""
 
 S3_PORT = free_port()
 S3 = {

@@ -58,7 +58,7 @@ def run_here(
 
 @pytest.fixture(scope="module")
 def city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
-    """The small town, its outlines with hostile columns."""
+    """The small town, its outlines with hostile columns; with whole shapes, since its points are sparse."""
     made = make_city(tmp_path_factory.mktemp("town"), described=False)
     outlines = list(scene().outlines.items())
     columns: dict[str, list[Any]] = {
@@ -67,6 +67,7 @@ def city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
     }
     frame = geopandas.GeoDataFrame(columns, geometry=[g for _, g in outlines], crs="EPSG:28992")
     frame.to_file(made.outlines, layer="outlines")
+    made.change_workflow(reconstruct={"sparse_per_m2": 4.0})
     made.describe()
     return made
 
