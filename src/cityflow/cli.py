@@ -23,6 +23,7 @@ from cityflow.errors import CityflowError
 from cityflow.flow.talk import Talk
 from cityflow.flow.unwritable import unwritable
 from cityflow.io.orientation.readers import READERS, option
+from cityflow.runs.common_keys import described_common
 from cityflow.runs.first_look import (
     agreed_folder,
     look_at_catalog,
@@ -457,14 +458,18 @@ def parameters(
         str,
         typer.Argument(
             metavar="NAME",
-            help="Only keys of this section, with this in them or in their meaning, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+            help="Keys of this section, with this in them or in their meaning, or of this pattern, e.g. windows, gsd, 'match.*_px'",
             autocompletion=completion.keys,
         ),
     ] = "",
-    made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="All keys, not only those that a user may want first")
+    ] = False,
+    made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead, all of them")] = False,
 ) -> None:
-    """Every key that a workflow may set: its default, its meaning and unit, what it may be."""
-    text = described(known_keys(SYNTH if made else CITY), wanted)
+    """Keys that a workflow may set: default, meaning and unit, what it may be. Without a name: those that a user may want first."""
+    keys = known_keys(SYNTH if made else CITY)
+    text = described(keys, wanted) if wanted or everything or made else described_common(keys)
     console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 

@@ -138,7 +138,7 @@ def described(keys: Mapping[str, Key], wanted: str = "") -> str:
         parts = {".".join(key.split(".")[:n]) for key in keys for n in range(1, key.count(".") + 2)}
         parts |= {part for key in keys for part in key.split(".")}
         near = nearest(wanted, sorted(parts))
-        remedy = "`cityflow parameters` without a name lists all"
+        remedy = "`cityflow parameters --all` lists all"
         raise WorkflowError(
             f"no parameter has '{wanted}' in its name or its meaning", where="parameters", remedy=f"the nearest is '{near}'; {remedy}" if near else remedy,
         )  # fmt: skip
@@ -190,7 +190,7 @@ def refuse_unknown(tree: Mapping[str, Any], keys: Mapping[str, Key], where: str)
     for path in _paths({k: v for k, v in tree.items() if k not in AT_TOP}, keys, ()):
         beside = sorted({k.split(".")[len(path) - 1] for k in keys if k.split(".")[: len(path) - 1] == list(path[:-1])})
         beside += list(AT_TOP) if len(path) == 1 else []
-        raise WorkflowError(unknown_key(path, beside), where=where, remedy="cityflow parameters lists every key")
+        raise WorkflowError(unknown_key(path, beside), where=where, remedy="cityflow parameters --all lists every key")
 
 
 def unknown_key(path: Sequence[str], beside: Sequence[str]) -> str:

@@ -103,5 +103,5 @@ def _check(city: CityParameters, stage: str, tree: Mapping[str, Any]) -> None:
         CityParameters.model_validate(merged(city.model_dump(mode="json"), {stage: tree}))
     except ValidationError as error:
         raise WorkflowError(
-            explain_invalid(error), where="--set", remedy="cityflow parameters lists every key"
+            explain_invalid(error), where="--set", remedy="cityflow parameters --all lists every key"
         ) from None

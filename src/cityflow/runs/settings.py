@@ -61,7 +61,9 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
     try:
         return Workflow.model_validate(_with_city(tree))
     except ValidationError as error:
-        raise WorkflowError(explain_invalid(error), where=where, remedy="cityflow parameters lists every key") from None
+        raise WorkflowError(
+            explain_invalid(error), where=where, remedy="cityflow parameters --all lists every key"
+        ) from None
 
 
 def known_part(tree: Mapping[str, Any], root: type[BaseModel] = CityParameters) -> dict[str, Any]:

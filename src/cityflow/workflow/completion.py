@@ -9,6 +9,7 @@ from pathlib import Path
 import typer
 
 from cityflow.errors import CityflowError
+from cityflow.runs.common_keys import offered
 from cityflow.runs.first_look import DESCRIPTION
 from cityflow.runs.known_keys import known_keys
 
@@ -29,7 +30,7 @@ def workflows(incomplete: str) -> list[str]:
 
 def keys(incomplete: str) -> list[str]:
     """Parameters of a run."""
-    return [key for key in known_keys() if key.startswith(incomplete)]
+    return offered(known_keys(), incomplete)
 
 
 def settings(incomplete: str) -> list[str]:
@@ -37,7 +38,7 @@ def settings(incomplete: str) -> list[str]:
     key, equals, _ = incomplete.partition("=")
     known = known_keys()
     if not equals:
-        return [f"{k}=" for k in known if k.startswith(key)]
+        return [f"{k}=" for k in offered(known, key)]
     may_be = known[key].may_be.split(";")[0] if key in known else ""
     for begin in ("one of ", "any of "):
         if may_be.startswith(begin):
