@@ -19,7 +19,10 @@ class SmoothingParameters(Parameters):
         2.5, gt=0, le=50, description="standard deviation of its weights over depth difference, ground pixels"
     )
     grazing_deg: float = Field(
-        20.0, ge=0, le=60, description="points whose surface is nearer to the viewing ray than this go; 0 keeps all"
+        20.0,
+        ge=0,
+        le=60,
+        description="points whose surface is nearer to the viewing ray than this go; below 6 degrees, and with 0, support alone decides",
     )
     support: int = Field(
         5, ge=0, le=24, description="of the 24 neighbours so many must lie on the point's surface, or it goes"
