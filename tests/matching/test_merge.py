@@ -24,7 +24,9 @@ def of_pixel(depths: list[float], sigmas: list[float], parameters: MergeParamete
     depth, sigma, views = merged(rasters[0], rasters[1], parameters)
     rest = np.ones((2, 3), bool)
     rest[1, 2] = False
-    assert np.isnan(depth[rest]).all() and np.isnan(sigma[rest]).all() and not views[rest].any()
+    assert np.isnan(depth[rest]).all()
+    assert np.isnan(sigma[rest]).all()
+    assert not views[rest].any()
     return float(depth[1, 2]), float(sigma[1, 2]), int(views[1, 2])
 
 
@@ -111,7 +113,8 @@ def test_unknown_and_unsure_depths_are_left_out() -> None:
     disparity = np.full((240, 320), DISPARITY_PX, np.float32)
     disparity[80:90] = np.nan
     depth, sigma = pair_depths(disparity)
-    assert np.isnan(depth[:9]).all() and np.isnan(sigma[:9]).all()
+    assert np.isnan(depth[:9]).all()
+    assert np.isnan(sigma[:9]).all()
     assert np.isfinite(depth[11:]).all()
     depth, _ = pair_depths(disparity, most=0.1)
     assert np.isnan(depth).all()

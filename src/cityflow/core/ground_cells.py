@@ -45,9 +45,11 @@ class GroundCells:
         [True, True, False]
         """
         x_min, y_min, x_max, y_max = self.tile
-        cols, rows = np.array(self.chosen, np.int64).reshape(-1, 2).T
-        col_0, row_0 = int(cols.min(initial=0)), int(rows.min(initial=0))
-        table = np.zeros((int(rows.max(initial=0)) - row_0 + 1, int(cols.max(initial=0)) - col_0 + 1), bool)
+        if not self.chosen:
+            return np.zeros(np.shape(x), bool)
+        cols, rows = np.array(self.chosen, np.int64).T
+        col_0, row_0 = int(cols.min()), int(rows.min())
+        table = np.zeros((int(rows.max()) - row_0 + 1, int(cols.max()) - col_0 + 1), bool)
         table[rows - row_0, cols - col_0] = True
         col = np.floor(x / self.cell_m).astype(np.int64) - col_0
         row = np.floor(y / self.cell_m).astype(np.int64) - row_0
