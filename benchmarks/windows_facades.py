@@ -20,8 +20,10 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.openings import FaceOpenings
 from cityflow.evaluation.windows import IOU, MOSTLY, WindowCounts, intersection_over_union, total
-from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, ImageErrors, draw_facade
-from cityflow.synthetic.hard_facades import HARD, WINDOWLESS, draw_hard_facade
+from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, draw_facade
+from cityflow.synthetic.facade_errors import ImageErrors
+from cityflow.synthetic.hard_facades import HARD, draw_hard_facade
+from cityflow.synthetic.hard_walls import WINDOWLESS
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.candidates import looks_of
 from cityflow.windows.confidence import NAMES, features

@@ -26,7 +26,8 @@ from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePl
 from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, total
 from cityflow.handover.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
-from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, ImageErrors, draw_facade
+from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, draw_facade
+from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.find import find_unit_windows, find_windows
 from cityflow.windows.picture import picture_of

@@ -12,7 +12,8 @@ from cityflow.core.texture import FIRST_IMAGE, FaceFigures, FaceKey, FacePlane, 
 from cityflow.handover.texture_files import Rings, decode_unit, encode_unit, faces_of
 from cityflow.handover.window_files import decode_openings, encode_openings, wall_lines
 from cityflow.stages.windows import figures, openings_on, planes_of, with_window_figures
-from cityflow.synthetic.drawn_facades import DrawnFacade, ImageErrors, draw_facade
+from cityflow.synthetic.drawn_facades import DrawnFacade, draw_facade
+from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.texture.placement.place import PlacementParameters
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows

@@ -23,7 +23,7 @@ from cityflow.io.points.las import Dropped, sample
 from cityflow.io.points.las_header import LasHeader, read_header
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.reference import contradiction, suspicion, vertical_datum
-from cityflow.io.tables.vector import listing
+from cityflow.io.tables.feature_ids import listing
 
 SPARSE_PER_M2 = 2.0
 """Below this a roof plane of 10 m² has fewer than 20 points."""

@@ -22,7 +22,7 @@ from cityflow.io.fetch import local_file
 from cityflow.io.images.image_header import check_against, image_header
 from cityflow.io.points.las import read_points
 from cityflow.io.reference import suspicion
-from cityflow.io.tables.vector import listing
+from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.coverage import Coverage, coverage
 from cityflow.orientation.look_directions import LookParameters, look_directions
 from cityflow.orientation.overlap import Overlap, overlaps

@@ -10,7 +10,8 @@ from cityflow.catalog.findings import Level
 from cityflow.catalog.seen import Seen
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import Catalog, OutlineAsset
-from cityflow.io.tables.vector import listing, read_outlines
+from cityflow.io.tables.feature_ids import listing
+from cityflow.io.tables.vector import read_outlines
 from cityflow.orientation.views import View, footprint
 
 NO_AREA_M2 = 0.01

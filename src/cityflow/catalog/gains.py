@@ -16,7 +16,7 @@ from cityflow.imagery.radiometry import Balance, RadiometryParameters, block_adj
 from cityflow.io.catalog.stac import ImageAsset, united
 from cityflow.io.images.coarse_image import coarse_image
 from cityflow.io.orientation.oriented_images import LeftOut
-from cityflow.io.tables.vector import listing
+from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.views import View, footprint
 
 POINTS_PER_IMAGE = 400

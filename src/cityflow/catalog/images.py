@@ -34,7 +34,7 @@ from cityflow.io.images.image_header import ImageHeader, check_against, image_he
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel
 from cityflow.io.points.las_write import write_points
 from cityflow.io.reference import crs_of, suspicion
-from cityflow.io.tables.vector import listing
+from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.views import View, footprint

@@ -7,7 +7,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any, Protocol
 from uuid import uuid4
@@ -28,6 +28,7 @@ from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.store import Store
+from cityflow.flow.summary import Summary
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.unwritable import UnwritableError
 
@@ -47,26 +48,6 @@ class Source(Protocol):
 
     def after(self, task: Task, record: Record) -> Iterable[Task]:
         """Tasks that became ready because `task` has ended; called once for each task, whatever its status."""
-
-
-@dataclass(frozen=True, slots=True)
-class Summary:
-    """What a run did.
-
-    Attributes
-    ----------
-    ran : (stage, status) → units that ran
-    kept : (stage, status) → units that an earlier run had done
-    seconds : wall-clock time
-    interrupted : stopped by Ctrl-C
-    damaged : files that were not what tasks had written; what made them, and what reads them, has still to run
-    """
-
-    ran: Counter[tuple[str, Status]] = field(default_factory=Counter)
-    kept: Counter[tuple[str, Status]] = field(default_factory=Counter)
-    seconds: float = 0.0
-    interrupted: bool = False
-    damaged: frozenset[str] = frozenset()
 
 
 def never(task: Task, record: Record) -> bool:  # noqa: ARG001 - the signature of `redo`

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from enum import StrEnum
@@ -15,8 +14,9 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow import index
 from cityflow.flow.index import COLUMNS, DamagedIndexError
+from cityflow.flow.ledger_rows import INSERT, NEWEST, attempt_of, readable_record, row_of, unpacked
 from cityflow.flow.outputs import Outputs
-from cityflow.flow.records import FOLDER, STARTED, decode, encode, mark_path, quoted, record_path, write_mark
+from cityflow.flow.records import FOLDER, STARTED, encode, mark_path, quoted, record_path, write_mark
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 
@@ -120,7 +120,7 @@ class Ledger:
 
     def latest_in(self, stage: str, folder: str) -> Record | None:
         """The same for names as they stand in paths."""
-        return next(iter(self._records(_NEWEST, (stage, folder))), None)
+        return next(iter(self._records(NEWEST, (stage, folder))), None)
 
     def attempts(self, stage: str, unit: str) -> list[Record]:
         """All records of a unit, oldest first."""
@@ -180,7 +180,7 @@ class Ledger:
     def state(self, task: Task) -> State:
         """What has to be done about a task; see `State`."""
         key = (quoted(task.stage), quoted(task.unit))
-        row = next(iter(self._rows(f"SELECT digest, attempt {_NEWEST}", key)), None)
+        row = next(iter(self._rows(f"SELECT digest, attempt {NEWEST}", key)), None)
         query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ? AND body IS NULL"
         mark = self._rows(query, key)[0][0]
         if mark is not None and (row is None or mark > row[1]):
@@ -235,7 +235,7 @@ class Ledger:
     def _records(self, where: str, values: Sequence[Any]) -> list[Record]:
         def read() -> list[Record]:
             rows = self._database.execute(f"SELECT stage, folder, name, body_sum, body {where}", values)
-            return [_unpacked(*row) for row in rows.fetchall()]
+            return [unpacked(*row) for row in rows.fetchall()]
 
         return self._sound(read)
 
@@ -281,7 +281,7 @@ class Ledger:
         read = self.store.read_many(stamps)
         taken = 0
         while batch := list(islice(read, BATCH)):
-            found = ((_readable(data, path), stamps[path]) for path, data in batch)
+            found = ((readable_record(data, path), stamps[path]) for path, data in batch)
             taken += self._insert([(record, stamp) for record, stamp in found if record is not None])
         return taken
 
@@ -289,51 +289,11 @@ class Ledger:
         rows = [
             (stage, folder, name, attempt, stamp, *[None] * 7)
             for folder, name, stamp in marks
-            if (attempt := _attempt(name)) is not None
+            if (attempt := attempt_of(name)) is not None
         ]
-        self._database.executemany(_INSERT, [(*row, index.sum_of(row), None) for row in rows])
+        self._database.executemany(INSERT, [(*row, index.sum_of(row), None) for row in rows])
 
     def _insert(self, records: Iterable[tuple[Record, str]]) -> int:
-        rows = [_row(record, stamp) for record, stamp in records]
-        self._database.executemany(_INSERT, rows)
+        rows = [row_of(record, stamp) for record, stamp in records]
+        self._database.executemany(INSERT, rows)
         return len(rows)
-
-
-_NEWEST = "FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt DESC LIMIT 1"
-
-_INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 14)})"
-
-
-def _row(record: Record, stamp: str) -> tuple[Any, ...]:
-    stage, folder, name = quoted(record.stage), quoted(record.unit), f"{record.attempt:04d}.json"
-    body = zlib.compress(encode(record), 1)
-    indexed = (
-        record.stage,
-        record.unit,
-        record.digest,
-        str(record.status),
-        float(record.seconds),
-        float(record.peak_mb),
-    )
-    row = (stage, folder, name, record.attempt, stamp, *indexed, zlib.crc32(body))
-    return (*row, index.sum_of(row), body)
-
-
-def _unpacked(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> Record:
-    if zlib.crc32(body) != body_sum:
-        raise DamagedIndexError(f"{stage}/{folder}/{name}")
-    return decode(zlib.decompress(body))
-
-
-def _readable(data: bytes, path: str) -> Record | None:
-    """A record cut short by a crash of the machine, changed since, or in another's place counts as not written."""
-    try:
-        record = decode(data)
-    except ValueError:
-        return None
-    return record if record_path(record.stage, record.unit, record.attempt) == path else None
-
-
-def _attempt(name: str) -> int | None:
-    digits = name.split(".", 1)[0]
-    return int(digits) if digits.isdigit() else None

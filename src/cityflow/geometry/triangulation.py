@@ -12,9 +12,7 @@ import numpy as np
 from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-
-FLIP_MARGIN = 1e-9
-"""Sine by which opposite angles must be beyond π to be flipped: keeps cocircular corners from flipping for ever."""
+from cityflow.geometry.flips import cross_product, flip_edges
 
 
 def triangulate_polygon(rings: list[FloatArray]) -> IntArray:
@@ -52,18 +50,12 @@ def triangulate_faces(xy: FloatArray, ring_start: IntArray, face_start: IntArray
     for f in range(len(face_start) - 1):
         loop = _one_loop(xy, ring_start, face_start[f], face_start[f + 1])
         found = _cut_ears(xy, loop)
-        _flip(xy, found)
+        flip_edges(xy, found)
         for t in range(len(found)):
             triangles[used + t] = found[t]
             faces[used + t] = f
         used += len(found)
     return triangles[:used], faces[:used]
-
-
-@njit(cache=True, nogil=True)
-def _cross(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the signed area of a triangle in the plane."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 @njit(cache=True, nogil=True)
@@ -145,15 +137,15 @@ def _lies_within(p: FloatArray, a: FloatArray, b: FloatArray) -> bool:
     """True where p lies on the segment between a and b but is neither."""
     length = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
     along = (p[0] - a[0]) * (b[0] - a[0]) + (p[1] - a[1]) * (b[1] - a[1])
-    return 1e-12 * length < along < (1 - 1e-12) * length and abs(_cross(a, b, p)) <= 1e-12 * length
+    return 1e-12 * length < along < (1 - 1e-12) * length and abs(cross_product(a, b, p)) <= 1e-12 * length
 
 
 @njit(cache=True, nogil=True)
 def _in_cone(before: FloatArray, at: FloatArray, after: FloatArray, p: FloatArray) -> bool:
     """True where p lies in the inner angle of a corner of a counter-clockwise loop."""
-    if _cross(before, at, after) > 0:
-        return _cross(at, p, before) > 0 and _cross(p, at, after) > 0
-    return not (_cross(at, p, after) >= 0 and _cross(p, at, before) >= 0)
+    if cross_product(before, at, after) > 0:
+        return cross_product(at, p, before) > 0 and cross_product(p, at, after) > 0
+    return not (cross_product(at, p, after) >= 0 and cross_product(p, at, before) >= 0)
 
 
 @njit(cache=True, nogil=True)
@@ -161,7 +153,9 @@ def _blocks(a: FloatArray, b: FloatArray, m: FloatArray, v: FloatArray) -> bool:
     """True where the edge a–b crosses the bridge m–v, or a lies within it."""
     if _lies_within(a, m, v):
         return True
-    return (_cross(a, b, m) * _cross(a, b, v) < 0) and (_cross(m, v, a) * _cross(m, v, b) < 0)
+    return (cross_product(a, b, m) * cross_product(a, b, v) < 0) and (
+        cross_product(m, v, a) * cross_product(m, v, b) < 0
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -219,7 +213,7 @@ def _shape(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
         (c[0] - b[0]) ** 2 + (c[1] - b[1]) ** 2,
         (a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2,
     )
-    return _cross(a, b, c) / longest if longest > 0 else 0.0
+    return cross_product(a, b, c) / longest if longest > 0 else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -240,7 +234,7 @@ def _in_the_way(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArra
             blocked = _between(b, c, a, u) or _between(b, c, a, v)
         elif _same(p, c):
             blocked = _between(c, a, b, u) or _between(c, a, b, v)
-        elif _cross(a, b, p) >= 0 and _cross(b, c, p) >= 0 and _cross(c, a, p) >= 0:
+        elif cross_product(a, b, p) >= 0 and cross_product(b, c, p) >= 0 and cross_product(c, a, p) >= 0:
             return i
         else:
             blocked = False
@@ -252,79 +246,9 @@ def _in_the_way(xy: FloatArray, loop: IntArray, before: IntArray, after: IntArra
 @njit(cache=True, nogil=True)
 def _between(at: FloatArray, b: FloatArray, c: FloatArray, p: FloatArray) -> bool:
     """True where p, seen from a corner, lies strictly between the directions to b and to c."""
-    return bool(_cross(at, b, p) > 0 and _cross(at, p, c) > 0)
+    return bool(cross_product(at, b, p) > 0 and cross_product(at, p, c) > 0)
 
 
 @njit(cache=True, nogil=True)
 def _same(p: FloatArray, q: FloatArray) -> bool:
     return bool(p[0] == q[0] and p[1] == q[1])
-
-
-@njit(cache=True, nogil=True)
-def _flip(xy: FloatArray, triangles: IntArray) -> None:
-    """Flip inner edges in place until the two angles opposite each are no more than π together (Lawson)."""
-    across = _neighbours(triangles)
-    count = len(triangles)
-    for _ in range(4 * count + 4):
-        changed = False
-        for t in range(count):
-            for e in range(3):
-                if across[t, e] >= 0 and _flip_edge(xy, triangles, across, t, e):
-                    changed = True
-        if not changed:
-            return
-
-
-@njit(cache=True, nogil=True)
-def _neighbours(triangles: IntArray) -> IntArray:
-    """(T, 3) for edge e (corner e to e + 1): 3 · triangle + edge on its other side, −1 at the boundary."""
-    count = len(triangles)
-    across = np.full((count, 3), -1, np.int64)
-    if count == 0:
-        return across
-    span = triangles.max() + 1
-    forward, backward = np.empty(3 * count, np.int64), np.empty(3 * count, np.int64)
-    for t in range(count):
-        for e in range(3):
-            u, v = triangles[t, e], triangles[t, (e + 1) % 3]
-            forward[3 * t + e], backward[3 * t + e] = u * span + v, v * span + u
-    order = np.argsort(forward, kind="mergesort")
-    ordered = forward[order]
-    for t in range(count):
-        for e in range(3):
-            at = np.searchsorted(ordered, backward[3 * t + e])
-            if at < 3 * count and ordered[at] == backward[3 * t + e]:
-                across[t, e] = order[at]
-    return across
-
-
-@njit(cache=True, nogil=True)
-def _more_than_pi(p: FloatArray, q: FloatArray, u: FloatArray, v: FloatArray) -> bool:
-    """True where the angles at p and q over the edge u–v are more than π together: the sine of their sum is negative.
-
-    Angles are unsigned, so that slivers which rounding has turned over count as π, not −π.
-    """
-    sin_p, cos_p = abs(_cross(p, u, v)), (u[0] - p[0]) * (v[0] - p[0]) + (u[1] - p[1]) * (v[1] - p[1])
-    sin_q, cos_q = abs(_cross(q, u, v)), (u[0] - q[0]) * (v[0] - q[0]) + (u[1] - q[1]) * (v[1] - q[1])
-    size = np.sqrt((sin_p * sin_p + cos_p * cos_p) * (sin_q * sin_q + cos_q * cos_q))
-    return bool(sin_p * cos_q + cos_p * sin_q < -FLIP_MARGIN * size)
-
-
-@njit(cache=True, nogil=True)
-def _flip_edge(xy: FloatArray, triangles: IntArray, across: IntArray, t: int, e: int) -> bool:
-    """Replace the edge u–v between apexes p and q by p–q where that is Delaunay."""
-    other, f = across[t, e] // 3, across[t, e] % 3
-    u, v, p = triangles[t, e], triangles[t, (e + 1) % 3], triangles[t, (e + 2) % 3]
-    q = triangles[other, (f + 2) % 3]
-    if not _more_than_pi(xy[p], xy[q], xy[u], xy[v]):
-        return False
-    up, vp = across[t, (e + 2) % 3], across[t, (e + 1) % 3]
-    uq, vq = across[other, (f + 1) % 3], across[other, (f + 2) % 3]
-    triangles[t, 0], triangles[t, 1], triangles[t, 2] = p, u, q
-    triangles[other, 0], triangles[other, 1], triangles[other, 2] = q, v, p
-    across[t, 0], across[t, 1], across[t, 2] = up, uq, 3 * other + 2
-    across[other, 0], across[other, 1], across[other, 2] = vq, vp, 3 * t + 2
-    for new, old in ((3 * t, up), (3 * t + 1, uq), (3 * other, vq), (3 * other + 1, vp)):
-        if old >= 0:
-            across[old // 3, old % 3] = new
-    return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,7 @@ from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
+from cityflow.survey.frame_tiles import FrameTile, frame_unit
 from cityflow.survey.parameters import SurveyParameters, nearest_cell
 from cityflow.survey.source import IMAGES, OVERVIEW
 
@@ -29,15 +30,6 @@ CELL_M, IMAGES_A_CELL = 10.0, 6
 
 STEPS_A_CELL = 4
 """Places along the edge of a cell of masters at which the driver asks what is surveyed."""
-
-
-@dataclass(frozen=True, slots=True)
-class FrameTile:
-    """One tile of a local reference frame, on the frame's own lattice, and the ground tiles whose points may stand in it."""
-
-    frame: LocalFrame
-    tile: Tile
-    ground_tiles: tuple[str, ...]
 
 
 class ImageSurvey:
@@ -276,10 +268,6 @@ class ImageSurvey:
         """Lowest ground and highest object that images over `bounds` expect, metres."""
         chosen = [v.heights for v in self._views_over(bounds)] or [v.heights for v in self.views.values()]
         return min(h[0] for h in chosen), max(h[1] for h in chosen)
-
-
-def frame_unit(frame: LocalFrame, tile: Tile) -> str:
-    return f"{frame.name}.{tile.name}"
 
 
 def _reduced(view: View, level: int) -> View:

@@ -7,13 +7,11 @@ What STAC has a field for is written there (projection, file and point-cloud ext
 from __future__ import annotations
 
 import hashlib
-import os
 import posixpath
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
-from urllib.parse import unquote
+from typing import TypeVar
 
 import fsspec
 import pystac
@@ -36,10 +34,20 @@ from cityflow.io.catalog.stac_assets import (
     united,
 )
 from cityflow.io.catalog.stac_images import image_of_item
+from cityflow.io.catalog.stac_items import (
+    ASSET,
+    CRS_KEY,
+    KIND,
+    SHA256_MULTIHASH,
+    kind_of,
+    lidar_of,
+    outlines_of,
+    raster_of,
+    sparse_of,
+)
 from cityflow.io.catalog.stac_outside import MADE_IN, check_place
 from cityflow.io.fetch import file_system_of, reaching
 from cityflow.io.given_files import SMALL_MB, json_of, read_small
-from cityflow.io.orientation.oriented_images import FARTHEST_M
 from cityflow.io.reference import resolve
 
 __all__ = [
@@ -49,10 +57,6 @@ __all__ = [
 ]  # fmt: skip
 
 COLLECTION = "collection.json"
-ASSET = "data"
-KIND, CRS_KEY = "cityflow:kind", "cityflow:crs"
-SHA256_MULTIHASH = "1220"
-"""Multihash prefix: function SHA2-256, 32 bytes."""
 UNKNOWN_DATE = "1970-01-01"
 """STAC wants a date of every item; one with `cityflow:date_unknown` means none."""
 T = TypeVar("T")
@@ -111,9 +115,9 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
         made_in = collection.extra_fields.get(MADE_IN, "")
         if not isinstance(title, str) or not isinstance(made_in, str):
             raise ValueError(f"its title is {title!r:.60}, not a text")
-        lidar = tuple(_made(_lidar, item) for item in items if _kind(item) == LIDAR)
-        outlines = [_made(_outlines, item) for item in items if _kind(item) == OUTLINES]
-        sparse = [_made(_sparse, item) for item in items if _kind(item) == SPARSE]
+        lidar = tuple(_made(lidar_of, item) for item in items if kind_of(item) == LIDAR)
+        outlines = [_made(outlines_of, item) for item in items if kind_of(item) == OUTLINES]
+        sparse = [_made(sparse_of, item) for item in items if kind_of(item) == SPARSE]
         rasters = _rasters(items)
     except (FileNotFoundError, NotADirectoryError) as error:
         remedy = "make one with `cityflow catalog create`, or check the path"
@@ -167,10 +171,10 @@ def _rasters(items: Sequence[pystac.Item]) -> dict[str, RasterAsset]:
     """By kind; further ones of a kind (orthos of other epochs) as ``ortho-2``, ``ortho-3``, in the order of their ids."""
     found: dict[str, RasterAsset] = {}
     for item in items:
-        kind = _kind(item)
+        kind = kind_of(item)
         if kind in RASTERS:
             number = 1 + sum(r.kind == kind for r in found.values())
-            found[kind if number == 1 else f"{kind}-{number}"] = _made(_raster, item)
+            found[kind if number == 1 else f"{kind}-{number}"] = _made(raster_of, item)
     return found
 
 
@@ -240,76 +244,3 @@ def _texts(places: list[str]) -> Iterator[tuple[str, str | bytes]]:
             yield from ((place, contents[path]) for place, path in zip(batch, paths, strict=True))
         else:
             yield from ((place, read_small(place)) for place in batch)
-
-
-def _kind(item: pystac.Item) -> str:
-    return str(item.properties.get(KIND, ""))
-
-
-def _common(item: pystac.Item) -> dict[str, Any]:
-    asset = item.assets[ASSET]
-    extra = asset.extra_fields
-    x_min, y_min, x_max, y_max = _finite(item, "proj:bbox")
-    unknown = item.properties.get("cityflow:date_unknown", False) or item.datetime is None
-    return {
-        "name": item.id,
-        "href": _absolute(item, asset),
-        "checksum": str(extra["file:checksum"]).removeprefix(SHA256_MULTIHASH),
-        "size": int(extra["file:size"]),
-        "bounds": (x_min, y_min, x_max, y_max),
-        "date": "" if unknown or item.datetime is None else item.datetime.date().isoformat(),
-        "crs_in_file": str(item.properties.get("cityflow:crs_in_file", "")),
-    }
-
-
-def _finite(item: pystac.Item, key: str) -> list[float]:
-    """Numbers of a property; places and heights beyond any CRS are mistakes."""
-    values = [float(v) for v in item.properties[key]]
-    if not all(abs(v) <= FARTHEST_M for v in values):
-        raise ValueError(f"{key} of '{item.id}' is {item.properties[key]!r:.100}")
-    return values
-
-
-def _absolute(item: pystac.Item, asset: pystac.Asset) -> str:
-    href = asset.get_absolute_href()
-    if href is None:
-        raise ValueError(f"item {item.id} has an asset without a place")
-    return href if "://" in href else os.path.normpath(unquote(href))
-
-
-def _lidar(item: pystac.Item) -> LidarAsset:
-    p = item.properties
-    low, high = _finite(item, "cityflow:z_range")
-    return LidarAsset(
-        **_common(item),
-        z_range=(low, high),
-        points=int(p["pc:count"]),
-        classes=tuple(int(c) for c in p.get("cityflow:classes", ())),
-        returns=int(p.get("cityflow:returns", 1)),
-    )
-
-
-def _sparse(item: pystac.Item) -> SparseAsset:
-    p, common = item.properties, _common(item)
-    common.pop("crs_in_file")
-    low, high = _finite(item, "cityflow:z_range")
-    return SparseAsset(**common, z_range=(low, high), points=int(p["pc:count"]))
-
-
-def _outlines(item: pystac.Item) -> OutlineAsset:
-    p = item.properties
-    return OutlineAsset(
-        **_common(item),
-        count=int(p["cityflow:count"]),
-        id_column=p.get("cityflow:id_column"),
-        id_format=p.get("cityflow:id_format"),
-        layer=p.get("cityflow:layer"),
-    )
-
-
-def _raster(item: pystac.Item) -> RasterAsset:
-    p = item.properties
-    rows, cols = p["proj:shape"]
-    return RasterAsset(
-        **_common(item), kind=_kind(item), cell=float(p["proj:transform"][0]), shape=(int(rows), int(cols))
-    )

@@ -14,14 +14,10 @@ import shapely
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.io.catalog.stac import (
-    ASSET,
     COLLECTION,
-    CRS_KEY,
     IMAGE,
-    KIND,
     LIDAR,
     OUTLINES,
-    SHA256_MULTIHASH,
     SPARSE,
     UNKNOWN_DATE,
     Asset,
@@ -33,6 +29,7 @@ from cityflow.io.catalog.stac import (
     SparseAsset,
 )
 from cityflow.io.catalog.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
+from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH
 from cityflow.io.catalog.stac_outside import MADE_IN, leaves
 from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import RasterHeader

@@ -18,7 +18,8 @@ from cityflow.core.reference import Reference
 from cityflow.core.roof_types import RoofType
 from cityflow.errors import CatalogError
 from cityflow.io.fetch import local_file
-from cityflow.io.tables.vector import Layer, format_id, read_layer, to_reference
+from cityflow.io.tables.feature_ids import format_id
+from cityflow.io.tables.vector import Layer, read_layer, to_reference
 
 OUTLINES, CUT_LINES, NO_CUT_LINES, LOCKED, REJECTED, ROOF_TYPES = LAYERS = (
     "outlines", "cut_lines", "no_cut_lines", "locked", "rejected", "roof_types",

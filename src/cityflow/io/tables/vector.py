@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import datetime
-import difflib
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -26,12 +25,11 @@ from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.fetch import local_file
 from cityflow.io.reference import contradiction, horizontal_transform, looks_like_degrees, suspicion, transformed
+from cityflow.io.tables.feature_ids import ids_of, listing, notes_on_ids
 
 POLYGON, MULTIPOLYGON = 3, 6
 """shapely's type ids."""
 FORMATS_REMEDY = "give polygons as GeoPackage, GeoJSON, Shapefile or another format that GDAL reads"
-LISTED = 10
-"""Ids that a note names before it says 'and more'."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,9 +169,9 @@ def read_outlines(
     """
     source = read_layer(path, layer)
     _refuse_unless_polygons(source)
-    ids = _ids(source, id_column, id_format)
+    ids = ids_of(source, id_column, id_format)
     geometry, notes = to_reference(source, target)
-    notes += _notes_on_ids(ids) if id_column is not None else []
+    notes += notes_on_ids(ids) if id_column is not None else []
     notes += _notes_on_geometry(geometry, ids, source.endless)
     rows = [dict(zip(source.columns, values, strict=True)) for values in zip(*source.columns.values(), strict=True)]
     rows = rows or [{} for _ in geometry]
@@ -244,49 +242,6 @@ def _assumed(source: Layer, target: Reference, why: str) -> str:
     return f"{Path(source.path).name} {why}; {target.name} is assumed, as the catalog says"
 
 
-def _ids(source: Layer, column: str | None, form: str | None) -> list[str]:
-    if column is None:
-        return [""] * len(source.geometry)
-    if column not in source.columns:
-        near = difflib.get_close_matches(column, source.columns, n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"choose one of: {', '.join(source.columns)}"
-        raise CatalogError(f"no column {column!r} for the ids", where=source.path, remedy=remedy)
-    try:
-        return [format_id(value, form) for value in source.columns[column]]
-    except (ValueError, IndexError, KeyError) as error:
-        problem = f"the id format {form!r} does not suit column {column!r} ({error})"
-        raise CatalogError(
-            problem, where=source.path, remedy="use a Python format such as '{:016d}' for numbers or '{}' for text"
-        ) from error
-
-
-def format_id(value: Scalar, form: str | None) -> str:
-    """An id as text; empty for a missing value.
-
-    >>> format_id(503100000018603, "{:016d}"), format_id("17", "{:04d}"), format_id(None, "{}")
-    ('0503100000018603', '0017', '')
-    """
-    if value is None or value == "":
-        return ""
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)
-    try:
-        return (form or "{}").format(value).strip()
-    except ValueError:
-        return (form or "{}").format(int(str(value))).strip()
-
-
-def _notes_on_ids(ids: list[str]) -> list[str]:
-    notes = []
-    missing = ids.count("")
-    if missing:
-        notes.append(f"outlines without an id: {missing}; theirs comes from their geometry")
-    twice = sorted(unit for unit, n in Counter(ids).items() if n > 1 and unit)
-    if twice:
-        notes.append(f"ids that occur more than once: {len(twice)} ({listing(twice)})")
-    return notes
-
-
 def _notes_on_geometry(geometry: NDArray[np.object_], ids: list[str], endless: Mapping[int, float]) -> list[str]:
     notes = []
     lost = np.flatnonzero(shapely.is_missing(geometry) | shapely.is_empty(geometry)).tolist()
@@ -305,12 +260,6 @@ def _notes_on_geometry(geometry: NDArray[np.object_], ids: list[str], endless: M
     if several:
         notes.append(f"outlines of several parts: {several}; each part becomes a unit of its own")
     return notes
-
-
-def listing(names: Iterable[str]) -> str:
-    """The first names, and whether there are more."""
-    every = list(names)
-    return ", ".join(every[:LISTED]) + (f" and {len(every) - LISTED} more" if len(every) > LISTED else "")
 
 
 def _polygons(geometry: NDArray[np.object_]) -> list[Any]:
