@@ -36,7 +36,7 @@ def cityflow(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 
     def run(*arguments: str | Path) -> Done:
         monkeypatch.setattr(sys, "argv", ["cityflow", *map(str, arguments)])
-        monkeypatch.setattr(cli, "console", Console(width=200))
+        monkeypatch.setattr(cli.options, "console", Console(width=200))
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capsys.readouterr()

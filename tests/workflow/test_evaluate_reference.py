@@ -34,7 +34,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
 
     def run(*arguments: str | Path, code: int = 0) -> str:
         monkeypatch.setattr(sys, "argv", ["cityflow", *map(str, arguments)])
-        monkeypatch.setattr(cli, "console", Console(width=200))
+        monkeypatch.setattr(cli.options, "console", Console(width=200))
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capsys.readouterr()

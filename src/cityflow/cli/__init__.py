@@ -1,0 +1,91 @@
+"""The command line. A command reads its options, looks whether what they name is there, calls one function of `workflow` or `stages`, and prints.
+
+Nothing heavy is imported before that look: a typing error is answered at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Annotated
+
+import typer
+
+from cityflow import __version__
+from cityflow.cli import options
+from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
+from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
+from cityflow.cli.runs import explain, plan, report, rerun, run, status, view
+from cityflow.cli.surveys import demo, synth
+from cityflow.core.credentials import without_credentials
+from cityflow.errors import CityflowError
+from cityflow.flow.unwritable import unwritable
+from cityflow.runs.common_keys import described_common
+from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
+from cityflow.workflow import completion
+
+app = typer.Typer(
+    name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
+    help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as tasks on Dask. Lengths are metres, times seconds, memory MB.",
+    epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to mend, or an incomplete "
+    "city; 2 a command that cannot be read; 130 stopped by Ctrl-C.",
+)  # fmt: skip
+catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
+evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a run against what is known better.")
+
+
+def parameters(
+    wanted: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            help="Keys of this section, with this in them or in their meaning, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+            autocompletion=completion.keys,
+        ),
+    ] = "",
+    everything: Annotated[
+        bool, typer.Option("--all", help="All keys, not only those that a user may want first")
+    ] = False,
+    made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead, all of them")] = False,
+) -> None:
+    """Keys that a workflow may set: default, meaning and unit, what it may be. Without a name: those that a user may want first."""
+    keys = known_keys(SYNTH if made else CITY)
+    text = described(keys, wanted) if wanted or everything or made else described_common(keys)
+    options.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Print the version")] = False) -> None:
+    if version:
+        options.console.print(__version__)
+        raise typer.Exit
+
+
+def main() -> None:
+    """Entry point: errors that a user can mend become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
+    try:
+        app()
+    except CityflowError as error:
+        print(f"cityflow: {without_credentials(str(error))}", file=sys.stderr)  # noqa: T201
+        sys.exit(1)
+    except OSError as error:
+        refusal = unwritable(error)
+        if refusal is None:
+            raise
+        print(f"cityflow: {refusal}", file=sys.stderr)  # noqa: T201
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("cityflow: interrupted; a later run continues here", file=sys.stderr)  # noqa: T201
+        sys.exit(130)
+
+
+TOP: tuple[Callable[..., None], ...] = (run, rerun, status, plan, explain, report, view, synth, demo, parameters)
+for _command in TOP:
+    app.command()(_command)
+app.add_typer(catalog_app, name="catalog")
+catalog_app.command("create", cls=FilesUnquoted)(catalog_create)
+catalog_app.command("check")(catalog_check)
+app.add_typer(evaluate_app, name="evaluate")
+evaluate_app.command("points")(evaluate_points)
+evaluate_app.command("outlines")(evaluate_outlines)
+evaluate_app.command("units")(evaluate_units)

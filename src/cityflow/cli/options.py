@@ -1,0 +1,78 @@
+"""Options and arguments that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cityflow.workflow import completion
+
+console = Console()
+
+
+RunArgument = Annotated[
+    str, typer.Argument(metavar="RUN", help="Folder or fsspec URL of a run", autocompletion=completion.runs)
+]
+
+
+WorkflowArgument = Annotated[
+    Path, typer.Argument(help="Workflow file, see workflows/", autocompletion=completion.workflows)
+]
+
+
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Set a parameter, e.g. surface.cell_m=0.25 or reconstruct.methods=volumetric,extruded (keys and units: cityflow parameters); repeatable",
+        autocompletion=completion.settings,
+    ),
+]
+
+
+JsonOption = Annotated[bool, typer.Option("--json", help="As JSON, for programs")]
+
+
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong")]
+
+
+VerboseOption = Annotated[bool, typer.Option("--verbose", "-v", help="A line for every task that ends")]
+
+
+SchedulerOption = Annotated[
+    str, typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786; without it a local cluster starts")
+]
+
+
+WorkersOption = Annotated[int, typer.Option(min=0, help="Workers of the local cluster; 0: one per core")]
+
+
+AreaOption = Annotated[
+    str,
+    typer.Option(
+        "--aoi",
+        metavar="FILE|BBOX",
+        help="Only the buildings in this area; rasters and terrain of the tiles that it meets stay whole. "
+        "Vector file, or x_min,y_min,x_max,y_max in the run's CRS (metres)",
+    ),
+]
+
+
+OutsideOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-outside", help="Use files outside of the catalog's folder though the catalog was not made here"
+    ),
+]
+
+
+TrustOption = Annotated[
+    bool,
+    typer.Option(
+        "--trust", help="Import functions (module:function) that only the RUN names; somebody else may have written it"
+    ),
+]

@@ -1,0 +1,222 @@
+"""Commands that make a run, or look at one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cityflow.cli import options
+from cityflow.cli.options import (
+    AreaOption,
+    JsonOption,
+    OutsideOption,
+    QuietOption,
+    RunArgument,
+    SchedulerOption,
+    SetOption,
+    TrustOption,
+    VerboseOption,
+    WorkersOption,
+    WorkflowArgument,
+)
+from cityflow.flow.talk import Talk
+from cityflow.runs.first_look import (
+    agreed_folder,
+    look_at_run,
+    look_at_settings,
+    look_at_workflow,
+)
+from cityflow.workflow import completion
+
+
+def run(
+    workflow: WorkflowArgument,
+    catalog: Annotated[str, typer.Option(help="Catalog folder or URL, instead of the workflow's own")] = "",
+    out: Annotated[
+        str,
+        typer.Option(
+            metavar="RUN",
+            help="Folder or fsspec URL (s3://…) for the results; without it runs/ and the workflow's name, which is asked about first",
+        ),
+    ] = "",
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+    settings: SetOption = None,
+    aoi: AreaOption = "",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Agree to the folder where --out is left out")] = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Read all that is done, and make again what is not as it was written")
+    ] = False,
+    trust: TrustOption = False,
+    allow_outside: OutsideOption = False,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
+) -> None:
+    """Run a workflow; what is done already is not done again."""
+    name = look_at_workflow(workflow, settings or [], catalog)
+    folder = out or agreed_folder(name, yes, options.console)
+    from cityflow.workflow.run import run_workflow
+
+    run_workflow(
+        workflow,
+        catalog,
+        folder,
+        settings or [],
+        aoi,
+        scheduler,
+        workers,
+        options.console,
+        Talk.of(quiet, verbose),
+        verify=verify,
+        trust=trust,
+        allow_outside=allow_outside,
+    )
+
+
+def rerun(
+    run_url: RunArgument,
+    failed: Annotated[bool, typer.Option("--failed", help="Units that failed")] = False,
+    degraded: Annotated[
+        bool, typer.Option("--degraded", help="Units that failed or have a simpler model than asked for")
+    ] = False,
+    stage: Annotated[str, typer.Option(help="All units of a stage")] = "",
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A building by its id or a part of it that no other has, or a tile or file by its name; repeatable",
+            autocompletion=completion.units,
+        ),
+    ] = None,
+    settings: SetOption = None,
+    clear_overrides: Annotated[
+        bool, typer.Option("--clear-overrides", help="Forget earlier --set values of these units")
+    ] = False,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+    trust: TrustOption = False,
+    allow_outside: OutsideOption = False,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
+) -> None:
+    """Run some units again, with other parameters if you like, and what depends on their results."""
+    look_at_run(run_url)
+    look_at_settings(settings or [])
+    from cityflow.workflow.unit_names import named_units
+
+    units = named_units(run_url, unit or [])
+    from cityflow.workflow.rerun import Selection, rerun_units
+
+    selection = Selection(failed or degraded, degraded, stage, tuple(units))
+    talk = Talk.of(quiet, verbose)
+    rerun_units(
+        run_url,
+        selection,
+        settings or [],
+        clear_overrides,
+        scheduler,
+        workers,
+        options.console,
+        talk,
+        trust=trust,
+        allow_outside=allow_outside,
+    )
+
+
+def status(
+    run_url: RunArgument,
+    units: Annotated[
+        bool, typer.Option("--units", help="List the buildings instead: id, how it ended, figures")
+    ] = False,
+    find: Annotated[str, typer.Option(metavar="TEXT", help="Of the buildings only those with this in their id")] = "",
+    as_json: JsonOption = False,
+) -> None:
+    """How far a run is, stage by stage, what failed, and what to do next."""
+    look_at_run(run_url)
+    from cityflow.workflow.status import print_status, print_units
+
+    if units or find:
+        print_units(run_url, options.console, find, as_json)
+    else:
+        print_status(run_url, options.console, as_json)
+
+
+def plan(
+    workflow: WorkflowArgument,
+    catalog: Annotated[str, typer.Option(help="Catalog folder or URL")] = "",
+    out: Annotated[str, typer.Option(metavar="RUN", help="RUN folder to compare with")] = "",
+    settings: SetOption = None,
+    aoi: AreaOption = "",
+    workers: WorkersOption = 0,
+    allow_outside: OutsideOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """What would run, what is stale and why, and what it would take."""
+    look_at_workflow(workflow, settings or [], catalog)
+    from cityflow.workflow.plan import print_plan
+
+    print_plan(
+        workflow, catalog, out, settings or [], aoi, workers, options.console, as_json, allow_outside=allow_outside
+    )
+
+
+def explain(
+    run_url: RunArgument,
+    unit: Annotated[
+        str,
+        typer.Argument(
+            help="Id of a building or a part of it that no other has, or name of a tile or file",
+            autocompletion=completion.units,
+        ),
+    ],
+    picture: Annotated[
+        Path | None, typer.Option(help="PNG to be written: the candidates of every method side by side")
+    ] = None,
+    every_parameter: Annotated[
+        bool, typer.Option("--parameters", help="All parameters, also those that are as by default")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """All that is known of one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
+    look_at_run(run_url)
+    from cityflow.workflow.unit_names import named_units
+
+    unit = named_units(run_url, [unit])[0]
+    from cityflow.workflow.explain import print_explanation, write_candidates
+
+    print_explanation(run_url, unit, options.console, every_parameter, as_json)
+    if picture is not None:
+        write_candidates(run_url, unit, picture)
+
+
+def report(
+    run_url: RunArgument,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Show more or less, e.g. report.pages.failed=1000 (keys: cityflow parameters report); repeatable",
+        ),
+    ] = None,
+) -> None:
+    """Write report.html, the pages of single buildings and report.json anew from the records."""
+    look_at_run(run_url)
+    look_at_settings(settings or [])
+    from cityflow.reporting.report import print_report
+
+    print_report(run_url, settings or [], options.console)
+
+
+def view(
+    run_urls: Annotated[list[str], typer.Argument(metavar="RUN…", help="Folders or URLs of runs")],
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free")] = 8123,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
+) -> None:
+    """Walk through runs in the browser: the textured city, every building's figures, measuring, sections."""
+    for url in run_urls:
+        look_at_run(url)
+    from cityflow.workflow.serve import view_runs
+
+    view_runs(run_urls, port, browser, options.console)

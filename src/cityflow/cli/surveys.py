@@ -1,0 +1,70 @@
+"""Commands that make synthetic surveys and demonstrations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cityflow.cli import options
+from cityflow.cli.options import QuietOption, SchedulerOption, VerboseOption, WorkersOption
+from cityflow.flow.talk import Talk
+from cityflow.runs.first_look import (
+    look_at_settings,
+)
+from cityflow.runs.known_keys import SYNTH
+
+
+def synth(
+    out: Annotated[Path, typer.Argument(help="Folder for the synthetic survey")],
+    seed: Annotated[int, typer.Option(min=0, help="Everything follows from it")] = 1,
+    size: Annotated[str, typer.Option(help="Extent of the surveyed area, metres: 250 or 250x200")] = "250x250",
+    flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
+    lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
+    raw: Annotated[bool, typer.Option("--raw", help="Raw frames and calibration frames beside the pictures")] = False,
+    pose_noise: Annotated[
+        tuple[float, float],
+        typer.Option(
+            min=0, metavar="M DEG", help="What the catalog's poses are off: metres and degrees (standard deviations)"
+        ),
+    ] = (0.0, 0.0),
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a parameter, e.g. flight.gsd_m=0.1 (keys and units: cityflow parameters --synth); repeatable",
+        ),
+    ] = None,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+) -> None:
+    """Make a town with known truth, and survey it: images, LiDAR, catalog, truth; what is made already is kept."""
+    look_at_settings(settings or [], SYNTH)
+    from cityflow.workflow.synth import make_survey, synth_parameters
+    from cityflow.workflow.synth_files import PoseNoise
+
+    made = synth_parameters(seed, size, flight, lidar, settings or [], raw)
+    make_survey(out, made, PoseNoise(*pose_noise), scheduler, workers, options.console)
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the three runs")] = Path("runs/demo"),
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Another town under the synthetic flight")] = 12,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = 0,
+    view: Annotated[
+        bool | None,
+        typer.Option("--view/--no-view", help="Show them in the browser in the end; by default at a terminal"),
+    ] = None,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = False,
+) -> None:
+    """A synthetic flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, from beginning to end."""
+    from cityflow.workflow.demo import run_demo
+
+    run_demo(out, only or [], seed, scheduler, workers, view, options.console, Talk.of(quiet, verbose))
