@@ -29,7 +29,7 @@ def waves(x: FloatArray, y: FloatArray, shortest: float = 5.0, seed: int = 2) ->
         rng.uniform(1.0, 2.5, 40) * shortest, rng.uniform(0, np.pi, 40), rng.uniform(0, 2 * np.pi, 40), strict=True
     ):
         out += 8.0 * np.sin(2 * np.pi / length * (x * np.cos(turn) + y * np.sin(turn)) + phase)
-    return np.clip(out, 0.0, 255.0)
+    return np.asarray(np.clip(out, 0.0, 255.0))
 
 
 def grey(x: FloatArray, y: FloatArray) -> ByteArray:

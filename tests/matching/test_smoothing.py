@@ -16,7 +16,7 @@ P = SmoothingParameters()
 def plane(right: float, down: float, size: int = 25) -> Float32Array:
     """Depths that grow by so many ground pixels from column to column and from row to row."""
     row, col = np.mgrid[:size, :size]
-    return (ROOF_M + GSD * (right * col + down * row)).astype(np.float32)
+    return np.asarray(ROOF_M + GSD * (right * col + down * row), np.float32)
 
 
 def step(mixed: tuple[float, ...] = ()) -> tuple[Float32Array, BoolArray]:

@@ -103,7 +103,8 @@ class Segments:
     def aspect_deg(self) -> FloatArray:
         """(N,) direction in plan, degrees from east, counter-clockwise, 0 ≤ aspect < 180; of no meaning for upright ones."""
         d = self.end - self.start
-        return np.asarray(np.degrees(np.arctan2(d[:, 1], d[:, 0])) % 180.0)
+        aspect = np.degrees(np.arctan2(d[:, 1], d[:, 0])) % 180.0
+        return np.where(aspect < 180.0, aspect, 0.0)  # the rest of what is hardly below 0 is rounded to 180
 
     @property
     def slope_deg(self) -> FloatArray:
