@@ -19,7 +19,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Scalar, Status
 from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters
 from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.level_regions import level_regions
 from cityflow.reconstruction.planes.local_orientation import LocalOrientation, local_orientation

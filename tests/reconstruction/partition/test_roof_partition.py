@@ -9,7 +9,8 @@ from cityflow.core.building import Polyhedron
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters
+from cityflow.reconstruction.partition.roof_partition import partition_roof
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
 from roof_cases import ORIGIN, RoofCase, lattice, roof_cases, top_heights

@@ -5,7 +5,8 @@ import pytest
 from shapely import box
 
 from cityflow.core.arrays import FloatArray
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters
+from cityflow.reconstruction.partition.roof_partition import partition_roof
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 OUTLINE = box(0, 0, 10, 8)

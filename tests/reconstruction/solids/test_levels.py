@@ -10,7 +10,8 @@ from cityflow.core.building import Lod, Polyhedron, Semantic
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, partition_roof
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters
+from cityflow.reconstruction.partition.roof_partition import partition_roof
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 from roof_cases import ORIGIN, roof_cases
 

@@ -7,7 +7,7 @@ from shapely.affinity import translate
 from cityflow.core.building import Polyhedron
 from cityflow.geometry.faults import Fault
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids import roof_solid
 from cityflow.reconstruction.solids.roof_solid import build_roof, coarser

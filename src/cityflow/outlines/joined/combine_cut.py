@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.geometry.min_cut import min_cut
 from cityflow.outlines.joined.combine_faces import Faces
 
 _UNITS_PER_M2 = 2000.0
@@ -23,19 +22,11 @@ def building_faces(faces: Faces, gain: FloatArray, inside_left: FloatArray, insi
     inside_right : (E,) m², with the building on its right
     """
     count = len(gain)
-    source, sink = count, count + 1
+    building, none = np.full(count, count + 1), np.full(count, count)
     both = (faces.left >= 0) & (faces.right >= 0)
-    rows = [faces.left[both], faces.right[both], np.full(count, source), np.arange(count)]
-    cols = [faces.right[both], faces.left[both], np.arange(count), np.full(count, sink)]
-    data = [inside_left[both], inside_right[both], np.maximum(gain, 0), np.maximum(-gain, 0)]
-    capacity = np.minimum(np.rint(np.concatenate(data) * _UNITS_PER_M2), _MOST).astype(np.int32)
-    graph = coo_array((capacity, (np.concatenate(rows), np.concatenate(cols))), shape=(count + 2, count + 2)).tocsr()
-    graph.sum_duplicates()
-    flow = maximum_flow(csr_array(graph), source, sink).flow
-    left = (graph - flow).tocsr()
-    left.data[left.data < 0] = 0
-    left.eliminate_zeros()
-    reached = breadth_first_order(left, source, directed=True, return_predecessors=False)
-    result = np.zeros(count + 2, bool)
-    result[reached] = True
-    return result[:count]
+    # The source stands for no building, so that of cuts that cost the same the one with the fewest buildings is taken.
+    tail = [faces.right[both], faces.left[both], np.arange(count), none]
+    head = [faces.left[both], faces.right[both], building, np.arange(count)]
+    cost = [inside_left[both], inside_right[both], np.maximum(gain, 0), np.maximum(-gain, 0)]
+    room = np.minimum(np.rint(np.concatenate(cost) * _UNITS_PER_M2), _MOST).astype(np.int64)
+    return ~min_cut(np.concatenate(tail), np.concatenate(head), room, count + 2)[:count]

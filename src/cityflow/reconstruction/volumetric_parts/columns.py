@@ -14,11 +14,11 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial import cKDTree
 
-from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.reconstruction.partition.roof_partition import PartitionParameters, PlaneEnergy
+from cityflow.core.arrays import BoolArray
+from cityflow.geometry.cell_labels import label_cells
+from cityflow.reconstruction.partition.plane_energy import PartitionParameters, PlaneEnergy
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
-from cityflow.reconstruction.volumetric_parts.expansion import label_columns
 
 FORBIDDEN = 1e6
 """Cost (m²) of a surface that must not top a column."""
@@ -61,19 +61,5 @@ class TopEnergy(PlaneEnergy):
         numbers = list(division.cells)
         cost, _ = self.costs(division, numbers)
         cost = np.where(self.allowed(division, numbers), cost, FORBIDDEN)
-        pairs, ends = inner_edges(division, {number: k for k, number in enumerate(numbers)})
-        z = ends @ self.planes[:, :2].T + self.planes[:, 2]
-        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-        p = self.parameters
-        weights = np.column_stack([p.edge_cost * length, p.step_cost * length])
-        labels = label_columns(cost, pairs, z, weights, p.step_limit)
+        labels = label_cells(cost, self._borders(division))
         return {number: int(label) for number, label in zip(numbers, labels, strict=True)}
-
-
-def inner_edges(division: Subdivision, position: dict[int, int]) -> tuple[IntArray, FloatArray]:
-    """(E, 2) positions of the columns on both sides of each inner edge, and (E, 2, 2) its ends."""
-    inner = [(u, v) for u, v in division.left if u < v and (v, u) in division.left]
-    if not inner:
-        return np.empty((0, 2), np.int64), np.empty((0, 2, 2))
-    pairs = np.array([[position[division.left[u, v]], position[division.left[v, u]]] for u, v in inner], np.int64)
-    return pairs, np.array(division.xy)[np.array(inner)]

@@ -17,14 +17,14 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.parameters import Parameters
+from cityflow.geometry.min_cut import min_cut
 from cityflow.reconstruction.partition.cell_evidence import points_in_cells
 from cityflow.reconstruction.partition.cut_lines import main_directions
+from cityflow.reconstruction.partition.plane_energy import inner_edges
 from cityflow.reconstruction.partition.roof_partition import cut_cells
 from cityflow.reconstruction.partition.step_lines import angle_between
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
-from cityflow.reconstruction.volumetric_parts.columns import inner_edges
-from cityflow.reconstruction.volumetric_parts.expansion import min_cut
 from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud, end_lines
 
 RASTER_M = 0.25
@@ -224,7 +224,7 @@ def _labelled(
         )
     ]
     as_void = parameters.solid_weight * seen[1] + parameters.prior * area
-    pairs, ends = inner_edges(division, {n: k for k, n in enumerate(numbers)})
+    pairs, ends = inner_edges(division)
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     for f in behind:
         on = np.abs(ends @ (f.line.nx, f.line.ny) - f.line.offset).max(axis=1, initial=0) < 0.02
@@ -235,7 +235,7 @@ def _labelled(
     head = np.concatenate([every, np.full(len(numbers), sink), pairs[:, 1], pairs[:, 0]])
     rim = parameters.edge_cost * length
     room = np.round(SCALE * np.concatenate([as_void, seen[0], rim, rim])).astype(np.int64)
-    solid = min_cut(tail.astype(np.int64), head.astype(np.int64), room, len(numbers) + 2)
+    solid = min_cut(tail, head, room, len(numbers) + 2)
     return {number: not bool(solid[k]) for k, number in enumerate(numbers)}
 
 

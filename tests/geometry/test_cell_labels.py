@@ -1,0 +1,84 @@
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.geometry.cell_labels import Borders, label_cells
+
+
+def energy(cost: FloatArray, borders: Borders, labels: Sequence[int] | IntArray) -> float:
+    total = sum(cost[c, p] for c, p in enumerate(labels))
+    for e, (i, j) in enumerate(borders.cells):
+        p, q = labels[i], labels[j]
+        if p != q:
+            step = np.minimum(np.abs(borders.heights[e, :, p] - borders.heights[e, :, q]), borders.step_limit).mean()
+            total += borders.change[e] + borders.step[e] * step
+    return float(total)
+
+
+def problem(seed: int, cells: int, planes: int, dear: float = 1.0) -> tuple[FloatArray, Borders]:
+    """Random costs on a ring of cells with chords; level planes."""
+    rng = np.random.default_rng(seed)
+    pairs = np.array([(k, (k + by) % cells) for by in (1, 3) for k in range(cells)])
+    heights = np.broadcast_to(rng.uniform(0, 1, planes), (len(pairs), 2, planes)).copy()
+    cost, length = rng.uniform(0, 2, (cells, planes)), dear * rng.uniform(0, 1.5, len(pairs))
+    return cost, Borders(pairs, heights, 0.2 * length, length, 1.0)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_two_planes_are_solved_exactly(seed: int) -> None:
+    """From one plane on all cells, one expansion of the other is the minimum."""
+    cost, borders = problem(seed, 10, 2)
+    found = energy(cost, borders, label_cells(cost, borders, try_one_for_all=True))
+    best = min(energy(cost, borders, labels) for labels in itertools.product(range(2), repeat=10))
+    assert found == pytest.approx(best, abs=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_several_planes_come_near_the_optimum(seed: int) -> None:
+    cost, borders = problem(seed, 7, 4)
+    found = energy(cost, borders, label_cells(cost, borders, try_one_for_all=True))
+    best = min(energy(cost, borders, labels) for labels in itertools.product(range(4), repeat=7))
+    assert best - 1e-4 <= found <= 1.02 * best
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_expansion_makes_the_labels_better(seed: int) -> None:
+    cost, borders = problem(seed, 9, 4, 0.5)
+    labels = label_cells(cost, borders)
+    found = energy(cost, borders, labels)
+    for alpha, takes in itertools.product(range(4), itertools.product([False, True], repeat=9)):
+        assert energy(cost, borders, np.where(takes, alpha, labels)) > found - 1e-4
+
+
+def test_free_borders_leave_every_cell_its_best_plane() -> None:
+    cost, borders = problem(0, 12, 5, 0.0)
+    assert np.array_equal(label_cells(cost, borders), cost.argmin(axis=1))
+
+
+def test_dear_borders_leave_one_plane() -> None:
+    cost, borders = problem(0, 12, 5, 1e3)
+    assert set(label_cells(cost, borders, try_one_for_all=True)) == {int(cost.sum(axis=0).argmin())}
+
+
+def test_ties_keep_what_is() -> None:
+    """A cell without points between two planes takes neither side's before the other's."""
+    cost = np.array([[0.0, 1.0], [0.0, 0.0], [1.0, 0.0]])
+    borders = Borders(np.array([[0, 1], [1, 2]]), np.zeros((2, 2, 2)), np.array([0.2, 0.2]), np.zeros(2), 0.3)
+    assert label_cells(cost, borders).tolist() == [0, 0, 1]
+
+
+def test_a_plane_out_of_reach_is_never_taken() -> None:
+    cost = np.array([[0.5, 1e6], [0.9, 0.0]])
+    borders = Borders(np.array([[0, 1]]), np.zeros((1, 2, 2)), np.array([5.0]), np.zeros(1), 0.3)
+    assert label_cells(cost, borders).tolist() == [0, 0]
+
+
+def test_one_plane_or_no_cell() -> None:
+    none = Borders(np.empty((0, 2), np.int64), np.empty((0, 2, 1)), np.empty(0), np.empty(0), 0.3)
+    assert label_cells(np.ones((3, 1)), none).tolist() == [0, 0, 0]
+    assert label_cells(np.ones((0, 4)), none).tolist() == []
