@@ -1,48 +1,74 @@
-"""Cameras as rows of numbers, so that compiled loops can project through them."""
+"""Cameras as arrays, so that compiled loops can project through them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
 
-COLUMNS = 30
-_CENTRE, _FOCAL, _LENS, _SIZE, _KIND, _REACH = 9, 12, 16, 24, 26, 27
 BEYOND = 1.05
 """Distortion is trusted this much farther out than the image's corners: beyond, its polynomial may fold back into the image."""
 
 
-def packed(images: Sequence[OrientedImage], origin: FloatArray) -> FloatArray:
-    """(N, 30) rotation, centre from `origin`, fx fy cx cy, eight coefficients, width, height, fisheye or not, greatest tan², tan across, tan down."""
-    rows = np.zeros((len(images), COLUMNS))
-    for row, image in zip(rows, images, strict=True):
-        camera = image.camera
-        row[:_CENTRE] = image.rotation.ravel()
-        row[_CENTRE:_FOCAL] = image.centre - origin
-        row[_FOCAL:_LENS] = camera.fx, camera.fy, camera.cx, camera.cy
-        row[_LENS : _LENS + len(camera.distortion)] = camera.distortion
-        row[_SIZE:_KIND] = camera.width, camera.height
-        row[_KIND] = camera.kind == FISHEYE
-        row[_REACH:] = _reach(camera)
-    return rows
+class Cameras(NamedTuple):
+    """Of N images.
+
+    Attributes
+    ----------
+    rotation : (N, 3, 3) camera from world
+    centre : (N, 3) metres from an origin
+    focal, middle, size : (N, 2) fx and fy, cx and cy, width and height, pixels
+    distortion : (N, 8) coefficients
+    fisheye : (N,)
+    tangent2 : (N,) greatest squared tangent of an angle off the axis that the image shows
+    tangent : (N, 2) greatest tangents across and down
+    """
+
+    rotation: FloatArray
+    centre: FloatArray
+    focal: FloatArray
+    middle: FloatArray
+    size: FloatArray
+    distortion: FloatArray
+    fisheye: BoolArray
+    tangent2: FloatArray
+    tangent: FloatArray
+
+    def take(self, chosen: IntArray) -> Cameras:
+        return Cameras._make(values[chosen] for values in self)
 
 
-def facing(cameras: FloatArray, low: FloatArray, high: FloatArray) -> IntArray:
-    """Numbers of the packed cameras that may show something of a box; some may show nothing of it.
+def packed(images: Sequence[OrientedImage], origin: FloatArray) -> Cameras:
+    """The cameras of images, seen from an origin (3,), world metres."""
+    cameras = [image.camera for image in images]
+    distortion = np.zeros((len(images), 8))
+    for row, camera in zip(distortion, cameras, strict=True):
+        row[: len(camera.distortion)] = camera.distortion
+    reach = np.array([_reach(camera) for camera in cameras])
+    return Cameras(
+        np.array([image.rotation for image in images], float), np.array([image.centre - origin for image in images]),
+        np.array([(c.fx, c.fy) for c in cameras], float), np.array([(c.cx, c.cy) for c in cameras], float),
+        np.array([(c.width, c.height) for c in cameras], float), distortion,
+        np.array([c.kind == FISHEYE for c in cameras]), reach[:, 0].copy(), reach[:, 1:].copy(),
+    )  # fmt: skip
+
+
+def facing(cameras: Cameras, low: FloatArray, high: FloatArray) -> IntArray:
+    """Numbers of the cameras that may show something of a box; some may show nothing of it.
 
     Parameters
     ----------
     low, high : (3,) its corners, metres from the cameras' origin
     """
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-    local = np.einsum("nij,nj->ni", cameras[:, :_CENTRE].reshape(-1, 3, 3), middle - cameras[:, _CENTRE:_FOCAL])
-    tangent = cameras[:, _REACH + 1 :]
+    local = np.einsum("nij,nj->ni", cameras.rotation, middle - cameras.centre)
     # distance of the box's middle beyond the planes through the camera and the image's left and right, upper and lower edge
-    beyond = (np.abs(local[:, :2]) - local[:, 2:] * tangent) / np.sqrt(1.0 + tangent**2)
+    beyond = (np.abs(local[:, :2]) - local[:, 2:] * cameras.tangent) / np.sqrt(1.0 + cameras.tangent**2)
     return np.asarray(np.flatnonzero(np.all(beyond <= radius, axis=1) & (local[:, 2] > -radius)))
 
 
@@ -59,31 +85,30 @@ def _reach(camera: Camera) -> tuple[float, float, float]:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def project(row, x, y, z):  # type: ignore[no-untyped-def]
-    """Image coordinates and depth of a point; depth 0 where the camera does not look."""
-    dx, dy, dz = x - row[9], y - row[10], z - row[11]
-    depth = row[6] * dx + row[7] * dy + row[8] * dz
+def project(cameras, i, x, y, z):  # type: ignore[no-untyped-def]
+    """Image coordinates and depth of a point in one of the cameras; depth 0 where it does not look."""
+    r, k = cameras.rotation[i], cameras.distortion[i]
+    dx, dy, dz = x - cameras.centre[i, 0], y - cameras.centre[i, 1], z - cameras.centre[i, 2]
+    depth = r[2, 0] * dx + r[2, 1] * dy + r[2, 2] * dz
     if depth <= 0.0:
         return 0.0, 0.0, 0.0
-    a = (row[0] * dx + row[1] * dy + row[2] * dz) / depth
-    b = (row[3] * dx + row[4] * dy + row[5] * dz) / depth
+    a = (r[0, 0] * dx + r[0, 1] * dy + r[0, 2] * dz) / depth
+    b = (r[1, 0] * dx + r[1, 1] * dy + r[1, 2] * dz) / depth
     r2 = a * a + b * b
-    if r2 > row[27]:
+    if r2 > cameras.tangent2[i]:
         return 0.0, 0.0, 0.0
-    if row[26] != 0.0:
-        r = np.sqrt(r2)
-        if r > 1e-12:
-            t = np.arctan(r)
+    if cameras.fisheye[i]:
+        off = np.sqrt(r2)
+        if off > 1e-12:
+            t = np.arctan(off)
             t2 = t * t
-            scale = t * (1 + t2 * (row[16] + t2 * (row[17] + t2 * (row[18] + t2 * row[19])))) / r
+            scale = t * (1 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])))) / off
             a, b = a * scale, b * scale
     else:
-        radial = (1 + r2 * (row[16] + r2 * (row[17] + r2 * row[20]))) / (
-            1 + r2 * (row[21] + r2 * (row[22] + r2 * row[23]))
-        )
-        p1, p2 = row[18], row[19]
+        radial = (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / (1 + r2 * (k[5] + r2 * (k[6] + r2 * k[7])))
+        p1, p2 = k[2], k[3]
         a, b = (
             a * radial + 2 * p1 * a * b + p2 * (r2 + 2 * a * a),
             b * radial + p1 * (r2 + 2 * b * b) + 2 * p2 * a * b,
         )
-    return row[12] * a + row[14], row[13] * b + row[15], depth
+    return cameras.focal[i, 0] * a + cameras.middle[i, 0], cameras.focal[i, 1] * b + cameras.middle[i, 1], depth

@@ -8,9 +8,12 @@ cell itself, the images and the surface between cell and cameras has a say.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
+from cityflow.core.arrays import FloatArray
 from cityflow.surface.ortho_camera import project
 from cityflow.surface.ortho_visibility import is_hidden
 
@@ -26,121 +29,154 @@ STEEPEST_RISE = 8.0
 STEP_M = 0.5
 
 
+class Limits(NamedTuple):
+    """What an image may be asked for.
+
+    Attributes
+    ----------
+    steepest : greatest tan² off the frame's nadir
+    rim : width of the rim as a share of the image
+    margin : pixels along the edge that are not used
+    half_width : of a seam, metres
+    """
+
+    steepest: float
+    rim: float
+    margin: float
+    half_width: float
+
+
+class Choice(NamedTuple):
+    """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block; images of -1 are none, weights of a cell add up to 1."""
+
+    image: np.ndarray[tuple[int, ...], np.dtype[np.int32]]
+    weight: FloatArray
+    u: FloatArray
+    v: FloatArray
+    scale: FloatArray
+
+
+class _Looks(NamedTuple):
+    """What is known so far of each image at one cell, each (N,).
+
+    Attributes
+    ----------
+    bound : cost, or a lower bound of it, or infinite where the image has had its turn
+    known : whether `bound` is the cost;  in_rim : whether the rim has a say
+    u, v, depth : where the image sees the cell, once the cost is known
+    """
+
+    bound: FloatArray
+    known: FloatArray
+    in_rim: FloatArray
+    u: FloatArray
+    v: FloatArray
+    depth: FloatArray
+
+
 @njit(cache=True, nogil=True, inline="always")
-def _base_cost(row, x, y, z, steepest):  # type: ignore[no-untyped-def]
+def _base_cost(cameras, i, x, y, z, steepest):  # type: ignore[no-untyped-def]
     """Metres per pixel times slant, a lower bound of `_cost`; infinite where the ray is too flat."""
-    dx, dy, h = row[9] - x, row[10] - y, row[11] - z
+    dx, dy, h = cameras.centre[i, 0] - x, cameras.centre[i, 1] - y, cameras.centre[i, 2] - z
     if h <= 0.0:
         return np.inf
     slant = (dx * dx + dy * dy) / (h * h)
     if slant > steepest:
         return np.inf
-    return h / row[12] * (1.0 + slant)
+    return h / cameras.focal[i, 0] * (1.0 + slant)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _cost(row, x, y, z, steepest, rim, margin):  # type: ignore[no-untyped-def]
+def _cost(cameras, i, x, y, z, limits):  # type: ignore[no-untyped-def]
     """The cost, where the point is in the image, and whether the rim has a say."""
-    base = _base_cost(row, x, y, z, steepest)
+    base = _base_cost(cameras, i, x, y, z, limits.steepest)
     if base == np.inf:
         return np.inf, 0.0, 0.0, 0.0, False
-    u, v, depth = project(row, x, y, z)
+    u, v, depth = project(cameras, i, x, y, z)
     if depth <= 0.0:
         return np.inf, 0.0, 0.0, 0.0, False
-    inside = min(min(u, row[24] - u), min(v, row[25] - v)) - margin
+    width, height = cameras.size[i]
+    inside = min(min(u, width - u), min(v, height - v)) - limits.margin
     if inside <= 0.0:
         return np.inf, 0.0, 0.0, 0.0, False
-    t = min(1.0, inside / (rim * min(row[24], row[25])))
+    t = min(1.0, inside / (limits.rim * min(width, height)))
     return base / (t * (2.0 - t)), u, v, depth, t < 1.0
 
 
 @njit(cache=True, nogil=True)
-def _slope(a, b, a_rim, b_rim, x, y, z, difference, limits):  # type: ignore[no-untyped-def]
-    """How fast the difference of two costs grows along the ground, per metre."""
-    if not (a_rim or b_rim):
-        ha, hb = a[12] * (a[11] - z), b[12] * (b[11] - z)
-        return 2.0 * np.hypot((x - a[9]) / ha - (x - b[9]) / hb, (y - a[10]) / ha - (y - b[10]) / hb)
-    steepest, rim, margin = limits[0], limits[1], limits[2]
-    ax = _cost(a, x + STEP_M, y, z, steepest, rim, margin)[0]
-    bx = _cost(b, x + STEP_M, y, z, steepest, rim, margin)[0]
-    ay = _cost(a, x, y + STEP_M, z, steepest, rim, margin)[0]
-    by = _cost(b, x, y + STEP_M, z, steepest, rim, margin)[0]
-    slope = np.hypot(bx - ax - difference, by - ay - difference) / STEP_M
+def _slope(cameras, pair, in_rim, cell, difference, limits):  # type: ignore[no-untyped-def]
+    """How fast the difference of two images' costs grows along the ground, per metre."""
+    (a, b), (x, y, z) = pair, cell
+    if not in_rim:
+        (ax, ay, az), (bx, by, bz) = cameras.centre[a], cameras.centre[b]
+        ha, hb = cameras.focal[a, 0] * (az - z), cameras.focal[b, 0] * (bz - z)
+        return 2.0 * np.hypot((x - ax) / ha - (x - bx) / hb, (y - ay) / ha - (y - by) / hb)
+    east = _cost(cameras, b, x + STEP_M, y, z, limits)[0] - _cost(cameras, a, x + STEP_M, y, z, limits)[0]
+    north = _cost(cameras, b, x, y + STEP_M, z, limits)[0] - _cost(cameras, a, x, y + STEP_M, z, limits)[0]
+    slope = np.hypot(east - difference, north - difference) / STEP_M
     return slope if np.isfinite(slope) else 0.0
 
 
 @njit(cache=True, nogil=True)
-def choose(  # type: ignore[no-untyped-def]
-    xs, ys, heights, cameras, levels, layout, place, sharp, limits, out_image, out_weight, out_u, out_v, out_scale
-):
-    """Fill images, weights, image coordinates and pixels per metre of depth for each cell of a block.
-
-    limits: greatest tan² off the frame's nadir, width of the rim as a share of the image, margin in pixels, half width of a seam in metres.
-    Weights of a cell add up to 1; where the image is -1 there is none.
-    """
+def choose(xs, ys, heights, cameras, obstacles, limits, choice):  # type: ignore[no-untyped-def]
+    """Fill the choice for each cell of a block; where heights are NaN there are no images."""
     rows, cols = heights.shape
-    n = cameras.shape[0]
-    bound, where = np.empty(n), np.empty((n, 5))
+    n = len(cameras.fisheye)
+    looks = _Looks(np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n))
     for r in range(rows):
         for c in range(cols):
             z = heights[r, c]
-            for k in range(out_image.shape[2]):
-                out_image[r, c, k] = -1
+            choice.image[r, c, :] = -1
             if np.isnan(z):
                 continue
-            x, y = xs[c], ys[r]
             for i in range(n):
-                bound[i] = _base_cost(cameras[i], x, y, z, limits[0])
-                where[i, 4] = 0.0
-            _fill_cell(
-                bound, where, x, y, z, cameras, levels, layout, place, sharp, limits,
-                out_image[r, c], out_weight[r, c], out_u[r, c], out_v[r, c], out_scale[r, c],
-            )  # fmt: skip
+                looks.bound[i] = _base_cost(cameras, i, xs[c], ys[r], z, limits.steepest)
+                looks.known[i] = 0.0
+            cell = Choice(choice.image[r, c], choice.weight[r, c], choice.u[r, c], choice.v[r, c], choice.scale[r, c])
+            _fill_cell((xs[c], ys[r], z), cameras, obstacles, limits, looks, cell)
 
 
 @njit(cache=True, nogil=True)
-def _fill_cell(  # type: ignore[no-untyped-def]
-    bound, where, x, y, z, cameras, levels, layout, place, sharp, limits, image, weight, us, vs, scale
-):
+def _fill_cell(cell, cameras, obstacles, limits, looks, out):  # type: ignore[no-untyped-def]
     """Images in order of cost: lower bounds become costs when their turn comes, and only those that would mix are looked at from."""
+    x, y, z = cell
     found, best, total = 0, 0, 0.0
     cheapest, room = np.inf, np.inf
-    while found < image.shape[0]:
+    while found < out.image.shape[0]:
         i, cost = -1, np.inf
-        for k in range(bound.shape[0]):
-            if bound[k] < cost:
-                i, cost = k, bound[k]
+        for k in range(looks.bound.shape[0]):
+            if looks.bound[k] < cost:
+                i, cost = k, looks.bound[k]
         if i < 0 or cost >= cheapest + room:
             break
-        row = cameras[i]
-        if where[i, 4] == 0.0:
-            bound[i], where[i, 0], where[i, 1], where[i, 2], in_rim = _cost(
-                row, x, y, z, limits[0], limits[1], limits[2]
-            )
-            where[i, 3], where[i, 4] = 1.0 if in_rim else 0.0, 1.0
+        if looks.known[i] == 0.0:
+            looks.bound[i], looks.u[i], looks.v[i], looks.depth[i], in_rim = _cost(cameras, i, x, y, z, limits)
+            looks.in_rim[i], looks.known[i] = 1.0 if in_rim else 0.0, 1.0
             continue
-        bound[i] = np.inf
+        looks.bound[i] = np.inf
         w = 1.0
         if found:
-            slope = _slope(cameras[best], row, where[best, 3] > 0, where[i, 3] > 0, x, y, z, cost - cheapest, limits)
-            w = _weight(cost - cheapest, room, slope, limits[3])
-        if w <= 0.0 or is_hidden(levels, layout, place, sharp, x, y, z, row[9] - x, row[10] - y, row[11] - z):
+            in_rim = looks.in_rim[best] > 0 or looks.in_rim[i] > 0
+            slope = _slope(cameras, (best, i), in_rim, cell, cost - cheapest, limits)
+            w = _weight(cost - cheapest, room, slope, limits.half_width)
+        to_x, to_y, to_z = cameras.centre[i]
+        if w <= 0.0 or is_hidden(obstacles, x, y, z, to_x - x, to_y - y, to_z - z):
             continue
         if found == 0:
             best, cheapest = i, cost
-            room = _room(row, cost, where[i, 3] > 0, z, limits[3])
-        image[found], weight[found], us[found], vs[found] = i, w, where[i, 0], where[i, 1]
-        scale[found] = row[12] / where[i, 2]
+            room = _room(to_z - z, cost, looks.in_rim[i] > 0, limits.half_width)
+        out.image[found], out.weight[found], out.u[found], out.v[found] = i, w, looks.u[i], looks.v[i]
+        out.scale[found] = cameras.focal[i, 0] / looks.depth[i]
         total += w
         found += 1
     for k in range(found):
-        weight[k] /= total
+        out.weight[k] /= total
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _room(row, cost, in_rim, z, half_width):  # type: ignore[no-untyped-def]
+def _room(above, cost, in_rim, half_width):  # type: ignore[no-untyped-def]
     """By how much a cost may exceed the best one's for the seam to be near: outside rims costs rise slowly."""
-    share = CLOSE if in_rim else min(CLOSE, STEEPEST_RISE * half_width / (row[11] - z))
+    share = CLOSE if in_rim else min(CLOSE, STEEPEST_RISE * half_width / above)
     return share * cost
 
 

@@ -1,11 +1,8 @@
-"""Is a point hidden from a camera by the surface? Rays march through the DSM's columns, with a pyramid of maxima to leap over what is low.
-
-The leaps save time and change no answer: a leap is only made over cells none of which reaches the ray.
-"""
+"""Is a point hidden from a camera by the surface? Around the point the surface counts as it is, farther off a little wider."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -13,25 +10,26 @@ from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Grid
-from cityflow.geometry.maxima_pyramid import LOWEST, maxima_pyramid
+from cityflow.geometry.ray_march import LOWEST, Columns, Ray, columns_over, march, tops_from
 
 
-@dataclass(frozen=True, slots=True)
-class Obstacles:
+class Obstacles(NamedTuple):
     """A surface to look over.
 
     Attributes
     ----------
-    levels : all levels of maxima in one row of float32, the finest first; heights in metres
-    layout : (levels, 3) int64, start, rows and columns of each
-    place : (6,) x_min, y_max, cell, widening radius in metres, tolerance in metres, reach in metres
-    sharp : (rows, cols) float32, the surface itself; the levels are those of the widened one
+    columns : the widened surface
+    sharp : (rows, cols) float32, the surface itself, metres from the columns' origin
+    radius : so near to a point the surface itself is looked at, metres
+    tolerance : a ray may dip this deep below the surface, metres
+    reach : what stands farther off (in plan) hides nothing, metres
     """
 
-    levels: Float32Array
-    layout: np.ndarray[tuple[int, int], np.dtype[np.int64]]
-    place: FloatArray
+    columns: Columns
     sharp: Float32Array
+    radius: float
+    tolerance: float
+    reach: float
 
 
 def obstacles(
@@ -47,13 +45,11 @@ def obstacles(
     tolerance_m : a ray may dip this deep below the surface
     reach_m : things farther off (in plan) hide nothing
     """
-    sharp = np.where(np.isnan(heights), LOWEST, heights - origin[2]).astype(np.float32)
+    sharp = np.ascontiguousarray(tops_from(heights, origin[2]))
     size = 2 * widened_cells + 1
     wide = np.asarray(cv2.dilate(sharp, np.ones((size, size), np.uint8), borderType=cv2.BORDER_REPLICATE), np.float32)
-    levels, layout = maxima_pyramid(wide)
-    radius = (widened_cells + 0.5) * grid.cell * np.sqrt(2.0)
-    place = np.array([grid.x_min - origin[0], grid.y_max - origin[1], grid.cell, radius, tolerance_m, reach_m])
-    return Obstacles(levels, layout, place, np.ascontiguousarray(sharp))
+    radius = float((widened_cells + 0.5) * grid.cell * np.sqrt(2.0))
+    return Obstacles(columns_over(grid, wide, origin), sharp, radius, float(tolerance_m), float(reach_m))
 
 
 def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, Float32Array]:
@@ -74,61 +70,31 @@ def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, 
 
 
 @njit(cache=True, nogil=True)
-def is_hidden(levels, layout, place, sharp, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
+def is_hidden(obstacles, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Whether the ray from (x, y, z) along (dx, dy, dz), upwards, runs below the surface; metres from the obstacles' origin."""
     flat = np.sqrt(dx * dx + dy * dy)
     if flat < 1e-9 or dz <= 0.0:
         return dz <= 0.0
-    ux, uy, rise = dx / flat, dy / flat, dz / flat
-    end = min(place[5], flat)
-    near = min(place[3], end)
-    if _near_hidden(place, sharp, x, y, z, ux, uy, rise, near):
-        return True
-    return _far_hidden(levels, layout, place, x, y, z, ux, uy, rise, near, end)
+    ray = Ray(x, y, z, dx / flat, dy / flat, dz / flat)
+    end = min(obstacles.reach, flat)
+    near = min(obstacles.radius, end)
+    return _near_hidden(obstacles, ray, near) or march(obstacles.columns, ray, near, end, obstacles.tolerance)
 
 
 @njit(cache=True, nogil=True)
-def _near_hidden(place, sharp, x, y, z, ux, uy, rise, end):  # type: ignore[no-untyped-def]
+def _near_hidden(obstacles, ray, end):  # type: ignore[no-untyped-def]
     """Cells around the point, at their true width."""
-    cell = place[2]
-    col, row = (x - place[0]) / cell, (place[1] - y) / cell
+    sharp, cell = obstacles.sharp, obstacles.columns.cell
+    col, row = (ray.x - obstacles.columns.x_min) / cell, (obstacles.columns.y_max - ray.y) / cell
     rows, cols = sharp.shape
     own_c, own_r = int(np.floor(col)), int(np.floor(row))
     step = 0.5
     s = step
     while s * cell <= end:
-        c, r = int(np.floor(col + ux * s)), int(np.floor(row - uy * s))
+        c, r = int(np.floor(col + ray.ux * s)), int(np.floor(row - ray.uy * s))
         if c < 0 or r < 0 or c >= cols or r >= rows:
             return False
-        if (c != own_c or r != own_r) and sharp[r, c] > z + rise * s * cell + place[4]:
+        if (c != own_c or r != own_r) and sharp[r, c] > ray.z + ray.rise * s * cell + obstacles.tolerance:
             return True
         s += step
-    return False
-
-
-@njit(cache=True, nogil=True)
-def _far_hidden(levels, layout, place, x, y, z, ux, uy, rise, s, end):  # type: ignore[no-untyped-def]
-    cell = place[2]
-    top = layout.shape[0] - 1
-    highest = levels[layout[top, 0]]
-    level = 0
-    nudge = 1e-7 * cell
-    while s < end:
-        height = z + rise * s + place[4]
-        if height >= highest:
-            return False
-        size = cell * (1 << level)
-        px, py = x + ux * s - place[0], place[1] - y - uy * s
-        c, r = int(np.floor(px / size)), int(np.floor(py / size))
-        if c < 0 or r < 0 or c >= layout[level, 2] or r >= layout[level, 1]:
-            return False
-        if levels[layout[level, 0] + r * layout[level, 2] + c] > height:
-            if level == 0:
-                return True
-            level -= 1
-            continue
-        leap_x = ((c + 1) * size - px) / ux if ux > 0 else ((c * size - px) / ux if ux < 0 else 1e30)
-        leap_y = ((r + 1) * size - py) / -uy if uy < 0 else ((r * size - py) / -uy if uy > 0 else 1e30)
-        s += min(leap_x, leap_y) + nudge
-        level = min(level + 1, top)
     return False

@@ -21,8 +21,8 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import PixelArray
-from cityflow.surface.ortho_camera import facing, packed
-from cityflow.surface.ortho_choice import BLENDED, choose
+from cityflow.surface.ortho_camera import Cameras, facing, packed
+from cityflow.surface.ortho_choice import BLENDED, Choice, Limits, choose
 from cityflow.surface.ortho_sampling import Wanted, add_colours, rounded
 from cityflow.surface.ortho_visibility import Obstacles, obstacles
 
@@ -112,9 +112,9 @@ def true_ortho(
     # a cell at the rim of the halo would be widened by what lies beyond
     reach_m = max(asked.halo_m - (asked.widened_cells + 1) * coarse, 0.0)
     blocking = obstacles(*around, origin, asked.widened_cells, asked.tolerance_cells * coarse, reach_m)
-    limits = np.array([
-        np.tan(np.radians(asked.off_nadir_deg)) ** 2, asked.rim_share, asked.margin_px, asked.seam_cells * grid.cell,
-    ])  # fmt: skip
+    limits = Limits(
+        float(np.tan(np.radians(asked.off_nadir_deg)) ** 2), asked.rim_share, asked.margin_px, asked.seam_cells * grid.cell,
+    )  # fmt: skip
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)
     for rows, cols in _blocks(grid):
@@ -134,37 +134,17 @@ def completed(first: Ortho, later: Ortho, images_before: int) -> Ortho:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Choice:
-    """(rows, cols, BLENDED) images, weights, image coordinates and pixels per metre of a block."""
-
-    image: np.ndarray[tuple[int, int, int], np.dtype[np.int32]]
-    weight: FloatArray
-    u: FloatArray
-    v: FloatArray
-    scale: FloatArray
-
-
 def _chosen(
-    centres: tuple[FloatArray, FloatArray],
-    heights: FloatArray,
-    cameras: FloatArray,
-    blocking: Obstacles,
-    limits: FloatArray,
-) -> _Choice:
+    centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras, blocking: Obstacles, limits: Limits
+) -> Choice:
     shape = (*heights.shape, BLENDED)
-    image = np.full(shape, -1, np.int32)
     chosen = _facing(centres, heights, cameras)
-    weight, u, v, scale = (np.zeros(shape) for _ in range(4))
-    choose(
-        *centres, heights, cameras[chosen], blocking.levels, blocking.layout, blocking.place, blocking.sharp, limits,
-        image, weight, u, v, scale,
-    )  # fmt: skip
-    numbers = np.append(chosen, -1).astype(np.int32)
-    return _Choice(numbers[image], weight, u, v, scale)
+    choice = Choice(np.full(shape, -1, np.int32), *(np.zeros(shape) for _ in range(4)))
+    choose(*centres, heights, cameras.take(chosen), blocking, limits, choice)
+    return choice._replace(image=np.append(chosen, -1).astype(np.int32)[choice.image])
 
 
-def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: FloatArray) -> IntArray:
+def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras: Cameras) -> IntArray:
     if np.all(np.isnan(heights)):
         return np.empty(0, np.int64)
     x, y = centres
@@ -172,14 +152,14 @@ def _facing(centres: tuple[FloatArray, FloatArray], heights: FloatArray, cameras
     return facing(cameras, low, np.array([x[-1], y[0], np.nanmax(heights)]))
 
 
-def _main_source(choice: _Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int16]]:
+def _main_source(choice: Choice) -> np.ndarray[tuple[int, int], np.dtype[np.int16]]:
     weight = np.where(choice.image >= 0, choice.weight, -1.0)
     best = np.argmax(weight, axis=2)[..., None]
     return np.take_along_axis(choice.image, best, axis=2)[..., 0].astype(np.int16)
 
 
 def _coloured(
-    choice: _Choice, images: Sequence[ColourImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
+    choice: Choice, images: Sequence[ColourImage], cell: float, bands: int, dtype: np.dtype[np.uint8]
 ) -> PixelArray:
     rows, cols = choice.image.shape[:2]
     total = np.zeros((rows * cols, bands), np.float32)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
-from cityflow.geometry.maxima_pyramid import LOWEST
+from cityflow.geometry.ray_march import LOWEST
 from cityflow.texture.visibility.obstacle_heights import obstacle_heights, roof_heights
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 from texture_scenes import GROUND, X, Y, house, raised, surface

@@ -17,8 +17,8 @@ from numba import njit
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
-from cityflow.geometry.maxima_pyramid import LOWEST
 from cityflow.geometry.polyhedron import triangulate
+from cityflow.geometry.ray_march import LOWEST
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 
 STEP_SHARE = 0.4

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
 from cityflow.geometry.polyhedron import triangulate
-from cityflow.texture.visibility.height_march import column_pyramid, meets_column
+from cityflow.geometry.ray_march import Columns, columns_over, meets_column, tops_from
 from cityflow.texture.visibility.obstacle_heights import obstacle_heights
 from cityflow.texture.visibility.triangle_tree import TriangleTree, meets_triangle, triangle_tree
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
@@ -24,15 +24,13 @@ class Scene:
 
     Attributes
     ----------
-    columns, layout, place : of the surface, as `height_march.column_pyramid` makes them
+    columns : of the surface
     tree : triangles of the unit itself, of its overhangs, and of its neighbours
     parameters : what counts as standing in the way
     """
 
     origin: FloatArray
-    columns: Float32Array
-    layout: IntArray
-    place: FloatArray
+    columns: Columns
     tree: TriangleTree
     parameters: VisibilityParameters
 
@@ -60,7 +58,7 @@ class Scene:
         tops = obstacle_heights(heights, grid, own, others, p)
         corners = [_corners(shell, origin) for shell in (*own, *others)]
         tree = triangle_tree(np.concatenate([np.empty((0, 3, 3)), *corners]))
-        return cls(origin, *column_pyramid(tops, grid, origin), tree, p)
+        return cls(origin, columns_over(grid, tops_from(tops, origin[2]), origin), tree, p)
 
     def visible(self, xyz: FloatArray, normal: FloatArray, centre: FloatArray) -> BoolArray:
         """Which points of a face a camera sees, whatever its frame is.
@@ -75,11 +73,8 @@ class Scene:
         camera = np.asarray(centre, np.float64) - self.origin
         p = self.parameters
         return np.asarray(
-            _visible(
-                points, np.asarray(normal, np.float64), camera, self.columns, self.layout, self.place, self.tree,
-                (p.bias_m, p.dip_m),
-            )
-        )  # fmt: skip
+            _visible(points, np.asarray(normal, np.float64), camera, self.columns, self.tree, (p.bias_m, p.dip_m))
+        )
 
 
 def _middle(shells: Sequence[Polyhedron]) -> float:
@@ -94,7 +89,7 @@ def _corners(shell: Polyhedron, origin: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)
-def _visible(points, normal, camera, columns, layout, place, tree, allowed):  # type: ignore[no-untyped-def]
+def _visible(points, normal, camera, columns, tree, allowed):  # type: ignore[no-untyped-def]
     bias, dip = allowed
     out = np.zeros(points.shape[0], np.bool_)
     start, towards = np.empty(3), np.empty(3)
@@ -115,7 +110,6 @@ def _visible(points, normal, camera, columns, layout, place, tree, allowed):  # 
         if met >= 0:
             last = met
             continue
-        out[i] = not meets_column(
-            columns, layout, place, start[0], start[1], start[2] + dip, towards[0], towards[1], towards[2], length
-        )
+        start[2] += dip
+        out[i] = not meets_column(columns, start, towards, length)
     return out
