@@ -93,31 +93,38 @@ def _border_cost(borders: Borders, e: int, p: int, q: int) -> int:
 
 
 @njit(cache=True, nogil=True)
+def _energy(unary: IntArray, borders: Borders, labels: IntArray) -> int:
+    total = 0
+    for c in range(len(labels)):
+        total += unary[c, labels[c]]
+    for e in range(len(borders.cells)):
+        total += _border_cost(borders, e, labels[borders.cells[e, 0]], labels[borders.cells[e, 1]])
+    return total
+
+
+@njit(cache=True, nogil=True)
 def _expand(unary: IntArray, borders: Borders, around: _Around, labels: IntArray) -> tuple[IntArray, int]:
     """Labels that no expansion makes better, and their energy."""
-    cells, planes = unary.shape
+    planes, energy = unary.shape[1], _energy(unary, borders, labels)
     stale = np.ones(planes, np.bool_)
     for _ in range(SWEEPS):
         if not stale.any():
             break
         for alpha in range(planes):
             if stale[alpha]:
-                takes = _move(unary, borders, around, labels, alpha)
-                if takes.any():
-                    labels[takes] = alpha
+                moved = labels.copy()
+                moved[_move(unary, borders, around, labels, alpha)] = alpha
+                moved_energy = _energy(unary, borders, moved)
+                if moved_energy < energy:
+                    labels, energy = moved, moved_energy
                     stale[:] = True
                 stale[alpha] = False
-    energy = 0
-    for c in range(cells):
-        energy += unary[c, labels[c]]
-    for e in range(len(borders.cells)):
-        energy += _border_cost(borders, e, labels[borders.cells[e, 0]], labels[borders.cells[e, 1]])
     return labels, energy
 
 
 @njit(cache=True, nogil=True)
 def _move(unary: IntArray, borders: Borders, around: _Around, labels: IntArray, alpha: int) -> BoolArray:
-    """Cells that take a plane in the best expansion; ties keep what is."""
+    """Cells that take a plane in the best expansion, and of equally good ones in that with the most cells."""
     takes = np.zeros(len(labels), np.bool_)
     chosen = np.flatnonzero((labels != alpha) & (unary[:, alpha] < OUT_OF_REACH * SCALE))
     if len(chosen) == 0:
@@ -141,17 +148,16 @@ def _move(unary: IntArray, borders: Borders, around: _Around, labels: IntArray, 
                 take_keep = _border_cost(borders, e, alpha, labels[other])
                 gain[k] += take_keep - now
                 gain[node[other]] -= take_keep
-                tail[arcs], head[arcs], room[arcs] = k, node[other], max(keep_take + take_keep - now, 0)
+                tail[arcs], head[arcs], room[arcs] = node[other], k, max(keep_take + take_keep - now, 0)
                 arcs += 1
-    # The source's side keeps its planes: a cost of taking hangs on the source, a gain on the sink.
+    # The source's side takes: a cost of taking hangs on the sink, a gain on the source.
     source, sink = len(chosen), len(chosen) + 1
     for k in range(len(chosen)):
         if gain[k] > 0:
-            tail[arcs], head[arcs], room[arcs] = source, k, gain[k]
+            tail[arcs], head[arcs], room[arcs] = k, sink, gain[k]
             arcs += 1
         elif gain[k] < 0:
-            tail[arcs], head[arcs], room[arcs] = k, sink, -gain[k]
+            tail[arcs], head[arcs], room[arcs] = source, k, -gain[k]
             arcs += 1
-    keeps = min_cut(tail[:arcs], head[:arcs], room[:arcs], len(chosen) + 2)
-    takes[chosen] = ~keeps[: len(chosen)]
+    takes[chosen] = min_cut(tail[:arcs], head[:arcs], room[:arcs], len(chosen) + 2)[: len(chosen)]
     return takes

@@ -14,7 +14,7 @@ import shapely
 from numba import njit
 from shapely import Polygon
 
-from cityflow.core.arrays import FloatArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.partition.borders import find_borders
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
