@@ -14,13 +14,13 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.texture import FIRST_IMAGE, FacePlane
-from cityflow.evaluation.image_similarity import Similarity, image_similarity
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.textured_view import TexturedTriangles, TexturedView, draw_textured
 from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.synthetic.render import RenderParameters, render, truth_depth
 from cityflow.texture.pages import corners_on_page, pages_of, uvd
 from cityflow.texture.placement.place import PlacementParameters, place
+from image_similarity import Similarity, image_similarity
 from texture_visibility import BUILT
 from texture_world import Done, World
 

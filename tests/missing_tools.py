@@ -32,7 +32,6 @@ TOOLS = (
     Tool("libcitygml's program", r"libcitygml-bin", "that libcitygml reads CityGML", "apt-get install libcitygml-bin"),
     Tool("libcitygml's library", r"libcitygml-dev", "what libcitygml shows of textures", "apt-get install g++ libcitygml-dev"),
     Tool("glTF's validator", r"gltf-validator", "3D Tiles by the official validator", "npm install -g gltf-validator, with NODE_PATH"),
-    Tool("scikit-image", r"skimage", "measures of likeness against another library", "install the group benchmarks of pyproject.toml"),
 )  # fmt: skip
 
 

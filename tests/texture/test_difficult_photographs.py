@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
+from skimage.color import deltaE_ciede2000, rgb2lab
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
@@ -14,7 +15,6 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceKey, FacePlane, Patch
-from cityflow.evaluation.image_similarity import delta_e_2000, lab_of
 from cityflow.texture.comparisons import FaceSamples
 from cityflow.texture.plain_colours import WallColours
 from cityflow.texture.planes import face_planes
@@ -89,7 +89,12 @@ def errors(made: TexturedUnit, key: FaceKey, of: int | None = None) -> FloatArra
     corner, cell = patch.corners[0], front_cell(patch, face)
     st = face.on_plane(face.rings[0][:1])[0] + (np.column_stack([col, row]) + 0.5 - corner[0, :2]) * [cell, -cell]
     truth = true_colours(face.world(st) - np.array([X, Y, 0.0]))
-    return delta_e_2000(lab_of(patch.pixels[chosen].astype(float)), lab_of(truth))
+    return _delta_e(patch.pixels[chosen].astype(float), truth)
+
+
+def _delta_e(one: FloatArray, two: FloatArray) -> FloatArray:
+    """(N,) CIEDE2000 between (N, 3) colours, 0 to 255."""
+    return np.asarray(deltaE_ciede2000(rgb2lab(one / 255), rgb2lab(two / 255)))
 
 
 def inner(patch: Patch) -> BoolArray:
@@ -190,13 +195,13 @@ def test_what_no_image_sees_of_a_wall_is_plain_and_not_grass() -> None:
     row, _ = np.nonzero(inner(patch) & (patch.index == INTERPOLATED))
     lowest = row > np.percentile(row, 50)
     assert np.median(hidden[lowest]) < 8.0
-    assert delta_e_2000(lab_of(np.array([GRASS])), lab_of(np.array([WALL])))[0] > 25.0
+    assert _delta_e(np.array([GRASS]), np.array([WALL]))[0] > 25.0
 
 
 def test_a_wall_nobody_saw_has_the_colour_of_the_others() -> None:
     made = textured([shot(image, hedge_m=1.5) for name, image in sides().items() if name != "finest"])
     plain = made.texture.plain[NORTH]
-    assert delta_e_2000(lab_of(np.array([plain.colour], float)), lab_of(np.array([WALL])))[0] < 4.0
+    assert _delta_e(np.array([plain.colour], float), np.array([WALL]))[0] < 4.0
 
 
 def test_own_and_common_colours_by_hand() -> None:
