@@ -4,8 +4,9 @@
 
 A flight of five cameras over a small area is rendered and run as a user runs it, with outlines found. Houses of rows are followed by gaps of `--gaps` metres,
 without trees; `--roofed` is the share of a gap's width that the verges beside it cover: 1 closes it from above. Judged in the area without a rim of 3 m:
-a gap is parted where the houses on its sides lie in different outlines; cut wrongly are true blocks of which two outlines have a tenth and 10 m² each.
-`narrow_gaps_images.py` does the same with drawn surfaces. What is there already is not made again. `--look` counts gaps without making anything.
+a gap is parted where the houses on its sides lie in different outlines, and as wide as these are apart; cut wrongly are true blocks of which two outlines
+have a tenth and 10 m² each. `narrow_gaps_images.py` does the same with drawn surfaces. What is there already is not made again. `--look` counts gaps without
+making anything.
 """
 
 from __future__ import annotations
@@ -13,21 +14,24 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import shapely
 from rich.console import Console
+from shapely import Polygon
 
 from cityflow.core.grid import grown
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
 from cityflow.io.tables.vector import read_layer
 from cityflow.stages.synth.survey import SynthParameters, town_of
 from cityflow.synthetic.flight_presets import preset
+from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_terraces import RowGaps
 from cityflow.workflow.synth import make_survey
 from cityflow.workflow.synth_files import PoseNoise
 from drawn_town import table
-from narrow_gaps_images import blocks_cut, gaps_parted
+from narrow_gaps_images import blocks_cut, gaps_parted, owner_of
 
 WORKFLOW = Path(__file__).parents[1] / "workflows" / "demo_flight.yaml"
 SETTINGS = ("reconstruct.methods=[extruded]", "texture.when=never", "split.when=never", "export.formats=[cityjson]")
@@ -59,7 +63,7 @@ def run_of(folder: Path, p: SynthParameters, roofed: float, more: list[str]) -> 
 
 
 def judged(p: SynthParameters, run: Path) -> list[str]:
-    """Gaps parted of all by width, blocks cut, mean IoU."""
+    """Gaps parted of all by width, blocks cut, mean IoU, widths of parted gaps as found and as they are."""
     town, inside = town_of(p.seed, p.whole_town), shapely.box(*grown(p.area, -RIM_M))
     found = united_by_adjacency(list(read_layer(run / "products" / "outlines.gpkg", "outlines").geometry))
     units = [k for k, u in enumerate(town.units) if inside.contains(u.wall_outline)]
@@ -71,8 +75,18 @@ def judged(p: SynthParameters, run: Path) -> list[str]:
     wide = [apart for width, apart in gaps if width >= 1.0]
     return [
         f"{sum(narrow)} of {len(narrow)}", f"{sum(wide)} of {len(wide)}", f"{blocks_cut(found, true)} of {len(true)}",
-        f"{compare_outlines(near, true).iou_mean:.3f}",
+        f"{compare_outlines(near, true).iou_mean:.3f}", ", ".join(f"{a:.2f} / {b:.2f}" for a, b in widths(found, town, frozenset(units))),
     ]  # fmt: skip
+
+
+def widths(found: Sequence[Polygon], town: Town, among: frozenset[int]) -> list[tuple[float, float]]:
+    """Of each gap that is parted: how far the outlines on its sides are apart, and its units."""
+    owner, rows = owner_of(found, town), []
+    for a, b in (gap.between for gap in town.gaps if not gap.tree and among.issuperset(gap.between)):
+        if min(owner[a], owner[b]) >= 0 and owner[a] != owner[b]:
+            units = town.units[a].wall_outline, town.units[b].wall_outline
+            rows.append((float(shapely.distance(found[owner[a]], found[owner[b]])), float(shapely.distance(*units))))
+    return rows
 
 
 def main() -> None:
@@ -94,7 +108,15 @@ def main() -> None:
                 continue
             rows.append([f"{seed}", f"{roofed:g}", *judged(p, run_of(asked.folder, p, roofed, asked.set))])
             print(rows[-1], flush=True)
-    head = ["seed", "of a gap roofed", "gaps below 1 m parted", "from 1 m", "blocks cut wrongly", "IoU mean"]
+    head = [
+        "seed",
+        "of a gap roofed",
+        "gaps below 1 m parted",
+        "from 1 m",
+        "blocks cut wrongly",
+        "IoU mean",
+        "width found / true m",
+    ]
     table("Narrow gaps on matched images", head, rows)
 
 

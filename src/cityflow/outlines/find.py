@@ -67,6 +67,8 @@ def _parted_regions(surface: RegionSurface, parameters: FindParameters) -> list[
     """Building regions, parted where narrow gaps go through them."""
     whole = building_regions(surface, parameters.regions)
     least = parameters.regions.minimum_area_m2
+    if surface.walls is not None:
+        surface = replace(surface, walls=surface.walls.take(np.argsort(surface.walls.xyz[:, 0], kind="stable")))
     return [part for r in whole for part in parts_of(r, surface, orientations_of(r), least)]
 
 

@@ -31,7 +31,7 @@ from cityflow.survey.source import LIDAR
 from cityflow.survey.survey import Survey
 
 NAME = "outline"
-VERSION = 7
+VERSION = 8
 OUTLINES = "outlines.jsonl"
 
 
