@@ -10,7 +10,7 @@ export MKL_NUM_THREADS = 1
 # Every run starts many interpreters: without bytecode each would translate all libraries again, which takes seconds
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test tests doctests check lint types layers spelling bench view-bundle kernels clean
+.PHONY: demo test tests doctests check lint types layers spelling bench view-bundle clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/cityflow demo --out $(RUN) --workers $(WORKERS)
@@ -42,12 +42,6 @@ spelling: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/python benchmarks/delft.py
-
-# numba keeps what it has compiled as long as that file is as it was, and does not see that a file it calls has changed: after `git pull`, or when
-# a kernel that others call was edited, old ones crash or count wrongly
-kernels: $(VENV)/.runtime
-	find src -name '*.nb[ic]' -delete
-	$(BIN)/python deploy/compile.py
 
 # The page of `cityflow view` from its sources in view/; wants node and npm. A test compares what is committed with what this makes
 view-bundle:

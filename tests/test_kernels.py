@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 import cityflow
 
@@ -26,3 +30,39 @@ def test_no_kernel_has_a_default_that_every_process_compiles_anew() -> None:
     assert len(found) > 300
     bad = [f"{path}: {k.name}" for path, k in found for d in k.args.defaults if "nan" in ast.unparse(d).lower()]
     assert bad == []
+
+
+def test_all_kernels_know_what_they_call() -> None:
+    """numba's own `njit` keeps a kernel whatever becomes of those that it calls."""
+    files = [p for p in PACKAGE.rglob("*.py") if "import njit" in p.read_text(encoding="utf-8")]
+    assert len(files) > 80
+    assert [p for p in files if "from cityflow.core.kernels import njit\n" not in p.read_text(encoding="utf-8")] == []
+
+
+def loaded(folder: Path, caller: str = "caller") -> tuple[int, int]:
+    """What a caller's kernel gives, in modules as new as those of another process; and how many kernels were read from their cache."""
+    modules = {}
+    for name in ("called", caller):
+        spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
+        assert spec is not None
+        assert spec.loader is not None
+        modules[name] = sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(modules[name])
+    kernel = modules[caller].twice
+    return kernel(1), sum(kernel.stats.cache_hits.values())
+
+
+def test_a_kernel_is_compiled_anew_where_one_that_it_calls_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    for name in ("called", "caller"):
+        monkeypatch.setitem(sys.modules, name, None)
+    head = "from cityflow.core.kernels import njit\n"
+    (tmp_path / "caller.py").write_text(
+        head + "from called import MORE, one\n\n@njit(cache=True)\ndef twice(x):\n    return 2 * one(x) + MORE\n"
+    )
+    called = head + "MORE = {}\n\n@njit(cache=True)\ndef one(x):\n    return x + {}\n"
+    for more, step, kept in ((0, 0, 0), (0, 0, 1), (0, 5, 0), (3, 5, 0), (3, 5, 1)):
+        (tmp_path / "called.py").write_text(called.format(more, step))
+        assert loaded(tmp_path) == (2 * (1 + step) + more, kept)

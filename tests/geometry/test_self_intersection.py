@@ -24,7 +24,7 @@ def surfaces_meet(a: Polyhedron, b: Polyhedron) -> bool:
     vertices = np.concatenate([one.vertices, two.vertices])
     triangles = np.concatenate([one.triangles, two.triangles + len(one.vertices)])
     groups = np.repeat([0, 1], [len(one.triangles), len(two.triangles)])
-    return meeting_groups(vertices, triangles, groups, 1e-9, 1) == [(0, 1)]
+    return bool(meeting_groups(vertices, triangles, groups, 1e-9, 1) == [(0, 1)])
 
 
 def test_meeting_surfaces_are_told_from_volumes() -> None:

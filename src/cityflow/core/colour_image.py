@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.kernels import njit
 from cityflow.core.pixels import Pixels, level_shape
 
 REACH_PX = 2

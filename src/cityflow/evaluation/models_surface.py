@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Face, Polyhedron, Semantic
+from cityflow.core.kernels import njit
 from cityflow.evaluation.roof_planes import RoofSurface
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.roof_distances import distances_to_roof

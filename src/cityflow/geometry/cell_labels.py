@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.geometry.min_cut import min_cut
 
 SCALE = 1e6

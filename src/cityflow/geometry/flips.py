@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 FLIP_MARGIN = 1e-9
 """Sine by which opposite angles must be beyond π to be flipped: keeps cocircular corners from flipping for ever."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.kernels import njit
 
 
 class _Residual(NamedTuple):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.kernels import njit
 
 
 def distances_to_outline(outline: Polygon, xy: FloatArray) -> FloatArray:

@@ -9,10 +9,10 @@ and party walls need no care.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron
+from cityflow.core.kernels import njit
 from cityflow.geometry.faults import Fault, Tolerances
 from cityflow.geometry.polyhedron import bounds_3d, triangulate
 

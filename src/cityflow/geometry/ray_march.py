@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 
 LOWEST = np.float32(-1e9)
 """Top of a column where nothing is."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import triangulate
 
 NEAR = 0.2

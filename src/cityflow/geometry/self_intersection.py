@@ -9,9 +9,9 @@ on the last digit of coordinates or on how the model is turned.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 Point = tuple[float, float, float]
 Flags = tuple[bool, bool, bool]

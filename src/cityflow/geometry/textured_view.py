@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.kernels import njit
 
 NEAREST_M = 0.05
 EMPTY = -1

@@ -2,16 +2,15 @@
 
 Ears are cut best shape first, then edges are flipped until the triangulation is Delaunay inside the polygon. Vertices
 in the middle of straight edges stay: neighbours of a face refer to them, and dropping them would open cracks. The
-flips leave no slivers beside such vertices. All of it is one file because numba's cache notices changes only in the
-file of the function that is called.
+flips leave no slivers beside such vertices.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.geometry.flips import cross_product, flip_edges
 
 

@@ -1,14 +1,11 @@
-"""Rules of rings and polygons, checked in the plane of each face with a tolerance for touching.
-
-All of it is one file because numba's cache notices changes only in the file of the function that is called.
-"""
+"""Rules of rings and polygons, checked in the plane of each face with a tolerance for touching."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.geometry.validity_rings import APART, distance_to_edge, hole_faults, relation_of_edges
 
 

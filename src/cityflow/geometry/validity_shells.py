@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.geometry.faults import Fault
 from cityflow.geometry.polyhedron import FaceArrays
 

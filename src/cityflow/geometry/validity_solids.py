@@ -7,10 +7,10 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
+from cityflow.core.kernels import njit
 from cityflow.geometry.faults import Fault, Tolerances
 from cityflow.geometry.overlap import MOST_CORNERS, clip_triangles, overlap_volume
 from cityflow.geometry.polyhedron import face_arrays, triangulate, volume

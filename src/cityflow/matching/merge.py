@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.matching.rectification import LEAST_FAN, Rectification
 

@@ -8,10 +8,10 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import ByteArray, Float32Array
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
 Mode = Literal["sgbm", "3way", "hh", "hh4"]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
 

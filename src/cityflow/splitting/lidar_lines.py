@@ -7,9 +7,9 @@ of both sides meet, a step is the line that parts the points of the upper plane 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.kernels import njit
 
 NONE, CREASE, STEP, FIREWALL = 0, 1, 2, 3
 X0, Y0, Z0, X1, Y1, Z1, KIND, HEIGHT, BEND, SCATTER = range(10)

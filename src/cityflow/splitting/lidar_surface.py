@@ -6,11 +6,11 @@ from contextlib import suppress
 
 import cv2
 import numpy as np
-from numba import njit
 from scipy.spatial import Delaunay, QhullError
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.kernels import njit
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters
 

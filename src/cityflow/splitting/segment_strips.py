@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.kernels import njit
 
 LEFT, RIGHT, ACROSS = 0, 1, 2
 START, END, SCATTER, SLOPE, COUNT, WIDTH = range(6)

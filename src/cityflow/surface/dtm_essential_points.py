@@ -8,12 +8,12 @@ is the terrain.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 from scipy.ndimage import gaussian_filter, minimum_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface.ground_points import lowest_surface, resample, slope_of, work_grid

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 
 Expected = tuple[Float32Array, Float32Array, Float32Array]
 """(N,) quality, trust and sigma of points, as in `CellPoints`."""

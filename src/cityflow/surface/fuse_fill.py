@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 DIRECTIONS = (
     (0, 1), (1, 2), (1, 1), (2, 1), (1, 0), (2, -1), (1, -1), (1, -2),

@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.surface.fuse_cells import CellPoints
 
 MOST_POINTS = 4096

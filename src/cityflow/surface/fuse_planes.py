@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.kernels import njit
 from cityflow.surface.fuse_modes import Modes
 
 ROUNDS = 3

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import binary_dilation
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 
 
 def terrain_from_points(xyz: FloatArray, grid: Grid) -> FloatArray:

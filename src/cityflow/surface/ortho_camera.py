@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import FISHEYE, Camera, OrientedImage
+from cityflow.core.kernels import njit
 
 BEYOND = 1.05
 """Distortion is trusted this much farther out than the image's corners: beyond, its polynomial may fold back into the image."""

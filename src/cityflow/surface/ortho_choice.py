@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.kernels import njit
 from cityflow.surface.ortho_camera import project
 from cityflow.surface.ortho_visibility import is_hidden
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.colour_image import ColourImage, balanced, sampled
+from cityflow.core.kernels import njit
 from cityflow.core.pixels import PixelArray
 
 COARSEST = 12

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.geometry.ray_march import LOWEST, Columns, Ray, columns_over, march, tops_from
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.surface.cover import BUILDING, GROUND, VEGETATION
 
 OVERVIEW_M = (0.5, 0.4)

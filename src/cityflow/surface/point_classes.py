@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.kernels import njit
 from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, LOW_NOISE, UNCLASSIFIED, WATER
 from cityflow.surface.image_surface import ImageSurface
 

@@ -6,10 +6,10 @@ Expects a cleaned cloud (`noise.clean`): the highest first return of a cell is t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.core.points import PointCloud
 
 

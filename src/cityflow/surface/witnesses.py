@@ -12,13 +12,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap
 from cityflow.core.grid import Bounds
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
 MOST_WORDS = 255

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.synthetic.caster import Scene, Surfaces
 from cityflow.synthetic.mesh import Material

@@ -6,10 +6,10 @@ from collections.abc import Hashable
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.synthetic.mesh import Part, TownMesh
 
 NOTHING = -1

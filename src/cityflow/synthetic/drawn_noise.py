@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 
 REACH = 3.5
 """Standard deviations after which a Gaussian ends."""

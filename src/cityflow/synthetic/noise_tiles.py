@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.kernels import njit
 
 TEXELS = 1024
 LEVELS = 8

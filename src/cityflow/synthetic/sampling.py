@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
+from cityflow.core.kernels import njit
 from cityflow.synthetic.caster import Surfaces
 from cityflow.synthetic.textures import LEAF
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.synthetic.caster import Surfaces
 from cityflow.synthetic.mesh import Material
 from cityflow.synthetic.textures import GRASS, LEAF, METAL, SOIL, WATER, hashed, texture

@@ -7,9 +7,9 @@ into its mean instead of flickering from image to image.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array
+from cityflow.core.kernels import njit
 from cityflow.synthetic.mesh import Material
 from cityflow.synthetic.noise_tiles import pattern
 

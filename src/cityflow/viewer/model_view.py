@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.grid import Bounds, Grid
+from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import FaceArrays, face_arrays, mesh_of
 from cityflow.viewer.model_view_shading import TERRAIN, shaded
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from cityflow.core.kernels import njit
 
 TERRAIN, NO_FACE = -1, -2
 """Numbers of faces that are none of a model's."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.kernels import njit
 from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Voxels
 
 DIRECTIONS = 24

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_thinning import Int32Array
 

@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, ByteArray, IntArray
+from cityflow.core.kernels import njit
 
 
 def paths(row: IntArray, col: IntArray, sure: BoolArray, bridge: int, least: int) -> list[tuple[IntArray, bool]]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.depth_map import ImagePoints
+from cityflow.core.kernels import njit
 
 Int32Array = NDArray[np.int32]
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 _LATTICE_M = 1e-3
 

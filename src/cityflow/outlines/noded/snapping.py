@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numba import njit
 from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.outlines.noded.rings import Rings, on_lattice
 
 _ROUNDS = 8

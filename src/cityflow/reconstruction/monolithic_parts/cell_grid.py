@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 SUMS = 10
 """Number, sums of x, y, z, and of their products xx, xy, yy, xz, yz, zz."""

@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoints
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numba import njit
 from pydantic import Field
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.monolithic_parts.facade_cells import FacadeCellParameters, FacadeCells
 

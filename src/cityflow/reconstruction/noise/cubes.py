@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 SUMS = 10
 """Count, sums of x, y, z and of their products xx, xy, xz, yy, yz, zz."""

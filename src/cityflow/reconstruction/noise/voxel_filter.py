@@ -15,10 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.noise.cubes import SUMS, add_point, cut_in_cubes, plane_of
 

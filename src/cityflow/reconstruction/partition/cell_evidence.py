@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 

@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 import shapely
-from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.borders import find_borders
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,

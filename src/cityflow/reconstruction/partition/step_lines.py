@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.borders import Borders, unique_pairs
 from cityflow.reconstruction.partition.subdivision import CutLine
 

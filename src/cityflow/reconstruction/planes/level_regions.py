@@ -7,9 +7,9 @@ begin a region from. But its points share one height, which neither leaves nor a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud
 
 REACH_M = 1.0

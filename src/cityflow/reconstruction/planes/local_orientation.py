@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.plane_fit import solve_plane
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.local_orientation import FLAWED, LocalOrientation
 from cityflow.reconstruction.planes.plane_fit import distances, fit_iterated, solve_plane
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.plane_fit import fit_iterated, plan_width, solve_plane
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud
 

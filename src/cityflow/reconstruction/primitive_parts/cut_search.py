@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.primitive_parts.islands import islands, point_costs
 from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, fit_part
 

@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.plane_labels import OUTLIER
 from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, fit_level, planes_of
 

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.plane_labels import OUTLIER
 
 FLAT, SHED, GABLE, HIP, PLANE = range(5)

@@ -14,11 +14,11 @@ from itertools import product
 
 import numpy as np
 import shapely
-from numba import njit
 from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.roof_types_parts.heights import COARSE_M, HeightCells

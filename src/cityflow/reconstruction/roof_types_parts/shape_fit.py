@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells
 from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel
 from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, skeleton_edges

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.kernels import njit
 from cityflow.core.roof_types import RoofType
 
 D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)

@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.kernels import njit
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import wall_edges

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.kernels import njit
 
 
 def depth_inside(rings: Sequence[FloatArray], rows: int, cols: int, reach: float) -> Float32Array:

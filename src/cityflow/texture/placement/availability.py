@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.texture.placement.pixel_runs import RunArray
 
 MapArray = NDArray[np.int16]

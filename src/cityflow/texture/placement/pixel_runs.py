@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, ByteArray, IntArray
+from cityflow.core.kernels import njit
 
 TURNS = 4
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 from cityflow.texture.placement.availability import Availability, nothing_taken, occupy, with_rows
 from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, Bounds, first_spot, reach_of, runs_of
 from cityflow.texture.placement.pixel_runs import TURNS, Patches

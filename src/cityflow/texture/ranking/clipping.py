@@ -6,7 +6,8 @@ A ring that is cut apart stays one ring, whose parts hang together by edges that
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from cityflow.core.kernels import njit
 
 
 @njit(cache=True, nogil=True)

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.ray_march import LOWEST
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.grid import Grid
+from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.ray_march import Columns, columns_over, meets_column, tops_from
 from cityflow.texture.visibility.obstacle_heights import obstacle_heights

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.kernels import njit
 
 LEAF = 4
 DEEPEST = 64
