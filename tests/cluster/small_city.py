@@ -24,6 +24,7 @@ from rich.console import Console
 
 from cityflow import cli
 from cityflow.catalog.create import create_catalog
+from cityflow.cli import options
 from cityflow.core.parameters import merged
 from cityflow.core.points import PointCloud
 from cityflow.flow.store import Store
@@ -183,7 +184,7 @@ class Commands:
         out_text, err_text = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):
             patch.setattr(sys, "argv", ["cityflow", *words])
-            patch.setattr(cli, "console", Console(width=240, file=out_text))
+            patch.setattr(options, "console", Console(width=240, file=out_text))
             for module, name, pixels in SMALL_PICTURES:
                 patch.setattr(module, name, pixels)
             with pytest.raises(SystemExit) as ended:
