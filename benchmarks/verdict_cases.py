@@ -268,7 +268,7 @@ def true_places(own: Sequence[Unit], outline: Polygon, near: Sequence[Unit]) -> 
     x, y = x[inside], y[inside]
     if not own:
         return np.column_stack([x, y, np.full(len(x), np.nan)])
-    z = np.fmax.reduce([_height(u, x, y) for u in (*own, *near)])
+    z = np.fmax.reduce([height_of(u, x, y) for u in (*own, *near)])
     all_walls = shapely.union_all([u.wall_outline for u in (*own, *near)])
     built = shapely.contains_xy(all_walls, x, y)
     judged = built | ~shapely.contains_xy(all_walls.buffer(EAVES_M), x, y)
@@ -281,7 +281,7 @@ def true_places(own: Sequence[Unit], outline: Polygon, near: Sequence[Unit]) -> 
     return np.asarray(np.column_stack([x, y, np.where(built, z, np.nan)])[judged])
 
 
-def _height(unit: Unit, x: FloatArray, y: FloatArray) -> FloatArray:
+def height_of(unit: Unit, x: FloatArray, y: FloatArray) -> FloatArray:
     z = np.full(len(x), np.nan)
     for face in unit.prisms:
         if face.kind != CHIMNEY:

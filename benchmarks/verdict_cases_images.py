@@ -1,7 +1,8 @@
 """Cases for verdicts as surveys from images give them: units of synthetic towns under a surface with the errors of dense matching.
 
-Every town has its own pixels and its own errors: how noisy and how wide its matching is differs from survey to survey. Points are those that
-the stage `surface` leaves for buildings; free-standing units have outlines with an error, as found ones have.
+Every town has its own pixels and its own errors, and every roof its own noise: texture, sun and the number of images differ from roof to roof
+more than from survey to survey. The ranges are those of two towns that were matched from images of 12 cm (`matched_noise.py`). Points are those
+that the stage `surface` leaves for buildings; free-standing units have outlines with an error, as found ones have.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 import shapely
+from affine import Affine
+from rasterio.features import rasterize
 from shapely import LineString
 
-from cityflow.core.arrays import BoolArray, ByteArray, FloatArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION, PointCloud
 from cityflow.core.wall_points import WallPoints, joined_walls
@@ -30,8 +33,12 @@ from cityflow.synthetic.town_units import Unit
 from verdict_cases import RELIEFS, STREET_TREES, Case, Survey, town_cases
 
 EDGE_M, OVER_M = 150.0, 10.0
-GSD_M, NOISE_GSD, WIDENED, ROUNDED = (0.06, 0.18), (0.2, 1.0), (0.8, 2.5), (1.0, 3.0)
-"""Of surveys: pixels on the ground, metres; noise on roofs, GSD; edges stand too far out and creases are rounded, cells."""
+GSD_M, NOISE_GSD, WIDENED, ROUNDED = (0.06, 0.18), (0.15, 0.6), (0.4, 1.6), (0.5, 2.0)
+"""Of surveys: pixels on the ground, metres; noise on the middle roof, GSD; edges stand too far out and creases are rounded, cells."""
+COARSE_SHARE = 0.8
+"""Of the noise's variance, what neighbouring squares share."""
+ROOF_SPREAD = 0.6
+"""Standard deviation of the logarithm of a roof's noise by that of the survey's middle roof."""
 OUTLINE_SIGMA_M = 0.3
 OVERLOOKED, PATCH_CELLS = -1.0, 10.0
 """Foliage is taken for a building in patches: where a normal number is below this."""
@@ -43,20 +50,27 @@ BUILT_M = 1.0
 
 def image_cases(seed: int) -> Iterator[Case]:
     """The cases of a town that was matched, the same for the same seed."""
+    town, survey, _ = image_survey(seed)
+    yield from town_cases(town, seed, survey)
+
+
+def image_survey(seed: int) -> tuple[Town, Survey, float]:
+    """A town, its matched surface, and its pixels on the ground, metres."""
     land = np.random.default_rng([seed, 94])
     relief, trees = float(land.choice(RELIEFS)), float(land.choice(STREET_TREES))
     town = make_town(seed, TownParameters(width_m=EDGE_M, height_m=EDGE_M, relief=relief, street_tree_share=trees))
     gsd = float(land.uniform(*GSD_M))
     ranges = {"level_gsd": NOISE_GSD, "widened_cells": WIDENED, "rounded_cells": ROUNDED}
-    noise = NADIR_NOISE.model_copy(update={k: float(land.uniform(*r)) for k, r in ranges.items()})
-    yield from town_cases(town, seed, _survey(town, seed, gsd, noise))
+    drawn = {k: float(land.uniform(*r)) for k, r in ranges.items()}
+    noise = NADIR_NOISE.model_copy(update={"coarse_share": COARSE_SHARE, **drawn})
+    return town, _survey(town, seed, gsd, noise), gsd
 
 
 def _survey(town: Town, seed: int, gsd_m: float, noise: HeightNoise) -> Survey:
     """Points of the matched surface, one per square, with their classes."""
     grid = Grid.covering(town.bounds, gsd_m)
     true, part = _seen_from_above(town, grid)
-    heights = matched_heights(true, noise, seed)
+    heights = _matched(true, noise, town, seed)
     parameters = ImageSurfaceParameters()
     block = max(round(parameters.thinned_m / gsd_m), 1)
     row, col = np.nonzero(thinned_cells(heights, np.isfinite(heights), (0, 0), block))
@@ -67,6 +81,15 @@ def _survey(town: Town, seed: int, gsd_m: float, noise: HeightNoise) -> Survey:
     density = 1.0 / (block * gsd_m) ** 2
     walls = joined_walls([_facades(unit, town.units, seed) for unit in town.units])
     return Survey(PointCloud.of(xyz, classes), classes, density, (density,), OUTLINE_SIGMA_M, walls, matched=True)
+
+
+def _matched(true: TrueView, noise: HeightNoise, town: Town, seed: int) -> Float32Array:
+    """(rows, cols) heights whose noise is as many times that of the survey as each roof's own number says."""
+    usual, quiet = (matched_heights(true, n, seed) for n in (noise, noise.model_copy(update={"level_gsd": 0.0})))
+    more = np.random.default_rng([seed, 97]).normal(0.0, ROOF_SPREAD, len(town.units))
+    roofs = [(u.roof_outline, float(np.exp(m))) for u, m in zip(town.units, more, strict=True)]
+    times = rasterize(roofs, true.grid.shape, fill=1.0, transform=Affine(*true.grid.transform), dtype="float32")
+    return np.asarray(quiet + times * (usual - quiet), np.float32)
 
 
 def _facades(unit: Unit, units: Sequence[Unit], seed: int) -> WallPoints:

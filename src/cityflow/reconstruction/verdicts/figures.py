@@ -17,6 +17,7 @@ from cityflow.geometry.roof_distances import NEAR, distances_to_roof, roof_hits
 from cityflow.reconstruction.verdicts.no_roof import Kind
 from cityflow.reconstruction.verdicts.placement import placement_of
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
+from cityflow.reconstruction.verdicts.roof_parts import plane_count, step_length
 from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS, beside_of, surroundings_of
 
 PLACES, STEP_M = 1200, (0.2, 1.0)
@@ -45,6 +46,9 @@ class Figures:
     error_m : metres, what the model claims of itself
     few : one by the root of the number of points on the plane, in the mean over the roof
     noise : metres, robust standard deviation of the points that the roof explains
+    steps : metres of walls within the outline, by the roof's area, times the spacing of points: where a step stands is known no better
+    shared : share of the outline that touches other units, times `few`: what hangs over from there is seen by points alone
+    divided : number of planes times `noise`, by the root of the roof's area: of many small planes under noisy points some are wrong
     points : number of roof points
     held : number of roof points held back
     matched : points are of a surface that was matched or given, not a scanner's
@@ -62,6 +66,9 @@ class Figures:
     error_m: float
     few: float
     noise: float
+    steps: float
+    shared: float
+    divided: float
     points: int
     held: int
     matched: bool = False
@@ -92,6 +99,7 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
     face, own = roof_hits(solid, np.column_stack([places, np.zeros(len(places))]))
     around = surroundings_of(solid, evidence, fit)
     placement = placement_of(evidence, around, fit.density)
+    few = _few(solid, face, fit)
     return Figures(
         off=_off(places, xy, fit),
         worst=_worst(solid, fit),
@@ -103,8 +111,11 @@ def figures_of(solid: Polyhedron, evidence: Evidence, fit: RoofFit, held: HeldBa
         misplaced=placement.misplaced,
         beside=beside_of(evidence, around, fit.density),
         error_m=float(claim) if claim is not None and math.isfinite(claim) else 1.0,
-        few=_few(solid, face, fit),
+        few=few,
         noise=fit.noise,
+        steps=step_length(solid, evidence.outline) / evidence.outline.area / math.sqrt(fit.density),
+        shared=sum(p.length for p in evidence.party) / evidence.outline.length * few,
+        divided=plane_count(solid) * fit.noise / math.sqrt(evidence.outline.area),
         points=int(roof.sum()),
         held=int(judged.sum()),
         matched=evidence.matched,

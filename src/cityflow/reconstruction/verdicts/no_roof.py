@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.geometry.roof_distances import NEAR
+from cityflow.reconstruction.verdicts.roof_parts import ends_in_plan
 
 WALL_M = 0.5
 """Points this near to a wall in plan, and below its top, may be of it: the outline's error, a sill, a gutter, a scanner's spot."""
@@ -103,18 +104,10 @@ def _at_walls(solid: Polyhedron, xyz: FloatArray) -> BoolArray:
     found = np.zeros(len(xyz), bool)
     if not rings or not len(xyz):
         return found
-    walls = shapely.linestrings([_longest(r[:, :2]) for r in rings])
+    walls = shapely.linestrings([ends_in_plan(r) for r in rings])
     low, top = (np.array([f(r[:, 2]) for r in rings]) for f in (np.min, np.max))
     spots = shapely.points(xyz[:, :2])
     point, wall = shapely.STRtree(walls).query(spots, predicate="dwithin", distance=WALL_M)
     z = xyz[point, 2]
     found[point[(z > low[wall] - NEAR) & (z < top[wall] - NEAR)]] = True
     return found
-
-
-def _longest(ring: FloatArray) -> FloatArray:
-    """The two places of a wall in plan that are furthest apart."""
-    along = ring - ring[0]
-    a = ring[int(np.argmax((along**2).sum(axis=1)))]
-    b = ring[int(np.argmax(((ring - a) ** 2).sum(axis=1)))]
-    return np.array([a, b])

@@ -104,6 +104,10 @@ WORDS: Mapping[str, Callable[[Figures], str]] = {
     ),
     "beside": lambda f: f"the roof goes on beyond the outline: {100 * f.beside:.0f} points there for every 100 on it",
     "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
-    "noise": lambda f: f"the points scatter by {100 * f.noise:.0f} cm about the roof",
+    "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, much for planes as small as these",
+    "steps": lambda f: f"{_percent(f.steps)} of the roof are nearer to a step of it than the points are to each other",
+    "shared": lambda f: (
+        f"{_percent(f.shared / f.few)} of the outline touch others, and few points tell whose roof is on top there"
+    ),
     "few": lambda f: f"only some {round(1 / f.few**2)} points speak for a roof plane",
 }
