@@ -11,7 +11,8 @@ from cityflow.core.openings import TOO_LITTLE, FaceOpenings, UnitOpenings
 from cityflow.core.texture import FIRST_IMAGE, FaceFigures, FaceKey, FacePlane, Patch, UnitTexture
 from cityflow.handover.texture_files import Rings, decode_unit, encode_unit, faces_of
 from cityflow.handover.window_files import decode_openings, encode_openings, wall_lines
-from cityflow.stages.windows import figures, openings_on, planes_of, with_window_figures
+from cityflow.stages.export.windows import openings_on, with_window_figures
+from cityflow.stages.windows import figures, planes_of
 from cityflow.synthetic.drawn_facades import DrawnFacade, draw_facade
 from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.texture.placement.place import PlacementParameters

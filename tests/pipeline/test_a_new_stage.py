@@ -18,20 +18,19 @@ COUNT = '''"""Stage ``count``: how many corners the outline of a building has.""
 
 from cityflow.flow.stage import Cost, Stage
 from cityflow.flow.task import Task
-from cityflow.handover.outline_lines import decode
-from cityflow.handover.pieces import read_text
+from cityflow.flow.typed import as_json
+from cityflow.handover.outline_lines import OutlineAt
 
 NAME = "count"
 
 
 def task(survey, unit):
-    place = [unit.path, unit.start, unit.length]
-    return Task(NAME, unit.id, "cityflow.stages.count:run", 1, inputs={"outline": unit.digest}, arguments={"outline": place}, limits=survey.limits(NAME))
+    given = as_json(unit.at)
+    return Task(NAME, unit.id, "cityflow.stages.count:run", 1, inputs={"outline": unit.digest}, arguments=given, limits=survey.limits(NAME))
 
 
 def run(workspace, task):
-    path, start, length = task.arguments["outline"]
-    polygon = decode(read_text(workspace.store, path)[start : start + length]).outline.polygon
+    polygon = task.arguments_as(OutlineAt).read(workspace.store).polygon
     return workspace.outcome(result={"corners": len(polygon.exterior.coords) - 1})
 
 

@@ -12,8 +12,8 @@ from PIL import Image
 
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE
 from cityflow.flow.store import Store
+from cityflow.handover.texture_files import PAGES
 from cityflow.reporting.view_images import Leaf, images_of_leaf
-from cityflow.stages import atlas
 
 IMAGES = ["nadir_07.jpg", "left_03.jpg", "right_11.jpg"]
 NADIR, LEFT, RIGHT = range(FIRST_IMAGE, FIRST_IMAGE + 3)
@@ -40,7 +40,7 @@ def _store(name: str, faces: list[dict[str, Any]], pages: list[np.ndarray | None
         if page is not None:
             file = io.BytesIO()
             Image.fromarray(page).save(file, "PNG")
-            store.write_bytes(f"{atlas.FOLDER}/{LEAF.name}.rectified.{number}.index.png", file.getvalue())
+            store.write_bytes(f"{PAGES}/{LEAF.name}.rectified.{number}.index.png", file.getvalue())
     return store
 
 
@@ -94,7 +94,7 @@ def test_a_page_that_is_missing_or_damaged_leaves_the_others() -> None:
     faces = [_face("a", 0, _ring(10, 10, 50, 30)), _face("b", 1, _ring(10, 10, 50, 30))]
     store = _store("missing", faces, [page, None])
     assert images_of_leaf(store, LEAF) == {"a": [["left_03.jpg", 1.0]], "b": []}
-    store.write_bytes(f"{atlas.FOLDER}/{LEAF.name}.rectified.1.index.png", b"no picture")
+    store.write_bytes(f"{PAGES}/{LEAF.name}.rectified.1.index.png", b"no picture")
     assert images_of_leaf(store, LEAF) == {"a": [["left_03.jpg", 1.0]], "b": []}
 
 

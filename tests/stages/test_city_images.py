@@ -95,10 +95,12 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     }
     assert all(by_stage.values())
     for task in by_stage["match"]:
-        assert all(place["ingest", tree["name"]] < place["match", task.unit] for tree in task.arguments["images"])
+        assert all(
+            place["ingest", tree["name"]] < place["match", task.unit] for tree in task.arguments["place"]["images"]
+        )
     for stage in ("fuse", "frame", "walls"):
         for task in by_stage[stage]:
-            read = [path.split("/")[2] for path in task.arguments["maps"]]
+            read = [path.split("/")[2] for path in task.arguments["depths"]["maps"]]
             assert all(place["match", u] < place[stage, task.unit] for u in read)
     for task in by_stage["outline"]:
         assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
@@ -106,7 +108,7 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     for task in by_stage["split"]:
         own = task.unit.removeprefix("house ")
         assert all(place[stage, own] < place["split", task.unit] for stage in ("surface", "ortho", "outline"))
-        assert {tree["name"] for tree in task.arguments["frames"]} == {
+        assert {tree["frame"]["name"] for tree in task.arguments["frames"]} == {
             f.name for f in SOURCE.survey.images.oblique_frames
         }
         over = SOURCE.survey.images.frame_units_over([own])
@@ -137,8 +139,11 @@ def test_given_outlines_wait_for_the_facades_around_them() -> None:
         ready.extend(source.after(task, record))
     assert {t.unit for t in outlines} == set(tiles)
     for task in outlines:
-        assert f"work/walls/{task.unit}/out" in task.arguments["walls"]
-        assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
+        assert f"work/walls/{task.unit}/out" in task.arguments["facades"]["walls"]
+        assert all(
+            place["walls", path.split("/")[2]] < place["outline", task.unit]
+            for path in task.arguments["facades"]["walls"]
+        )
         read = [k.split()[1] for k in task.inputs if k.startswith("surface ")]
         assert task.unit in read
         assert all(place["surface", t] < place["outline", task.unit] for t in read)
@@ -151,7 +156,7 @@ def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:
     heads = {t.arguments["base"].rsplit("_", 1)[1] for t in inner}
     assert len(heads) == 5
     for task in inner:
-        assert len(task.arguments["images"]) >= 3
+        assert len(task.arguments["place"]["images"]) >= 3
 
 
 def test_the_order_of_events_changes_no_task(whole: list[Task]) -> None:
@@ -171,10 +176,10 @@ def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> 
     small = run_through(CitySource(CATALOG, parameters(50.0)))
 
     def pairs(tasks: list[Task]) -> set[tuple[str, ...]]:
-        return {tuple(tree["name"] for tree in t.arguments["images"]) for t in tasks if t.stage == "match"}
+        return {tuple(tree["name"] for tree in t.arguments["place"]["images"]) for t in tasks if t.stage == "match"}
 
     cells = [
-        {(t.arguments["base"], *c) for t in tasks if t.stage == "match" for c in t.arguments["chosen"]}
+        {(t.arguments["base"], *c) for t in tasks if t.stage == "match" for c in t.arguments["place"]["chosen"]}
         for tasks in (whole, small)
     ]
     assert pairs(small) <= pairs(whole)
@@ -195,7 +200,9 @@ def test_a_changed_image_makes_its_matches_stale_and_no_others(whole: list[Task]
         ready.extend(source.after(task, record))
     matches = {t.name: t for t in whole if t.stage == "match"}
     changed = {n for n in matches if after[n] != digests[n]}
-    assert changed == {n for n, t in matches.items() if name in [tree["name"] for tree in t.arguments["images"]]}
+    assert changed == {
+        n for n, t in matches.items() if name in [tree["name"] for tree in t.arguments["place"]["images"]]
+    }
     assert changed
 
 
@@ -206,7 +213,9 @@ def _fields(record: Record) -> dict[str, Any]:
 def test_an_image_that_cannot_be_read_is_left_out_and_named(whole: list[Task]) -> None:
     name = next(t for t in whole if t.stage == "match").arguments["base"]
     ended = run_through(CitySource(CATALOG, parameters(), EVERYWHERE), failed=[f"ingest-{name}"])
-    concerned = [t for t in ended if t.stage == "match" and name in [tree["name"] for tree in t.arguments["images"]]]
+    concerned = [
+        t for t in ended if t.stage == "match" and name in [tree["name"] for tree in t.arguments["place"]["images"]]
+    ]
     assert concerned
     assert all(t.arguments["unread"] == [name] for t in concerned)
     assert all(name not in t.arguments["pixels"] for t in concerned)
@@ -224,13 +233,13 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
     chosen = [a.name for a in CATALOG.images if a.name.endswith("_right")][10:13]
     images = tuple(turned(a) if a.name in chosen else a for a in CATALOG.images)
     source = CitySource(replace(CATALOG, images=images), parameters())
-    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["wanted"]]
+    frames = [t for t in run_through(source) if t.stage == "frame" and t.arguments["depths"]["wanted"]]
     survey = source.survey.images
     assert any(len(f.images) < 5 for f in survey.frames)
     joined = {n for f in survey.frames if len(f.images) < 5 for n in f.images}
-    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["wanted"]}
+    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["depths"]["wanted"]}
     assert joined & bases
     for task in frames:
-        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["wanted"]} <= set(
-            task.arguments["images"]
+        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["depths"]["wanted"]} <= set(
+            task.arguments["colours"]["shown"]
         )

@@ -10,13 +10,16 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.building import Outline
+from cityflow.core.grid import Grid
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.store import Store
 from cityflow.handover.outline_lines import decode, encode, owned
+from cityflow.handover.surfaces import Surfaces
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.ingest.outline_sample import sampled
 from cityflow.stages.outline import walls as outline_walls
+from cityflow.survey.source import ZARR
 
 TILE_M = 100.0
 
@@ -27,6 +30,10 @@ def row() -> list[Outline]:
         Outline(f"h{k}", Polygon([(x, 10), (x + 8, 10), (x + 8, 20), (x, 20)]))
         for k, x in enumerate((84.0, 92.0, 100.0))
     ]
+
+
+GRID = Grid(0, 100, 0.5, 200, 400)
+NOTHING = outline_walls.FacadeInputs(None, (), Surfaces(GRID, ZARR, GRID))
 
 
 def roofs_and_echoes() -> np.ndarray:
@@ -45,7 +52,7 @@ def test_two_tiles_agree(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
         s.outline.id: s
         for tile, other in (("0_0", "1_0"), ("1_0", "0_0"))
         for s in outline_walls.moved_in(
-            Store(LocalFolder(str(tmp_path))), {}, by_tile[tile], by_tile[other], WallsInParameters(), 0.05
+            Store(LocalFolder(str(tmp_path))), NOTHING, by_tile[tile], by_tile[other], WallsInParameters(), 0.05
         )
     }
     assert set(moved) == {"h0", "h1", "h2"}
@@ -69,7 +76,7 @@ def test_outlines_wider_than_a_task_sees_stay(monkeypatch: pytest.MonkeyPatch, t
     monkeypatch.setattr(outline_walls, "LARGEST_M", 7.0)
     by_tile = owned(row(), TILE_M, {"0_0", "1_0"})
     own = by_tile["0_0"]
-    assert outline_walls.moved_in(Store(LocalFolder(str(tmp_path))), {}, own, [], WallsInParameters(), 0.05) == own
+    assert outline_walls.moved_in(Store(LocalFolder(str(tmp_path))), NOTHING, own, [], WallsInParameters(), 0.05) == own
 
 
 def test_outlines_are_sampled_from_the_file_that_most_stand_in() -> None:

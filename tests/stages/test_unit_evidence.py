@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,7 @@ from cityflow.core.grid import Grid, grown
 from cityflow.core.points import HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
-from cityflow.flow.task import Limits, Task
-from cityflow.flow.workspace import Workspace
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters import surface_zarr
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers, write_tile
 from cityflow.io.reference import resolve
@@ -38,16 +38,16 @@ def filled(store: Store, group: str, grid: Grid, layers: dict[str, Any]) -> None
     write_tile(store.zarr_store(group), grid, grid, {k: v for k, v in values.items() if k in layers})
 
 
+GIVEN = unit_evidence.EvidenceInputs(
+    pieces=(), unread=(), walls=(), failed_surfaces=(), surfaces=Surfaces(COARSE, ZARR, COARSE), own_orthos=False, given_orthos=(),
+    crs="EPSG:28992", classified=False, uneven=0.0, matched=False, alike_m=0.0,
+)  # fmt: skip
+
+
 def seen_by(store: Store, house: shapely.Polygon, images: bool) -> Evidence:
     fine, city = (FINE, COARSE) if images else (COARSE, COARSE)
-    arguments = {
-        "pieces": [], "unread": [], "walls": [], "city": list(city.bounds), "cell_m": city.cell,
-        "zarr": OVERVIEW if images else ZARR, "product_grid": list(fine.bounds), "product_cell_m": fine.cell,
-        "own_orthos": images, "crs": "EPSG:28992", "given_orthos": [], "classified": False, "uneven": 0.0, "matched": False, "alike_m": 0.0,
-        "failed_surfaces": [],
-    }  # fmt: skip
-    task = Task("reconstruct", "u", "x:y", 1, arguments=arguments, limits=Limits(1, 1, 0))
-    return unit_evidence.gather(Workspace(store, task), task, Outline("u", house))
+    surfaces = Surfaces(city, OVERVIEW if images else ZARR, fine)
+    return unit_evidence.gather(store, replace(GIVEN, surfaces=surfaces, own_orthos=images), Outline("u", house))
 
 
 @pytest.mark.parametrize(("images", "groups"), [(False, 1), (True, 2)])
@@ -97,7 +97,7 @@ def test_a_shed_whose_cells_were_taken_for_vegetation_keeps_its_roof(points: int
         "dtm": np.zeros(grid.shape, np.float32),
         "class": np.full(grid.shape, HIGH_VEGETATION, np.uint8),
     }
-    kept = unit_evidence._roof_points(cloud, grid, layers, {"classified": False, "uneven": 0.2})
+    kept = unit_evidence._roof_points(cloud, grid, layers, replace(GIVEN, uneven=0.2))
     assert shapely.contains_xy(shed, *kept.xyz[:, :2].T).all()
     on_roof = kept.xyz[:, 2] < 2.45
     assert on_roof.sum() >= 0.9 * points

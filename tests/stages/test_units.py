@@ -10,11 +10,13 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.building import Direction, Outline, OutlineEdge, Status
+from cityflow.core.edits import Edits
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
+from cityflow.flow.typed import as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.outline_lines import Standing, decode, decode_all, encode, entries, lines
+from cityflow.handover.outline_lines import OutlineAt, Standing, decode, decode_all, encode, entries, lines
 from cityflow.handover.split_lines import decode_splitting, encode_splitting, read_splits
 from cityflow.stages import units
 
@@ -62,21 +64,15 @@ def units_of_tiles(tmp_path: Path, west_fails: bool = False) -> dict[str, tuple[
     store.write_bytes("work/west.json", encode_splitting(split_west()))
     store.write_bytes("work/east.json", encode_splitting(Splitting((EAST,), reason="too small")))
     splits = {"west": None if west_fails else "work/west.json", "east": "work/east.json"}
-    place = {e["id"]: [e["path"], e["start"], e["length"]] for e in entries(text, "work/outlines.jsonl")}
+    place = {e["id"]: OutlineAt(e["path"], e["start"], e["length"]) for e in entries(text, "work/outlines.jsonl")}
     about = {
-        name: {
-            "line": place[name],
-            "tile": tile,
-            "split": splits[name],
-            "reason": "ran out of memory" if splits[name] is None else "",
-        }
+        name: units.SplitOutline(place[name], tile, splits[name], "ran out of memory" if splits[name] is None else "")
         for name, tile in (("west", "0_0"), ("east", "1_0"))
     }
     found = {}
     for name, tile in (("west", "0_0"), ("east", "1_0")):
-        task = Task(
-            "units", tile, "cityflow.stages.units:run", 1, arguments={"own": [name], "outlines": about, "edits": []}
-        )
+        given = as_json(units.UnitsInputs((name,), about, Edits()))
+        task = Task("units", tile, "cityflow.stages.units:run", 1, arguments=given)
         workspace = Workspace(store, task)
         outcome = units.run(workspace, task)
         path = next(p for p in outcome.outputs if p.endswith(units.UNITS))

@@ -6,12 +6,15 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from cityflow.core.building import Status
+from cityflow.flow.typed import from_json
 
 Json = Any
 """Anything that `json.dumps` takes."""
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +35,9 @@ class Task:
     stage, unit : names a person understands; together they name the task (`reconstruct-0503100000012345`)
     function : ``module:name`` of ``f(workspace, task) -> Outcome``
     version : number of the stage's algorithm, raised when its results change
-    parameters : the stage's parameters with the unit's overrides applied, JSON
+    parameters : the stage's parameters with the unit's overrides applied, JSON (`flow.typed.as_json`)
     inputs : name → digest of the contents of everything that the result depends on
-    arguments : where to find the inputs; may change without making the result stale
+    arguments : where to find the inputs, a dataclass of the stage as JSON; may change without making the result stale
     expected : RUN-relative path → bytes and SHA-256 of the inputs that other tasks left, filled in by the driver; what
         the task reads is held against it
     in_place : the task writes into a shared store (its own chunk of a Zarr array), so that an attempt that died
@@ -60,6 +63,14 @@ class Task:
     def digest(self) -> str:
         """SHA-256 over stage, unit, version, parameters and inputs; 64 hexadecimal digits."""
         return digest_of([self.stage, self.unit, self.version, dict(self.parameters), dict(self.inputs)])
+
+    def arguments_as(self, kind: type[T]) -> T:
+        """The arguments as the stage's dataclass. Raises ValueError, which names stage, unit and field."""
+        return from_json(kind, self.arguments, f"{self.name}: what it is given")
+
+    def parameters_as(self, kind: type[T]) -> T:
+        """The parameters as the stage's model. Raises ValueError, which names stage, unit and field."""
+        return from_json(kind, self.parameters, f"{self.name}: its parameters")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 import shapely
 
@@ -14,6 +11,7 @@ from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Ver
 from cityflow.flow.store import Store
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.handover.pieces import read_surface
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.attributes import with_source
 from cityflow.reconstruction.extruded import extrude
 
@@ -21,25 +19,15 @@ PERCENTILE = 70.0
 MARGIN_CELLS = 4
 
 
-def surface_over(store: Store, a: Mapping[str, Any], bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
-    """DSM and DTM over `bounds`, with the margin that lets both tiles beside a border see the same profile.
-
-    Parameters
-    ----------
-    a : of a task's arguments `city`, bounds of the grid of terrain and classes; `cell_m`; `zarr`, their group
-    """
-    city = Grid.covering(tuple(a["city"]), a["cell_m"])
-    return read_surface(store, a["zarr"], city, grown(bounds, MARGIN_CELLS * city.cell))
+def surface_over(store: Store, surfaces: Surfaces, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:
+    """DSM and DTM over `bounds`, with the margin that lets both tiles beside a border see the same profile."""
+    city = surfaces.working
+    return read_surface(store, surfaces.group, city, grown(bounds, MARGIN_CELLS * city.cell))
 
 
-def failed_block(store: Store, a: Mapping[str, Any], outline: Outline, reason: str) -> Building | None:
-    """A block from the surface over the whole outline, the same in every tile that shows it; None where no height is known.
-
-    Parameters
-    ----------
-    a : as in `surface_over`
-    """
-    grid, layers = surface_over(store, a, outline.polygon.bounds)
+def failed_block(store: Store, surfaces: Surfaces, outline: Outline, reason: str) -> Building | None:
+    """A block from the surface over the whole outline, the same in every tile that shows it; None where no height is known."""
+    grid, layers = surface_over(store, surfaces, outline.polygon.bounds)
     x, y = grid.centres()
     inside = shapely.contains_xy(outline.polygon, x, y)
     roof, ground = (z[inside & np.isfinite(z)] for z in (layers["dsm"], layers["dtm"]))

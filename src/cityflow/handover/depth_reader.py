@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +11,9 @@ from numpy.typing import NDArray
 from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.flow.store import Store
+from cityflow.flow.typed import TaskInputs
 from cityflow.handover.depth_map import decode_depth_map
-from cityflow.handover.oriented import of_json
+from cityflow.handover.field_types import OrientedField
 from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
 
 VERSION = 2
@@ -24,30 +23,47 @@ POINTS_KEPT = 15_000_000
 NO_PICTURE = np.empty((0, 0, 0), np.uint8)
 
 
+@dataclass(frozen=True, slots=True)
+class DepthInputs(TaskInputs):
+    """The depth maps that a task reads.
+
+    Attributes
+    ----------
+    maps : RUN-relative paths of all, sorted by flight tile;  wanted : of those whose points are wanted, the others are witnesses
+    bases : the images that they are of
+    bands : of the images
+    witnesses : what refutes a depth
+    """
+
+    maps: tuple[str, ...]
+    wanted: tuple[str, ...]
+    bases: tuple[OrientedField, ...]
+    bands: int
+    witnesses: WitnessParameters
+
+
 class DepthReader:
     """Points of depth maps within bounds, in a fixed order, without those that are refuted; as many maps are kept as memory allows.
 
     Parameters
     ----------
-    arguments : of a task, with what `depths_over` gave;  around : nothing beyond is ever asked for
+    around : nothing beyond is ever asked for
     """
 
-    def __init__(self, store: Store, arguments: Mapping[str, Any], around: Bounds) -> None:
-        self._store, self._around, self._bands = store, around, arguments["bands"]
-        self._maps, self._wanted = list(arguments["maps"]), list(arguments["wanted"])
-        self._images = {tree["name"]: of_json(tree) for tree in arguments["bases"]}
-        self._parameters = WitnessParameters.model_validate(arguments["witnesses"])
+    def __init__(self, store: Store, given: DepthInputs, around: Bounds) -> None:
+        self._store, self._given, self._around = store, given, around
+        self._images = {image.name: image for image in given.bases}
         self._kept: dict[str, ImagePoints] = {}
         self._extent: dict[str, Bounds] = {}
 
     def __call__(self, bounds: Bounds) -> ImagePoints:
         parts = []
-        for path in self._wanted:
+        for path in self._given.wanted:
             if path in self._extent and not bounds_meet(self._extent[path], bounds):
                 continue
             points = self._points(path)
             parts.append(points.take(within(points, bounds)))
-        return joined(parts, self._bands)
+        return joined(parts, self._given.bands)
 
     def _points(self, path: str) -> ImagePoints:
         if path in self._kept:
@@ -67,15 +83,15 @@ class DepthReader:
     def _words(self) -> dict[str, Words]:
         """What speaks for each depth of the wanted images, found once from all maps."""
         parts: dict[str, list[DepthMap]] = {}
-        asked, wanted = set[str](), frozenset(self._wanted)
-        for path in self._maps:
+        asked, wanted = set[str](), frozenset(self._given.wanted)
+        for path in self._given.maps:
             found = self._read(path)
             # pictures are not needed here, and are most of a map
             parts.setdefault(found.image, []).append(replace(found, colour=NO_PICTURE))
             if path in wanted:
                 asked.add(found.image)
         witnesses = [Witness.of(self._images[n], parts[n]) for n in sorted(parts)]
-        return words_for(witnesses, self._around, self._parameters, asked)
+        return words_for(witnesses, self._around, self._given.witnesses, asked)
 
 
 def within(points: ImagePoints, bounds: Bounds) -> NDArray[np.bool_]:

@@ -16,8 +16,24 @@ from shapely import LineString
 from cityflow.core.building import Direction, Outline, OutlineEdge
 from cityflow.core.grid import tile_at
 from cityflow.core.json_values import finite
+from cityflow.flow.store import Store
 from cityflow.flow.task import Json
+from cityflow.flow.typed import TaskInputs
+from cityflow.handover.pieces import read_text
 from cityflow.outlines.noded.adjacency import party_edges
+
+
+@dataclass(frozen=True, slots=True)
+class OutlineAt(TaskInputs):
+    """Where an outline is written: byte `start` and `length` of its line in the file at the RUN-relative `path`."""
+
+    path: str
+    start: int
+    length: int
+
+    def read(self, store: Store) -> Outline:
+        """The outline; the file is kept for the next of its lines."""
+        return decode(read_text(store, self.path)[self.start : self.start + self.length]).outline
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import PointCloud, concatenate
-from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
-from cityflow.flow.task import Task
 from cityflow.handover.image_copies import image_copies
-from cityflow.io.catalog.stac import sha256_of
 from cityflow.io.images.tiled_images import TiledImage, open_image
 from cityflow.io.points import las
 from cityflow.io.rasters.surface_zarr import read_layers
@@ -56,14 +52,3 @@ def read_text(store: Store, path: str) -> bytes:
 def _piece(store: Store, path: str) -> PointCloud:
     with store.local_copy(path) as local:
         return las.read_points(local)
-
-
-def refuse_other_file(path: Path, task: Task) -> None:
-    """Digests promise what is in the files: one that has changed since the catalog was made would break all of them."""
-    checksum, size = sha256_of(path)
-    if checksum != task.inputs["file"]:
-        raise CatalogError(
-            f"the file is another than when the catalog was made ({size:,} bytes, then {task.arguments['size']:,})",
-            where=task.arguments["href"],
-            remedy="fetch it again, or make the catalog again if the new file is meant",
-        )

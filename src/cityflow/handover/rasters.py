@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reference import Reference
-from cityflow.flow.task import Task
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window, write_cog
@@ -21,8 +22,18 @@ from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.rasters.raster_white import WHITE, white_of_raster
 from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
 from cityflow.io.reference import resolve
+from cityflow.surface.true_ortho import Ortho
 
 COLOURS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class GivenOrtho(TaskInputs):
+    """An ortho that the catalog names: its kind there, its address, its cell in metres."""
+
+    kind: str
+    href: str
+    cell_m: float
 
 
 def store_layers(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
@@ -35,19 +46,25 @@ def store_layers(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, lay
     return digest
 
 
-def publish_rasters(workspace: Workspace, task: Task, grid: Grid, rasters: Mapping[str, NDArray[Any]]) -> None:
+def store_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:
+    """The tile's chunk of the layers ``ortho`` and ``ortho_seen``."""
+    colour = np.ascontiguousarray(np.moveaxis(made.colour, -1, 0))
+    return store_layers(workspace, zarr, whole, grid, {"ortho": colour, "ortho_seen": made.mask})
+
+
+def publish_rasters(workspace: Workspace, tile: str, crs: str, grid: Grid, rasters: Mapping[str, NDArray[Any]]) -> None:
     """GeoTIFFs of a tile, a folder for each kind."""
-    reference = resolve(task.arguments["crs"])
+    reference = resolve(crs)
     for name, raster in rasters.items():
-        workspace.publish(f"products/{name}/{task.unit}.tif", write_cog(raster, grid, reference))
+        workspace.publish(f"products/{name}/{tile}.tif", write_cog(raster, grid, reference))
 
 
-def given_dtm(task: Task, grid: Grid) -> FloatArray | None:
+def given_dtm(href: str | None, crs: str, grid: Grid) -> FloatArray | None:
     """The catalog's terrain on `grid`, where it has one."""
-    if task.arguments["dtm"] is None:
+    if href is None:
         return None
-    with local_file(task.arguments["dtm"]) as path:
-        return read_window(path, grid, resolve(task.arguments["crs"]))
+    with local_file(href) as path:
+        return read_window(path, grid, resolve(crs))
 
 
 def given_colours(path: str | Path, grid: Grid, reference: Reference, resampling: str = "bilinear") -> FloatArray:

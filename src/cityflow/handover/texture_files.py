@@ -17,6 +17,10 @@ from cityflow.texture.placement.place import Placement, PlacementParameters, Spo
 from cityflow.texture.planes import face_planes
 
 SETS = ("raw", "rectified")
+PAGES = "products/textures"
+"""Where pages are written."""
+LEAF = "leaf.json"
+"""What an atlas task leaves of its leaf."""
 Rings = tuple[tuple[tuple[float, float, float], ...], ...]
 """World vertices of a face's rings: what a face is known by, whoever has numbered it."""
 

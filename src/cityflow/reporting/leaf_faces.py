@@ -13,6 +13,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.flow.store import Store
 from cityflow.geometry.polyhedron import FaceArrays, ring_area_vectors
+from cityflow.handover.texture_files import LEAF
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas
 
@@ -55,7 +56,7 @@ class LeafFaces:
 
 def leaf_files(records: CurrentRecords) -> dict[str, str]:
     """Leaf → the file that says where each of its faces is."""
-    return {r.unit: p for r in records.of(atlas.NAME) for p in r.outputs if p.endswith(f"/{atlas.LEAF}")}
+    return {r.unit: p for r in records.of(atlas.NAME) for p in r.outputs if p.endswith(f"/{LEAF}")}
 
 
 def read_leaves(store: Store, paths: Iterable[str]) -> Iterator[LeafFaces]:

@@ -17,10 +17,10 @@ from cityflow.flow.store import Store
 from cityflow.geometry.polyhedron import FaceArrays, project, projection_normals
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.geometry.triangulation import triangulate_faces
+from cityflow.handover.texture_files import PAGES
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.reporting.leaf_faces import LeafFaces
 from cityflow.reporting.model_pictures import densest_spot
-from cityflow.stages import atlas
 from cityflow.survey.survey import Survey
 from cityflow.viewer.model_view import (
     SKY,
@@ -172,7 +172,7 @@ def _terrain(store: Store, tile: str, bounds: Bounds, surfaces: Surfaces) -> _Pa
         return None
     corners = surfaces.corners.reshape(-1, 3)
     triangles = np.arange(len(corners)).reshape(-1, 3)
-    path = f"{atlas.FOLDER}/{tile}.terrain.jpg"
+    path = f"{PAGES}/{tile}.terrain.jpg"
     pages = (_page(store, path),) if store.exists(path) else ()
     (x_0, y_0, x_1, y_1) = bounds
     uvd = np.column_stack(

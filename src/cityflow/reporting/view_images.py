@@ -17,7 +17,7 @@ from PIL import Image, UnidentifiedImageError
 from cityflow.core.texture import FIRST_IMAGE
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
-from cityflow.handover.texture_files import SETS
+from cityflow.handover.texture_files import LEAF, PAGES, SETS
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas
 
@@ -42,7 +42,7 @@ def leaves(records: CurrentRecords) -> list[Leaf]:
 
 def _leaf(record: Record) -> Iterator[Leaf]:
     for path in record.outputs:
-        if path.endswith(f"/{atlas.LEAF}"):
+        if path.endswith(f"/{LEAF}"):
             yield Leaf(record.unit, path, digest_of([IMAGES_VERSION, dict(record.outputs)]))
 
 
@@ -61,7 +61,7 @@ def images_of_leaf(store: Store, leaf: Leaf) -> dict[str, list[list[Json]]]:
     made = manifest["sets"][PAGES_OF]
     counted: dict[str, Counter[int]] = {f["unit"]: Counter() for f in made["faces"]}
     for number in range(len(made["pages"])):
-        index = _page(store, f"{atlas.FOLDER}/{leaf.name}.{PAGES_OF}.{number}.index.png")
+        index = _page(store, f"{PAGES}/{leaf.name}.{PAGES_OF}.{number}.index.png")
         for face in (f for f in made["faces"] if f["page"] == number):
             counted[face["unit"]].update(_pixels(index, face["uvd"]))
     return {unit: _shares(count, manifest["images"]) for unit, count in sorted(counted.items())}

@@ -14,29 +14,27 @@ from cityflow.core.building import Status
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Patch, TexturePage
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.texture_files import SETS, Rings, decode_unit
+from cityflow.handover.texture_files import LEAF, PAGES, SETS, Rings, decode_unit
 from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey
-from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.textures import leaves_of
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 
 NAME = "atlas"
 VERSION = 2
-LEAF = "leaf.json"
-FOLDER = "products/textures"
 MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
 
 
-def leaf_of(survey: Survey, unit: UnitEntry) -> str:
-    """Name of the leaf that a unit belongs to: tile, and column and row in it, south-west first."""
-    n, (x, y) = survey.parameters.atlas.leaves(survey.parameters.tiles.tile_m), unit.point
-    x_0, y_0, x_1, y_1 = survey.lattice.tiles[unit.tile].bounds
-    col, row = int((x - x_0) / (x_1 - x_0) * n), int((y - y_0) / (y_1 - y_0) * n)
-    return f"{unit.tile}.{min(max(col, 0), n - 1)}_{min(max(row, 0), n - 1)}"
+@dataclass(frozen=True, slots=True)
+class LeafInputs(TaskInputs):
+    """Unit → RUN-relative path of its texture, of the units of a leaf that have one."""
+
+    textures: Mapping[str, str]
 
 
 def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
@@ -47,9 +45,9 @@ def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
         return None
     return Task(
         NAME, leaf, "cityflow.stages.atlas:run", VERSION,
-        parameters=survey.parameters_for(NAME, leaf, survey.parameters.atlas),
+        parameters=as_json(survey.parameters_of(NAME, leaf, survey.parameters.atlas)),
         inputs={f"texture {u}": digest for u, (_, digest) in files.items()},
-        arguments={"textures": {u: path for u, (path, _) in files.items()}},
+        arguments=as_json(LeafInputs({u: path for u, (path, _) in files.items()})),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -60,11 +58,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
     One set after the other, and a page at a time, so that memory holds the patches of one set and one page.
     """
-    parameters = AtlasParameters.model_validate(task.parameters)
+    textures, parameters = task.arguments_as(LeafInputs).textures, task.parameters_as(AtlasParameters)
     manifest: dict[str, Any] = {"plain": {}, "sets": {}}
-    figures: dict[str, Json] = {"units": len(task.arguments["textures"])}
+    figures: dict[str, Json] = {"units": len(textures)}
     for number, name in enumerate(SETS):
-        leaf = _Leaf.read(workspace, task.arguments["textures"], number)
+        leaf = _Leaf.read(workspace, textures, number)
         masks = [p.mask for _, p, _ in leaf.patches]
         placement = place(masks, parameters.placement) if masks else Placement((), ())
         made = pages_of([p for _, p, _ in leaf.patches], placement)
@@ -78,7 +76,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     if any(manifest["sets"][name]["pages"] for name in SETS):
         numbered = {str(i): n for i, n in enumerate(manifest["images"], start=FIRST_IMAGE)}
         meaning = {str(OUTSIDE): "no texture", str(INTERPOLATED): "interpolated", **numbered}
-        workspace.publish(f"{FOLDER}/{task.unit}.images.json", _text(meaning))
+        workspace.publish(f"{PAGES}/{task.unit}.images.json", _text(meaning))
     workspace.write(LEAF, _text(manifest))
     return workspace.outcome(Status.DONE, "", figures)
 
@@ -121,8 +119,8 @@ def _publish(workspace: Workspace, leaf: str, name: str, number: int, page: Page
     pixels = without_black(page)
     jpeg = parameters.form == "jpeg"
     data = jpeg_bytes(pixels, parameters.quality, parameters.full_colour) if jpeg else png_bytes(pixels)
-    path = workspace.publish(f"{FOLDER}/{leaf}.{name}.{number}.{ending}", data)
-    workspace.publish(f"{FOLDER}/{leaf}.{name}.{number}.index.png", png_bytes(page.index[..., None]))
+    path = workspace.publish(f"{PAGES}/{leaf}.{name}.{number}.{ending}", data)
+    workspace.publish(f"{PAGES}/{leaf}.{name}.{number}.index.png", png_bytes(page.index[..., None]))
     return TexturePage(path, page.pixels.shape[1], page.pixels.shape[0], media)
 
 
@@ -147,16 +145,6 @@ def _faces(leaf: _Leaf, placement: Placement) -> list[dict[str, Any]]:
 
 def _text(tree: Mapping[str, Any]) -> bytes:
     return json.dumps(tree, ensure_ascii=False, separators=(",", ":")).encode()
-
-
-def leaves_of(city: City, tile: str) -> Mapping[str, list[str]]:
-    """Leaf → the units of the area on it, of one tile whose units are known."""
-    if tile not in city.leaves_of:
-        found: dict[str, list[str]] = {}
-        for unit in city.chosen[tile]:
-            found.setdefault(leaf_of(city.survey, city.units[unit]), []).append(unit)
-        city.leaves_of[tile] = dict(sorted(found.items()))
-    return city.leaves_of[tile]
 
 
 def _units_on(city: City, leaf: str) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,17 +11,20 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
-from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthReader
-from cityflow.handover.rasters import store_layers
-from cityflow.stages.ortho import ortho_images, shown_images, write_ortho
+from cityflow.handover.colour_images import ColourInputs
+from cityflow.handover.depth_reader import DepthInputs, DepthReader
+from cityflow.handover.field_types import FrameField
+from cityflow.handover.rasters import store_layers, store_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
+from cityflow.survey.colours import colour_inputs
 from cityflow.survey.depths import depth_maps, depths_over, matches_over, reach_of
 from cityflow.survey.source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
@@ -39,6 +42,24 @@ class FrameParameters(Parameters):
     ortho: OrthoParameters = OrthoParameters()
 
 
+@dataclass(frozen=True, slots=True)
+class FrameInputs(TaskInputs):
+    """The views of one direction over a tile of its frame.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres in the frame
+    grid : of the whole frame
+    colours : the images that show it, oriented in the world
+    """
+
+    depths: DepthInputs
+    frame: FrameField
+    bounds: Bounds
+    grid: Grid
+    colours: ColourInputs
+
+
 def task(survey: Survey, unit: str) -> Task:
     """One tile of one frame, from the depth maps of its direction over the ground tiles that it looks at."""
     place = survey.images.frame_tile(unit)
@@ -47,34 +68,25 @@ def task(survey: Survey, unit: str) -> Task:
         for u, m in depth_maps(survey, place.ground_tiles).items()
         if survey.images.flight_tile(u).direction == place.frame.name
     }
-    inputs, arguments = depths_over(survey, ground_around(survey, unit), own.__contains__)
+    inputs, depths = depths_over(survey, ground_around(survey, unit), own.__contains__)
     bases = sorted({survey.images.flight_tile(u).base for u in own})
     seen = sorted({n for u in own for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)})
     # a small cluster's images may be masters for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
-    images = [n for n in seen if n in shown_here and survey.results.tiled_image(n) is not None]
-    shown = shown_images(survey, images)
-    frame = {
-        "name": place.frame.name,
-        "rotation": place.frame.frame_from_world.tolist(),
-        "origin": place.frame.origin.tolist(),
-    }
+    colours = colour_inputs(survey, (n for n in seen if n in shown_here))
+    grid = survey.images.frame_grid(place.frame)
+    given = as_json(FrameInputs(depths, place.frame, place.tile.bounds, grid, colours))
+    asked = FrameParameters(fuse=survey.parameters.image_surface.fuse, ortho=survey.parameters.ortho)
     return Task(
         NAME, unit, "cityflow.stages.frame:run", VERSION,
-        parameters={
-            "fuse": survey.parameters_for(NAME, unit, survey.parameters.image_surface.fuse),
-            "ortho": survey.parameters_for(NAME, unit, survey.parameters.ortho),
-        },
+        parameters=as_json(survey.parameters_of(NAME, unit, asked)),
         inputs={
             **inputs, "wanted": digest_of(sorted(own)),
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in images}, "views": digest_of(shown),
-            "frame": digest_of([frame, list(survey.images.frame_grid(place.frame).bounds)]),
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
+            "views": digest_of(given["colours"]["shown"]),
+            "frame": digest_of([given["frame"], grid.bounds]),
         },
-        arguments={
-            **arguments, "frame": frame, "bounds": list(place.tile.bounds), "cell_m": survey.images.frame_cell_m(place.frame),
-            "frame_grid": list(survey.images.frame_grid(place.frame).bounds),
-            "images": shown, "pixels": {n: survey.results.tiled_image(n) for n in images},
-        },
+        arguments=given,
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -89,44 +101,33 @@ def ground_around(survey: Survey, unit: str) -> list[str]:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Turn points and images into the frame, then fuse and colour as for the world."""
-    a = task.arguments
-    frame = _frame(task)
-    fusing, ortho = (
-        FuseParameters.model_validate(task.parameters["fuse"]),
-        OrthoParameters.model_validate(task.parameters["ortho"]),
-    )
-    bounds: Bounds = tuple(a["bounds"])
-    halo = max(fusing.reach_m(a["cell_m"]), ortho.halo_m)
-    around = grown(bounds, halo)
-    core, wide = Grid.covering(bounds, a["cell_m"]), Grid.covering(around, a["cell_m"])
-    points = _in_frame(workspace, task, frame, wide.bounds)
-    if not len(points) or not a["images"]:
+    given, parameters = task.arguments_as(FrameInputs), task.parameters_as(FrameParameters)
+    frame, fusing, cell_m = given.frame, parameters.fuse, given.grid.cell
+    around = grown(given.bounds, max(fusing.reach_m(cell_m), parameters.ortho.halo_m))
+    core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(around, cell_m)
+    points = _in_frame(workspace.store, given, wide.bounds)
+    if not len(points) or not given.colours.shown:
         return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
     fused = fuse(points, wide, fusing)
     whole_surface = fill_steps(fused, fusing).astype(np.float32)
     part = wide.slices(core)
     images = [
-        replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin)) for i in ortho_images(workspace, task)
+        replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin))
+        for i in given.colours.opened(workspace.store)
     ]
-    made = true_ortho(core, whole_surface[part], (wide, whole_surface), images, ortho)
-    zarr, whole = f"{FRAMES}/{frame.name}", tuple(a["frame_grid"])
+    made = true_ortho(core, whole_surface[part], (wide, whole_surface), images, parameters.ortho)
+    zarr, whole = f"{FRAMES}/{frame.name}", given.grid.bounds
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
-    digest += write_ortho(workspace, zarr, whole, core, made)
+    digest += store_ortho(workspace, zarr, whole, core, made)
     return workspace.outcome(
         result={"digest": digest_of(digest), "points": len(points), "seen": float(made.mask.mean())}
     )
 
 
-def _frame(task: Task) -> LocalFrame:
-    tree = task.arguments["frame"]
-    return LocalFrame(tree["name"], np.array(tree["rotation"]), np.array(tree["origin"]))
-
-
-def _in_frame(workspace: Workspace, task: Task, frame: LocalFrame, bounds: Bounds) -> ImagePoints:
+def _in_frame(store: Store, given: FrameInputs, bounds: Bounds) -> ImagePoints:
     """The points of the depth maps that stand over `bounds` of the frame, in the frame."""
-    a = task.arguments
-    world = DepthReader(workspace.store, a, EVERYWHERE)(EVERYWHERE)
-    points = world.rotated(frame.frame_from_world, frame.origin)
+    world = DepthReader(store, given.depths, EVERYWHERE)(EVERYWHERE)
+    points = world.rotated(given.frame.frame_from_world, given.frame.origin)
     x, y = points.xyz[:, 0], points.xyz[:, 1]
     return points.take((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,8 +11,9 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.depth_reader import DepthInputs, DepthReader
 from cityflow.handover.fused import UNMATCHED, encode_fused
 from cityflow.surface.fuse import FuseParameters
 from cityflow.surface.fused_tile import fused_tile
@@ -24,35 +26,49 @@ VERSION = 3
 FUSED = "fused.cfa"
 
 
+@dataclass(frozen=True, slots=True)
+class FuseInputs(TaskInputs):
+    """Where the depth maps are, and what becomes of them.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres
+    failed : flight tiles over it without a depth map
+    cell_m : of the surface;  factor : its cells along one of the grid of terrain and classes
+    """
+
+    depths: DepthInputs
+    bounds: Bounds
+    failed: tuple[str, ...]
+    cell_m: float
+    factor: int
+
+
 def task(survey: Survey, name: str) -> Task:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
-    inputs, arguments = depths_over(survey, _tiles_around(survey, name))
+    inputs, depths = depths_over(survey, _tiles_around(survey, name))
     failed = unmatched(survey, [name])
     return Task(
         NAME, name, "cityflow.stages.fuse:run", VERSION,
-        parameters=survey.parameters_for(NAME, name, survey.parameters.image_surface.fuse),
+        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)),
         inputs={
             **inputs, **{f"failed {u}": "missing" for u in failed}, "grid": survey.lattice.place,
         },
-        arguments={
-            **arguments, "bounds": list(survey.lattice.tiles[name].bounds), "failed": failed,
-            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor,
-        },
+        arguments=as_json(
+            FuseInputs(depths, survey.lattice.tiles[name].bounds, tuple(failed), survey.lattice.product_grid.cell, survey.source.factor)
+        ),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Fuse, and keep heights, precision and colours for whoever needs the surface of this tile."""
-    a = task.arguments
-    parameters = FuseParameters.model_validate(task.parameters)
-    bounds: Bounds = tuple(a["bounds"])
-    reach = parameters.reach_m(a["cell_m"]) + 2 * a["cell_m"] * a["factor"]
-    around = grown(bounds, reach)
-    reader = DepthReader(workspace.store, a, around)
-    made = fused_tile(reader, bounds, a["cell_m"], a["factor"], parameters)
+    given, parameters = task.arguments_as(FuseInputs), task.parameters_as(FuseParameters)
+    reach = parameters.reach_m(given.cell_m) + 2 * given.cell_m * given.factor
+    reader = DepthReader(workspace.store, given.depths, grown(given.bounds, reach))
+    made = fused_tile(reader, given.bounds, given.cell_m, given.factor, parameters)
     workspace.write(FUSED, encode_fused(made))
-    status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(a["failed"]))) if a["failed"] else (Status.DONE, "")
+    status, reason = (Status.DEGRADED, UNMATCHED.format(", ".join(given.failed))) if given.failed else (Status.DONE, "")
     seen = np.isfinite(made.surface.dsm)
     sigma = float(np.median(made.surface.sigma[seen])) if seen.any() else None
     return workspace.outcome(status, reason, {"completeness": float(seen.mean()), "median_sigma_m": sigma})

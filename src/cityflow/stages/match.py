@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from cityflow.core.building import Status
+from cityflow.core.grid import Bounds
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.json_values import rounded
 from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Limits, Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_map import encode_depth_map
-from cityflow.handover.oriented import of_json, to_json
+from cityflow.handover.field_types import OrientedField
 from cityflow.handover.pieces import open_pixels
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.survey.city import City
@@ -28,39 +31,75 @@ DEPTHS = "depth.cfd"
 NO_PARTNER = "no partner of the base image could be read"
 
 
+@dataclass(frozen=True, slots=True)
+class MatchPlace(TaskInputs):
+    """What is matched, and over which ground.
+
+    Attributes
+    ----------
+    tile : bounds of the ground tile;  cell_m : edge of its cells;  chosen : column and row of those that are the base image's
+    heights : lowest ground and highest object, world metres
+    images : the base image, then its partners, as they were taken
+    """
+
+    tile: Bounds
+    cell_m: float
+    chosen: tuple[tuple[int, int], ...]
+    heights: tuple[float, float]
+    images: tuple[OrientedField, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MatchInputs(TaskInputs):
+    """A base image and its partners.
+
+    Attributes
+    ----------
+    base : name of the base image
+    pixels : name → RUN-relative path of each image that could be read;  unread : the others
+    level : of the pyramid that is matched, and that `place` speaks of
+    """
+
+    place: MatchPlace
+    base: str
+    pixels: Mapping[str, str]
+    unread: tuple[str, ...]
+    level: int
+
+
 def task(survey: Survey, unit: str) -> Task:
     """The depth map of one base image over one ground tile."""
     flight_tile = survey.images.flight_tile(unit)
     names = [flight_tile.base, *flight_tile.partners]
     read = {n: survey.results.tiled_image(n) for n in names}
-    usable = [n for n in names if read[n] is not None]
+    pixels = {n: path for n, path in read.items() if path is not None}
     cells, view = flight_tile.cells, survey.images.flown[flight_tile.base]
-    place = {"tile": list(cells.tile), "cell_m": cells.cell_m, "chosen": [list(c) for c in cells.chosen],
-             "heights": list(view.heights), "images": [to_json(survey.images.flown[n].image) for n in names]}  # fmt: skip
+    images = tuple(survey.images.flown[n].image for n in names)
+    place = MatchPlace(cells.tile, cells.cell_m, cells.chosen, view.heights, images)
+    unread = tuple(n for n in names if n not in pixels)
+    given = as_json(MatchInputs(place, flight_tile.base, pixels, unread, survey.parameters.images.level))
     return Task(
         NAME, unit, "cityflow.stages.match:run", VERSION,
-        parameters=survey.parameters_for(NAME, unit, survey.parameters.match),
-        inputs={**{f"image {n}": survey.results.digest_of("ingest", n) for n in names}, "place": digest_of(place)},
-        arguments={**place, "pixels": {n: read[n] for n in usable}, "base": flight_tile.base,
-                   "level": survey.parameters.images.level,
-                   "unread": [n for n in names if read[n] is None]},
+        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)),
+        inputs={**{f"image {n}": survey.results.digest_of("ingest", n) for n in names}, "place": digest_of(given["place"])},
+        arguments=given,
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Match, and write the depths of the pixels whose points stand in the tile."""
-    a = task.arguments
-    images = {tree["name"]: of_json(tree) for tree in a["images"]}
-    pixels = {name: ReducedPixels(open_pixels(workspace.store, path), a["level"]) for name, path in a["pixels"].items()}
-    _refuse_unmatchable(a["base"], pixels.keys())
-    keep = GroundCells(tuple(a["tile"]), a["cell_m"], tuple((int(c), int(r)) for c, r in a["chosen"]))
-    partners = [(images[n], pixels[n]) for n in images if n in pixels and n != a["base"]]
-    parameters = MatchParameters.model_validate(task.parameters)
-    found = match(images[a["base"]], pixels[a["base"]], partners, keep, tuple(a["heights"]), parameters)
+    given, parameters = task.arguments_as(MatchInputs), task.parameters_as(MatchParameters)
+    base, place = given.base, given.place
+    images = {image.name: image for image in place.images}
+    pixels = {n: ReducedPixels(open_pixels(workspace.store, path), given.level) for n, path in given.pixels.items()}
+    _refuse_unmatchable(base, pixels.keys())
+    keep = GroundCells(place.tile, place.cell_m, place.chosen)
+    partners = [(images[n], pixels[n]) for n in images if n in pixels and n != base]
+    found = match(images[base], pixels[base], partners, keep, place.heights, parameters)
     if found.depth_map is not None:
         workspace.write(DEPTHS, encode_depth_map(found.depth_map))
-    status, reason = _verdict(found, a["unread"])
+    status, reason = _verdict(found, given.unread)
     return workspace.outcome(status, reason, _figures(found))
 
 
@@ -72,7 +111,7 @@ def _refuse_unmatchable(base: str, read: Iterable[str]) -> None:
         raise CityflowError(NO_PARTNER, where=base, remedy="see the ingest of its neighbours")
 
 
-def _verdict(found: Matched, unread: list[str]) -> tuple[Status, str]:
+def _verdict(found: Matched, unread: Sequence[str]) -> tuple[Status, str]:
     """A pair that could not be used leaves its reason in the record; only where none could be used the flight tile has failed."""
     missing = [f"{n} could not be read" for n in unread]
     if found.pairs and not any(p.used for p in found.pairs):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Set
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,14 +13,16 @@ from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.oriented import of_json, to_json
-from cityflow.handover.pieces import open_pixels
-from cityflow.handover.rasters import publish_rasters, store_layers
+from cityflow.handover.colour_images import ColourInputs
+from cityflow.handover.rasters import publish_rasters, store_ortho
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.ortho_visibility import block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
+from cityflow.survey.colours import colour_inputs
 from cityflow.survey.source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 
@@ -29,23 +31,39 @@ VERSION = 5
 UNSEEN = "no image over this tile could be read"
 
 
+@dataclass(frozen=True, slots=True)
+class OrthoInputs(TaskInputs):
+    """The surface of a tile and the images over it.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres
+    colours : the images, those that look down steepest and slanting ones;  slanting : names of the latter
+    crs : code of the survey's CRS
+    """
+
+    bounds: Bounds
+    surfaces: Surfaces
+    colours: ColourInputs
+    slanting: tuple[str, ...]
+    crs: str
+
+
 def task(survey: Survey, name: str) -> Task:
     """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
     tile, ring = survey.lattice.tiles[name], survey.lattice.ring(name)
-    images = [n for n in survey.images.ortho_images(tile) if survey.results.tiled_image(n) is not None]
-    shown, slanting = shown_images(survey, images), [n for n in images if survey.images.is_slanting(n)]
+    colours = colour_inputs(survey, survey.images.ortho_images(tile))
+    slanting = tuple(n for n in colours.shown if survey.images.is_slanting(n))
+    given = as_json(OrthoInputs(tile.bounds, survey.surfaces, colours, slanting, survey.catalog.reference.code))
     return Task(
         NAME, name, "cityflow.stages.ortho:run", VERSION,
-        parameters=survey.parameters_for(NAME, name, survey.parameters.ortho),
+        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)),
         inputs={
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in ring},
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in images}, "views": digest_of([shown, slanting]), "grid": survey.lattice.place,
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
+            "views": digest_of([given["colours"]["shown"], slanting]), "grid": survey.lattice.place,
         },
-        arguments={
-            "bounds": list(tile.bounds), "product_grid": list(survey.lattice.product_grid.bounds), "cell_m": survey.lattice.product_grid.cell,
-            "working_cell_m": survey.lattice.cell_m, "images": shown, "slanting": slanting, "pixels": {n: survey.results.tiled_image(n) for n in images},
-            "crs": survey.catalog.reference.code,
-        },
+        arguments=given,
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -53,22 +71,20 @@ def task(survey: Survey, name: str) -> Task:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of the ortho, and the ortho as GeoTIFF."""
-    a = task.arguments
-    if not a["images"]:
+    given, parameters = task.arguments_as(OrthoInputs), task.parameters_as(OrthoParameters)
+    if not given.colours.shown:
         return workspace.outcome(Status.FAILED, UNSEEN)
-    parameters = OrthoParameters.model_validate(task.parameters)
-    bounds: Bounds = tuple(a["bounds"])
-    grid = Grid.covering(bounds, a["cell_m"])
-    halo = parameters.halo_m
-    around = grown(bounds, halo)
-    city = Grid.covering(tuple(a["product_grid"]), a["cell_m"])
-    wide, layers = read_layers(workspace.store.zarr_store(ZARR), city, around, ["dsm_filled"])
+    whole = given.surfaces.fine
+    grid = Grid.covering(given.bounds, whole.cell)
+    around = grown(given.bounds, parameters.halo_m)
+    wide, layers = read_layers(workspace.store.zarr_store(ZARR), whole, around, ["dsm_filled"])
     surface = layers["dsm_filled"]
-    blocking = block_maxima(wide, surface, round(a["working_cell_m"] / a["cell_m"]))
+    blocking = block_maxima(wide, surface, round(given.surfaces.working.cell / whole.cell))
     own = surface[wide.slices(grid)]
-    made = _ortho(grid, own, blocking, ortho_images(workspace, task), frozenset(a["slanting"]), parameters)
-    digest = write_ortho(workspace, ZARR, tuple(a["product_grid"]), grid, made)
-    publish_rasters(workspace, task, grid, {"ortho": with_alpha(made)})
+    images = given.colours.opened(workspace.store)
+    made = _ortho(grid, own, blocking, images, frozenset(given.slanting), parameters)
+    digest = store_ortho(workspace, ZARR, whole.bounds, grid, made)
+    publish_rasters(workspace, task.unit, given.crs, grid, {"ortho": with_alpha(made)})
     surveyed = np.isfinite(own)
     return workspace.outcome(
         result={"digest": digest, "seen": float(made.mask[surveyed].mean()) if surveyed.any() else None}
@@ -87,35 +103,6 @@ def _ortho(
     if not steep or not others or np.isnan(left).all():
         return made
     return completed(made, true_ortho(grid, left, around, others, parameters), len(steep))
-
-
-def shown_images(survey: Survey, names: Iterable[str]) -> dict[str, Any]:
-    """Pose and balance of images, as `ortho_images` takes them from a task's arguments."""
-    assets = survey.images.assets
-    return {
-        n: {
-            "image": to_json(survey.images.views[n].image),
-            "gain": list(assets[n].gain), "gamma": list(assets[n].gamma), "falloff": assets[n].falloff,
-        }
-        for n in names
-    }  # fmt: skip
-
-
-def ortho_images(workspace: Workspace, task: Task) -> list[ColourImage]:
-    """The images of a task, opened, with what balances them."""
-    return [image_of(workspace, task, name) for name in task.arguments["images"]]
-
-
-def image_of(workspace: Workspace, task: Task, name: str) -> ColourImage:
-    """One of the images of a task."""
-    tree, pixels = task.arguments["images"][name], open_pixels(workspace.store, task.arguments["pixels"][name])
-    return ColourImage(of_json(tree["image"]), pixels, tuple(tree["gain"]), tuple(tree["gamma"]), tree["falloff"])
-
-
-def write_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:
-    """The tile's chunk of the layers ``ortho`` and ``ortho_seen``."""
-    colour = np.ascontiguousarray(np.moveaxis(made.colour, -1, 0))
-    return store_layers(workspace, zarr, whole, grid, {"ortho": colour, "ortho_seen": made.mask})
 
 
 def with_alpha(made: Ortho) -> np.ndarray:

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
 from cityflow.core.building import Outline, Status
-from cityflow.core.edits import Edits, edits_digest
+from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.splitting import FrameRasters, SplitEvidence, Splitting
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.outline_lines import decode
-from cityflow.handover.pieces import read_points, read_text
+from cityflow.handover.field_types import EditsField, FrameField
+from cityflow.handover.outline_lines import OutlineAt
+from cityflow.handover.pieces import read_points
 from cityflow.handover.split_lines import encode_splitting
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.splitting.edits import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
@@ -39,9 +42,39 @@ GIVEN = "a unit as it is"
 NO_SURFACE = "no surface along the outline"
 
 
+@dataclass(frozen=True, slots=True)
+class FrameRaster(TaskInputs):
+    """A local reference frame, and the grid of all its rasters."""
+
+    frame: FrameField
+    grid: Grid
+
+
+@dataclass(frozen=True, slots=True)
+class SplitInputs(TaskInputs):
+    """An outline and what shows it.
+
+    Attributes
+    ----------
+    pieces : RUN-relative paths of index pieces, of a laser
+    pictures : whether the run has true orthos
+    frames : local reference frames that may show it, by name
+    edits : those that act here
+    looks : whether borders are looked for, and not only taken from the edits
+    """
+
+    outline: OutlineAt
+    surfaces: Surfaces
+    pieces: tuple[str, ...]
+    pictures: bool
+    frames: tuple[FrameRaster, ...]
+    edits: EditsField
+    looks: bool
+
+
 def task(survey: Survey, outline: UnitEntry) -> Task:
     """One outline."""
-    parameters: Any = survey.parameters_for(NAME, outline.id, survey.parameters.split)
+    parameters = survey.parameters_of(NAME, outline.id, survey.parameters.split).method
     under = survey.lattice.tiles_under(outline)
     frames = frame_units(survey, outline)
     place = shapely.box(*outline.bounds)
@@ -52,19 +85,16 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
     pieces = survey.index.over(grown(outline.bounds, AROUND_M)) if survey.source.kind == LIDAR else {}
     return Task(
         NAME, outline.id, "cityflow.stages.split:run", VERSION,
-        parameters=parameters["method"],
+        parameters=as_json(parameters),
         inputs={
             "outline": outline.digest, **{f"{stage} {unit}": survey.results.digest_of(stage, unit) for stage, unit in read}, **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
             "frames": digest_of(sorted({survey.images.frame_tile(u).frame.name for u in frames})),
         },
-        arguments={
-            "outline": [outline.path, outline.start, outline.length], "pieces": list(pieces),
-            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
-            "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
-            "pictures": survey.source.kind == IMAGES, "frames": _frames(survey, frames),
-            "edits": survey.edits.near(place).lines(), "looks": survey.looks_for_borders,
-        },
+        arguments=as_json(SplitInputs(
+            outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, _frames(survey, frames), survey.edits.near(place),
+            survey.looks_for_borders,
+        )),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -74,27 +104,19 @@ def frame_units(survey: Survey, outline: UnitEntry) -> list[str]:
     return survey.images.frame_units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
 
 
-def _frames(survey: Survey, units: list[str]) -> list[Json]:
+def _frames(survey: Survey, units: Sequence[str]) -> tuple[FrameRaster, ...]:
     """Each frame once, in the order of the survey."""
     images = survey.images
     found = {images.frame_tile(u).frame.name: images.frame_tile(u).frame for u in units}
-    return [
-        {
-            "name": frame.name, "rotation": frame.frame_from_world.tolist(), "origin": frame.origin.tolist(),
-            "grid": list(images.frame_grid(frame).bounds), "cell_m": images.frame_cell_m(frame),
-        }
-        for _, frame in sorted(found.items())
-    ]  # fmt: skip
+    return tuple(FrameRaster(found[name], images.frame_grid(found[name])) for name in sorted(found))
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Split, and write units, cut lines and directions."""
-    path, start, length = task.arguments["outline"]
-    outline = decode(read_text(workspace.store, path)[start : start + length]).outline
-    parameters = SplitParameters.model_validate(task.parameters)
-    edits = Edits.from_lines(task.arguments["edits"])
-    found = _found(workspace, task, outline, parameters, edits)
-    found = with_edits(found, outline.polygon, edits, parameters.minimum_area_m2)
+    given, parameters = task.arguments_as(SplitInputs), task.parameters_as(SplitParameters)
+    outline = given.outline.read(workspace.store)
+    found = _found(workspace.store, given, outline, parameters)
+    found = with_edits(found, outline.polygon, given.edits, parameters.minimum_area_m2)
     workspace.write(SPLIT, encode_splitting(found))
     figures: dict[str, Json] = {name: value for name, value in found.notes if np.isfinite(value)}
     return workspace.outcome(
@@ -103,55 +125,49 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )  # fmt: skip
 
 
-def _found(workspace: Workspace, task: Task, outline: Outline, parameters: SplitParameters, edits: Edits) -> Splitting:
+def _found(store: Store, given: SplitInputs, outline: Outline, parameters: SplitParameters) -> Splitting:
     """What the method finds; nothing is looked for where nobody wants to know."""
-    if not task.arguments["looks"] or is_locked(outline.polygon, edits):
+    if not given.looks or is_locked(outline.polygon, given.edits):
         return Splitting((outline.polygon,), reason=GIVEN)
-    evidence = gather(workspace.store, task.arguments, outline)
+    evidence = gather(store, given, outline)
     return Splitting((outline.polygon,), reason=NO_SURFACE) if evidence is None else split(evidence, parameters)
 
 
-def gather(store: Store, arguments: Mapping[str, Any], outline: Outline) -> SplitEvidence | None:
+def gather(store: Store, given: SplitInputs, outline: Outline) -> SplitEvidence | None:
     """Rasters of every look direction over the outline, and the points where LiDAR has some; None where nothing was surveyed."""
-    a = arguments
-    bounds = grown(outline.polygon.bounds, AROUND_M)
-    grid, layers = read_layers(
-        store.zarr_store(a["zarr"]), Grid.covering(tuple(a["city"]), a["cell_m"]), bounds, ("dsm", "dtm")
-    )
+    bounds, surfaces = grown(outline.polygon.bounds, AROUND_M), given.surfaces
+    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, bounds, ("dsm", "dtm"))
     xy = shapely.get_coordinates(shapely.segmentize(outline.polygon, GROUND_SAMPLING_M))
     ground = sample(grid, layers["dtm"], xy[:, 0], xy[:, 1])
     if not np.isfinite(ground).any():
         return None
     low = float(np.nanmin(ground))
     high = float(np.nanmax(layers["dsm"], initial=low))
-    frames = [_nadir(store, a, bounds), *_oblique(store, a, outline, (low - 1.0, high + 1.0))]
-    points = read_points(store, a["pieces"], bounds) if a["pieces"] else None
+    frames = [_nadir(store, given, bounds), *_oblique(store, given.frames, outline, (low - 1.0, high + 1.0))]
+    points = read_points(store, given.pieces, bounds) if given.pieces else None
     return SplitEvidence(outline.id, outline.polygon, tuple(frames), low, points, outline.inner_edges)
 
 
-def _nadir(store: Store, a: Mapping[str, Any], bounds: Bounds) -> FrameRasters:
-    names = ("dsm", "ortho", "ortho_seen") if a["pictures"] else ("dsm",)
-    grid, layers = read_layers(
-        store.zarr_store(ZARR), Grid.covering(tuple(a["product_grid"]), a["product_cell_m"]), bounds, names
-    )
+def _nadir(store: Store, given: SplitInputs, bounds: Bounds) -> FrameRasters:
+    names = ("dsm", "ortho", "ortho_seen") if given.pictures else ("dsm",)
+    grid, layers = read_layers(store.zarr_store(ZARR), given.surfaces.fine, bounds, names)
     return FrameRasters(NADIR, grid, layers["dsm"], layers.get("ortho"), layers.get("ortho_seen"))
 
 
 def _oblique(
-    store: Store, a: Mapping[str, Any], outline: Outline, heights: tuple[float, float]
+    store: Store, frames: Iterable[FrameRaster], outline: Outline, heights: tuple[float, float]
 ) -> Iterator[FrameRasters]:
     """The part of each frame that shows what stands on the outline."""
     xy = shapely.get_coordinates(outline.polygon)
     corners = np.concatenate([np.column_stack([xy, np.full(len(xy), z)]) for z in heights])
-    for tree in a["frames"]:
-        frame = LocalFrame(tree["name"], np.array(tree["rotation"]), np.array(tree["origin"]))
+    for raster in frames:
+        frame = raster.frame
         seen = frame.from_world(corners)[:, :2]
         bounds = grown((*seen.min(axis=0).tolist(), *seen.max(axis=0).tolist()), AROUND_M)
-        if not bounds_meet(tuple(tree["grid"]), bounds):
+        if not bounds_meet(raster.grid.bounds, bounds):
             continue
-        whole = Grid.covering(tuple(tree["grid"]), tree["cell_m"])
         grid, layers = read_layers(
-            store.zarr_store(f"{FRAMES}/{frame.name}"), whole, bounds, ("dsm", "ortho", "ortho_seen")
+            store.zarr_store(f"{FRAMES}/{frame.name}"), raster.grid, bounds, ("dsm", "ortho", "ortho_seen")
         )
         if np.isfinite(layers["dsm"]).any():
             yield FrameRasters(frame, grid, layers["dsm"], layers["ortho"], layers["ortho_seen"])

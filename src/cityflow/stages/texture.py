@@ -3,153 +3,153 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Polyhedron, Status
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block
-from cityflow.handover.outline_lines import decode
-from cityflow.handover.pieces import read_text
-from cityflow.handover.rasters import given_colours
+from cityflow.handover.colour_images import ColourInputs
+from cityflow.handover.outline_lines import OutlineAt
+from cityflow.handover.rasters import GivenOrtho, given_colours
+from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls
-from cityflow.stages.ortho import image_of, shown_images
 from cityflow.survey.city import City
+from cityflow.survey.colours import colour_inputs
 from cityflow.survey.source import ZARR
 from cityflow.survey.survey import Survey
+from cityflow.survey.textures import (
+    STAGE_TEXTURE,
+    hulls_around,
+    images_of,
+    surfaces_around,
+    texture_parameters,
+    tiles_around,
+)
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
-NAME = "texture"
+NAME = STAGE_TEXTURE
 VERSION = 6
 TEXTURE = "texture.cfa"
-LONGEST_M = 60.0
-"""From where a building is counted to where it ends, mostly."""
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more."""
 
 
-def parameters_of(survey: Survey, unit: UnitEntry) -> TextureParameters:
-    """Those of the workflow, with what was asked for this unit alone; a patch is never larger than a page of the atlas."""
-    asked = survey.parameters.texture
-    if (NAME, unit.id) in survey.overrides:
-        asked = TextureParameters.model_validate(survey.parameters_for(NAME, unit.id, asked))
-    page_px = min(asked.placement.page_px, survey.parameters.atlas.placement.page_px)
-    if asked.patches.largest_px <= page_px:
-        return asked
-    return asked.model_copy(update={"patches": asked.patches.model_copy(update={"largest_px": page_px})})
+@dataclass(frozen=True, slots=True)
+class FailedUnit(TaskInputs):
+    """A unit that has become no building, and why: its block stands there."""
+
+    outline: OutlineAt
+    reason: str
 
 
-def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) -> list[str]:
-    """Units whose models may stand between this one and a camera, or share a wall with it."""
-    near = grown(unit.bounds, parameters_of(survey, unit).around_m)
-    return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
+@dataclass(frozen=True, slots=True)
+class TextureInputs(TaskInputs):
+    """A unit, what stands around it, and what shows it.
 
+    Attributes
+    ----------
+    hulls : unit → RUN-relative path, of the unit itself and of those around it;  blocks : those without a hull
+    neighbours : units that share an edge with it
+    colours : images that have it in their frame;  unread : images that could not be read
+    given_orthos : of the catalog;  crs : code of the survey's CRS
+    white : value that is shown as white, 0 where nobody has told
+    """
 
-def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
-    return survey.lattice.tiles_over(grown(unit.bounds, parameters_of(survey, unit).around_m + LONGEST_M))
-
-
-def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Tiles whose surface may stand between."""
-    return survey.lattice.tiles_over(grown(unit.bounds, parameters_of(survey, unit).halo_m))
-
-
-def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Images that have the unit in their frame."""
-    if not survey.images.assets:
-        return []
-    return survey.images.showing(
-        unit.bounds, survey.images.heights_over(unit.bounds), parameters_of(survey, unit).most_images
-    )
+    hulls: Mapping[str, str]
+    blocks: Mapping[str, FailedUnit]
+    neighbours: tuple[str, ...]
+    surfaces: Surfaces
+    colours: ColourInputs
+    unread: tuple[str, ...]
+    given_orthos: tuple[GivenOrtho, ...]
+    crs: str
+    white: float
 
 
 def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
     """One unit, between the units `around` it; where a neighbour has failed, its block stands there, as in the export."""
     known = images_of(survey, unit)
-    images = [n for n in known if survey.results.tiled_image(n) is not None]
-    shown = shown_images(survey, images)
+    colours = colour_inputs(survey, known)
     blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
     )
-    orthos = survey.given_orthos()
     hulls = {u: survey.results.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
+    given = as_json(TextureInputs(
+        {u: h.path for u, h in hulls.items() if h.path is not None},
+        {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
+        unit.neighbours, survey.surfaces, colours, tuple(n for n in known if n not in colours.shown), survey.ortho_inputs,
+        survey.catalog.reference.code, survey.images.white,
+    ))  # fmt: skip
     return Task(
         NAME, unit.id, "cityflow.stages.texture:run", VERSION,
-        parameters=parameters_of(survey, unit).model_dump(mode="json"),
+        parameters=as_json(texture_parameters(survey, unit)),
         inputs={
             **{f"hull {u}": survey.results.digest_of_hull(u) for u in hulls},
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
-            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in shown else "unread" for n in known}), "views": digest_of(shown),
-            **{kind: r.checksum for kind, r in orthos.items()}, "grid": survey.lattice.place,
+            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.shown else "unread" for n in known}),
+            "views": digest_of(given["colours"]["shown"]),
+            **{kind: r.checksum for kind, r in survey.given_orthos().items()}, "grid": survey.lattice.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
         },
-        arguments={
-            "hulls": {u: h["path"] for u, h in hulls.items() if h["path"] is not None}, "neighbours": list(unit.neighbours),
-            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
-            "images": shown, "pixels": {n: survey.results.tiled_image(n) for n in images},
-            "given_orthos": [[k, r.href, r.cell] for k, r in orthos.items()], "crs": survey.catalog.reference.code,
-            "blocks": {u: [e.path, e.start, e.length, survey.results.hull(u)["reason"]] for u, e in sorted(blocks.items())},
-            "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
-            "unread": [n for n in known if survey.results.tiled_image(n) is None], "white": survey.images.white,
-        },
+        arguments=given,
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Patches of all faces that some image sees, plain colours for the others."""
-    parameters = TextureParameters.model_validate(task.parameters)
-    a, store = task.arguments, workspace.store
-    buildings = {**_read(store, a["hulls"]), **_blocks(store, a)}
+    given, parameters = task.arguments_as(TextureInputs), task.parameters_as(TextureParameters)
+    store = workspace.store
+    buildings = {**_read(store, given.hulls), **_blocks(store, given)}
     own = buildings[task.unit]
-    touching = [task.unit, *(n for n in a["neighbours"] if n in buildings)]
+    touching = [task.unit, *(n for n in given.neighbours if n in buildings)]
     solid = cut_party_walls({u: buildings[u].solids[Lod.LOD22] for u in touching})[task.unit]
     faces = face_planes(solid, own.beyond)
-    shown, gone = _opened(workspace, task)
-    images = [*shown, *_orthos(a, own.footprint.bounds, own.ground_height, gone)]
+    shown, gone = _opened(store, given)
+    images = [*shown, *_orthos(given, own.footprint.bounds, own.ground_height, gone)]
     around = Surroundings(
         [solid, *([] if own.beyond is None else [own.beyond])],
         [s for u, b in buildings.items() if u != task.unit for s in _shells(b)],
-        *_heights(store, a, grown(own.footprint.bounds, parameters.halo_m)),
+        *_heights(store, given.surfaces, grown(own.footprint.bounds, parameters.halo_m)),
     )
     made = texture_unit(faces, images, around, parameters)
     rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}
     workspace.write(TEXTURE, encode_unit(made.texture, rings, parameters.placement))
     return workspace.outcome(
-        *_status([*a["unread"], *gone, *made.lost]),
+        *_status([*given.unread, *gone, *made.lost]),
         {**made.figures, "notes": dict(made.notes), "lost": {**gone, **made.lost}},
     )
 
 
-def _opened(workspace: Workspace, task: Task) -> tuple[list[ColourImage], dict[str, str]]:
+def _opened(store: Store, given: TextureInputs) -> tuple[list[ColourImage], dict[str, str]]:
     """The images of a task, and why others cannot be opened: they were there when the task was made."""
-    found, gone, white = [], {}, float(task.arguments["white"])
-    for name in task.arguments["images"]:
+    found, gone = [], {}
+    for name in given.colours.shown:
         try:
-            found.append(replace(image_of(workspace, task, name), white=white))
+            found.append(replace(given.colours.open(store, name), white=given.white))
         except CatalogError as error:
             gone[name] = error.problem
         except OSError as error:
@@ -172,14 +172,13 @@ def _read(store: Store, paths: Mapping[str, str]) -> dict[str, Building]:
 def _is_block(survey: Survey, unit: str) -> bool:
     """Whether a unit was to become a building and has not."""
     hull = survey.results.hull(unit)
-    return hull["path"] is None and hull["status"] != Status.REFUSED
+    return hull.path is None and hull.status is not Status.REFUSED
 
 
-def _blocks(store: Store, a: Mapping[str, Any]) -> dict[str, Building]:
+def _blocks(store: Store, given: TextureInputs) -> dict[str, Building]:
     found = {}
-    for unit, (path, start, length, reason) in a["blocks"].items():
-        outline = decode(read_text(store, path)[start : start + length]).outline
-        block = failed_block(store, a, outline, reason)
+    for unit, failed in given.blocks.items():
+        block = failed_block(store, given.surfaces, failed.outline.read(store), failed.reason)
         if block is not None:
             found[unit] = block
     return found
@@ -192,30 +191,29 @@ def _shells(building: Building) -> Iterator[Polyhedron]:
         yield building.beyond
 
 
-def _heights(store: Store, a: Mapping[str, Json], bounds: Bounds) -> tuple[FloatArray, Grid]:
-    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
-    grid, layers = read_layers(store.zarr_store(ZARR), whole, bounds, ("dsm_filled",))
+def _heights(store: Store, surfaces: Surfaces, bounds: Bounds) -> tuple[FloatArray, Grid]:
+    grid, layers = read_layers(store.zarr_store(ZARR), surfaces.fine, bounds, ("dsm_filled",))
     return layers["dsm_filled"].astype(np.float64), grid
 
 
-def _orthos(a: Mapping[str, Any], bounds: Bounds, ground: float, gone: dict[str, str]) -> list[ColourImage]:
+def _orthos(given: TextureInputs, bounds: Bounds, ground: float, gone: dict[str, str]) -> list[ColourImage]:
     """Given orthos, as cameras very high up; one that ends within the unit has no colours to tell from missing ones, and is left out.
 
     In `gone` it is noted why others cannot be read.
     """
     found = []
-    for kind, href, cell in a["given_orthos"]:
-        grid = Grid.covering(grown(bounds, ORTHO_MARGIN_M), cell)
+    for ortho in given.given_orthos:
+        grid = Grid.covering(grown(bounds, ORTHO_MARGIN_M), ortho.cell_m)
         try:
-            with local_file(href) as path:
-                colours = given_colours(path, grid, resolve(a["crs"]))
+            with local_file(ortho.href) as path:
+                colours = given_colours(path, grid, resolve(given.crs))
         except CatalogError as error:
-            gone[kind] = error.problem
+            gone[ortho.kind] = error.problem
             continue
         if not _covers(colours, grid, bounds):
             continue
         pixels = np.clip(np.rint(np.nan_to_num(np.moveaxis(colours, 0, -1))), 0, 255).astype(np.uint8)
-        found.append(ColourImage(ortho_camera(grid, kind, ground), ArrayPixels(pixels)))
+        found.append(ColourImage(ortho_camera(grid, ortho.kind, ground), ArrayPixels(pixels)))
     return found
 
 
@@ -243,7 +241,7 @@ def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
 
 def _task(city: City, name: str) -> Task | None:
     """None where there is no model to lay a texture on."""
-    if not city.survey.results.hull(name)["path"]:
+    if not city.survey.results.hull(name).path:
         return None
     unit = city.units[name]
     return task(city.survey, unit, [city.units[u] for u in _around(city, unit)])

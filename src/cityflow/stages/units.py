@@ -18,9 +18,10 @@ from cityflow.core.splitting import Splitting
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.outline_lines import Standing, decode, entries, lines, touching
-from cityflow.handover.pieces import read_text
+from cityflow.handover.field_types import EditsField
+from cityflow.handover.outline_lines import OutlineAt, Standing, entries, lines, touching
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.split_lines import decode_splitting
 from cityflow.outlines.given.edited import REJECTED, rejected
@@ -37,6 +38,31 @@ UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
 SHORTEST_EDGE_M = 0.1
 NOT_SPLIT = "not split: {}"
+
+
+@dataclass(frozen=True, slots=True)
+class SplitOutline(TaskInputs):
+    """An outline, the tile that owns it, the RUN-relative path of how it was split, and why it was not where there is none."""
+
+    outline: OutlineAt
+    tile: str
+    split: str | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnitsInputs(TaskInputs):
+    """The outlines of a tile and those that touch them.
+
+    Attributes
+    ----------
+    own : ids of those of the tile;  outlines : id → all of them
+    edits : those that act on any of them
+    """
+
+    own: tuple[str, ...]
+    outlines: Mapping[str, SplitOutline]
+    edits: EditsField
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,24 +88,21 @@ def task(survey: Survey, name: str, own: Sequence[UnitEntry], beside: Sequence[U
             **{f"outline {o.id}": o.digest for o in every}, **{p: d for s in splits.values() for p, d in s.items()},
             **{f"failed {o}": reason for o, reason in reasons.items() if not splits[o]},
         },
-        arguments={
-            "own": [o.id for o in own], "edits": drawn,
-            "outlines": {
-                o.id: {"line": [o.path, o.start, o.length], "tile": o.tile, "split": next(iter(splits[o.id]), None), "reason": reasons[o.id]}
-                for o in every
-            },
-        },
+        arguments=as_json(UnitsInputs(
+            tuple(o.id for o in own),
+            {o.id: SplitOutline(o.at, o.tile, next(iter(splits[o.id]), None), reasons[o.id]) for o in every},
+            Edits.from_lines(drawn),
+        )),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """One line per unit, as the stage ``outline`` writes them where nothing is split."""
-    own = set(task.arguments["own"])
-    parts = [p for name, said in task.arguments["outlines"].items() for p in _parts(workspace.store, name, said)]
-    no_building = rejected(
-        [p.outline.polygon for p in parts], Edits.from_lines(task.arguments["edits"]), by_points=False
-    )
+    given = task.arguments_as(UnitsInputs)
+    own = set(given.own)
+    parts = [p for name, known in given.outlines.items() for p in _parts(workspace.store, name, known)]
+    no_building = rejected([p.outline.polygon for p in parts], given.edits, by_points=False)
     refused = [p.outline for p, no in zip(parts, no_building, strict=True) if no and p.source in own]
     if refused:
         workspace.write(REFUSED, encode_refused((o.id, o.polygon) for o in refused))
@@ -93,8 +116,8 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     ]  # fmt: skip
     text = lines(mine)
     workspace.write(UNITS, text)
-    workspace.write(SPLITS, _splits(workspace.store, task.arguments))
-    unsplit = sorted(n for n in own if task.arguments["outlines"][n]["split"] is None)
+    workspace.write(SPLITS, _splits(workspace.store, given))
+    unsplit = sorted(n for n in own if given.outlines[n].split is None)
     reason = f"{len(unsplit)} outlines could not be split: {', '.join(unsplit[:5])}" if unsplit else ""
     return workspace.outcome(
         Status.DEGRADED if unsplit else Status.DONE, reason,
@@ -102,9 +125,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )  # fmt: skip
 
 
-def _splits(store: Store, arguments: Mapping[str, Any]) -> bytes:
+def _splits(store: Store, given: UnitsInputs) -> bytes:
     """A line with its id for every outline of the tile that went through splitting."""
-    paths = {name: arguments["outlines"][name]["split"] for name in sorted(arguments["own"])}
+    paths = {name: given.outlines[name].split for name in sorted(given.own)}
     return b"".join(
         json.dumps(name, ensure_ascii=False).encode() + b"\t" + store.read_bytes(path)
         for name, path in paths.items()
@@ -112,14 +135,13 @@ def _splits(store: Store, arguments: Mapping[str, Any]) -> bytes:
     )
 
 
-def _parts(store: Store, name: str, said: Mapping[str, Any]) -> list[_Part]:
-    path, start, length = said["line"]
-    outline = decode(read_text(store, path)[start : start + length]).outline
-    if said["split"] is None:
-        remark = "; ".join(filter(None, [outline.remark, NOT_SPLIT.format(said["reason"] or "the task failed")]))
-        return [_Part(replace(outline, remark=remark), name, said["tile"])]
-    splitting = decode_splitting(store.read_bytes(said["split"]))
-    return [_Part(o, name, said["tile"]) for o in units_of(outline, splitting)]
+def _parts(store: Store, name: str, known: SplitOutline) -> list[_Part]:
+    outline = known.outline.read(store)
+    if known.split is None:
+        remark = "; ".join(filter(None, [outline.remark, NOT_SPLIT.format(known.reason or "the task failed")]))
+        return [_Part(replace(outline, remark=remark), name, known.tile)]
+    splitting = decode_splitting(store.read_bytes(known.split))
+    return [_Part(o, name, known.tile) for o in units_of(outline, splitting)]
 
 
 def units_of(outline: Outline, splitting: Splitting) -> list[Outline]:

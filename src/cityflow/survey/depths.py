@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
-from cityflow.flow.task import Json, digest_of
-from cityflow.handover.depth_reader import VERSION
+from cityflow.flow.task import digest_of
+from cityflow.flow.typed import as_json
+from cityflow.handover.depth_reader import VERSION, DepthInputs
 from cityflow.handover.oriented import to_json
 from cityflow.survey.survey import Survey
 
@@ -21,8 +22,8 @@ def reach_of(survey: Survey, reach_m: float) -> float:
 
 def depths_over(
     survey: Survey, tiles: Iterable[str], only: Callable[[str], bool] | None = None
-) -> tuple[dict[str, str], dict[str, Json]]:
-    """Inputs and arguments of a task that reads the points over tiles.
+) -> tuple[dict[str, str], DepthInputs]:
+    """Digests of what a task reads that wants the points over tiles, and where it is.
 
     Parameters
     ----------
@@ -31,14 +32,14 @@ def depths_over(
     """
     maps = depth_maps(survey, tiles)
     bases = sorted({survey.images.flight_tile(u).base for u in maps})
-    images = {n: to_json(survey.images.flown[n].image) for n in bases}
-    wanted = [path for u, (path, _) in maps.items() if only is None or only(u)]
-    parameters = survey.parameters.image_surface.witnesses.model_dump(mode="json")
-    inputs = {**dict(maps.values()), "poses": digest_of(images), "witnesses": digest_of([VERSION, parameters])}
-    return inputs, {
-        "maps": [path for path, _ in maps.values()], "wanted": wanted, "bases": list(images.values()),
-        "bands": survey.images.bands, "witnesses": parameters,
+    images = [survey.images.flown[n].image for n in bases]
+    wanted = tuple(path for u, (path, _) in maps.items() if only is None or only(u))
+    witnesses = survey.parameters.image_surface.witnesses
+    inputs = {
+        **dict(maps.values()), "poses": digest_of({i.name: to_json(i) for i in images}), "witnesses": digest_of([VERSION, as_json(witnesses)]),
     }  # fmt: skip
+    paths = tuple(path for path, _ in maps.values())
+    return inputs, DepthInputs(paths, wanted, tuple(images), survey.images.bands, witnesses)
 
 
 def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
-from cityflow.flow.task import Json, Record
+from cityflow.flow.task import Record
+from cityflow.handover.hull import Hull
 
 HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""
@@ -58,13 +59,13 @@ class Results:
         record = self.records.get(("ingest", name))
         return next(iter(record.outputs), None) if record and record.status is not Status.FAILED else None
 
-    def hull(self, unit: str) -> dict[str, Json]:
+    def hull(self, unit: str) -> Hull:
         """Where a unit's hull is written, or why there is none."""
         record = self.records.get(("reconstruct", unit))
         if record is None:
-            return {"path": None, "status": "failed", "reason": "was not reconstructed"}
+            return Hull(None, Status.FAILED, "was not reconstructed")
         path = next((p for p in record.outputs if p.endswith(HULL)), None)
-        return {"path": path, "status": str(record.status), "reason": record.reason}
+        return Hull(path, record.status, record.reason)
 
     def digest_of_hull(self, unit: str) -> str:
         """Of the hull's contents, or of how the unit failed."""

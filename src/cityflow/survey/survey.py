@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TypeVar
 
 from cityflow.core.building import OUTLINE_SIGMA_M, Status
 from cityflow.core.edits import Edits
@@ -11,6 +12,9 @@ from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters, merged
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Limits, Record
+from cityflow.handover.product_metadata import ProductMetadata
+from cityflow.handover.rasters import GivenOrtho
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import Catalog, RasterAsset
 from cityflow.io.tables.edits_gpkg import read_edits
 from cityflow.outlines.from_walls.wall_lines import WallLineParameters
@@ -24,6 +28,8 @@ from cityflow.survey.point_index import PointIndex
 from cityflow.survey.rasters import RasterSurvey
 from cityflow.survey.results import Results
 from cityflow.survey.source import IMAGES, LIDAR, RASTERS, Source
+
+M = TypeVar("M", bound=Parameters)
 
 UNREAD = "without the points of {}, which could not be read"
 WALL_MARGIN_M = 1.0
@@ -97,6 +103,16 @@ class Survey:
         return {k: r for k, r in sorted(self.catalog.rasters.items()) if k.startswith("ortho")}
 
     @cached_property
+    def ortho_inputs(self) -> tuple[GivenOrtho, ...]:
+        """The same as a task is given them."""
+        return tuple(GivenOrtho(kind, r.href, r.cell) for kind, r in self.given_orthos().items())
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """Where the rasters of the run stand, as a task is given it."""
+        return Surfaces(self.lattice.grid, self.source.zarr, self.lattice.product_grid)
+
+    @cached_property
     def outline_parameters(self) -> OutlineParameters:
         """Those of the workflow; lines of walls, too, go by the survey's own ground sampling distance unless the workflow states one."""
         asked = self.parameters.outline
@@ -147,13 +163,10 @@ class Survey:
         """Path → digest of the file that holds the units of a tile: its outlines where nothing is split."""
         return self.results.outlines_of("units" if self.splits else "outline", tile)
 
-    def parameters_for(self, stage: str, unit: str, model: Parameters) -> dict[str, Json]:
-        """The stage's parameters as JSON with the unit's overrides laid over them."""
+    def parameters_of(self, stage: str, unit: str, model: M) -> M:
+        """The stage's parameters with the unit's overrides laid over them."""
         over = self.overrides.get((stage, unit))
-        tree = model.model_dump(mode="json")
-        if not over:
-            return tree
-        return type(model).model_validate(merged(tree, over)).model_dump(mode="json")
+        return type(model).model_validate(merged(model.model_dump(mode="json"), over)) if over else model
 
     @property
     def date(self) -> str:
@@ -161,18 +174,12 @@ class Survey:
         return max((a.date or "" for a in self.source.assets_over()), default="")
 
     @property
-    def product_metadata(self) -> dict[str, str]:
+    def product_metadata(self) -> ProductMetadata:
         """What products say of the survey as a whole; part of the digest of whatever writes it."""
         c = self.catalog
-        return {
-            "crs": c.reference.code,
-            "title": c.title,
-            "date": self.date,
-            "licence": c.licence,
-            "attribution": c.attribution,
-        }
+        return ProductMetadata(c.reference.code, c.title, self.date, c.licence, c.attribution)
 
-    def source_attributes(self, bounds: Bounds) -> dict[str, Json]:
+    def source_attributes(self, bounds: Bounds) -> dict[str, str | None]:
         """What is known of the data that a unit was made from."""
         dates = sorted({a.date for a in self.source.assets_over(bounds) if a.date})
         return {"source": self.catalog.title, "source_date": dates[-1] if dates else None}

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cityflow.core.grid import Bounds
+from cityflow.handover.outline_lines import OutlineAt
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,11 @@ class UnitEntry:
     point: tuple[float, float]
     neighbours: tuple[str, ...]
     neighbour_tiles: tuple[str, ...]
+
+    @property
+    def at(self) -> OutlineAt:
+        """Where its outline is written."""
+        return OutlineAt(self.path, self.start, self.length)
 
     @classmethod
     def of(cls, tile: str, entry: Mapping[str, Any]) -> UnitEntry:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import shapely
@@ -12,31 +12,64 @@ from shapely import Polygon
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
 from cityflow.flow.stage import START, Cost, Node, Stage
+from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block, surface_over
 from cityflow.handover.export_rows import ROWS, encode_rows
+from cityflow.handover.hull import Hull
 from cityflow.handover.outline_lines import Standing, decode_all
+from cityflow.handover.product_metadata import ProductMetadata
+from cityflow.handover.surfaces import Surfaces
+from cityflow.handover.texture_files import LEAF
 from cityflow.io.city_models.cityjson import overhang_rows, read_feature
 from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
-from cityflow.stages import atlas, texture, windows
 from cityflow.stages.export import city as export_city
-from cityflow.stages.export.terrain import Draped, drape
+from cityflow.stages.export.terrain import Draped, DrapeInputs, drape
 from cityflow.stages.export.textures import texture_sets, with_texture_figures
-from cityflow.stages.windows import openings_on, with_window_figures
+from cityflow.stages.export.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
 from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import CITY, EXPORT, City
 from cityflow.survey.parameters import ExportParameters
 from cityflow.survey.source import IMAGES
 from cityflow.survey.survey import Survey
+from cityflow.survey.textures import leaves_of, tiles_around, windows_are_wanted
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
 VERSION = 9
+
+
+@dataclass(frozen=True, slots=True)
+class ExportInputs(TaskInputs):
+    """What a tile shows.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres
+    own : units that the tile owns;  hulls : of these and of those that share walls with them
+    outlines : RUN-relative paths of the units' outlines, of the tile and those around it
+    textures : whether there are any;  leaves : RUN-relative paths of what the atlas has left;  bare : unit → why it has none
+    windows : unit → RUN-relative path;  unseen : unit → why nobody could look for them
+    """
+
+    bounds: Bounds
+    surfaces: Surfaces
+    metadata: ProductMetadata
+    own: tuple[str, ...]
+    hulls: Mapping[str, Hull]
+    outlines: tuple[str, ...]
+    textures: bool
+    leaves: tuple[str, ...]
+    bare: Mapping[str, str]
+    windows: Mapping[str, str]
+    unseen: Mapping[str, str]
+    orthos: DrapeInputs
 
 
 def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
@@ -50,22 +83,21 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
     bare = {u: why for u in sorted(own) if (why := survey.results.failure_of("texture", u))}
     opened = _windows(survey, own)
     unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
+    metadata = digest_of(as_json(survey.product_metadata))
+    own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
+    orthos = DrapeInputs(own_ortho, survey.ortho_inputs, survey.product_metadata.crs, survey.images.white)
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
-        parameters=survey.parameters_for(NAME, name, survey.parameters.export),
-        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": digest_of(survey.product_metadata),
+        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
+        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": metadata,
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
-        arguments={
-            "own": sorted(own), "hulls": {u: survey.results.hull(u) for u in sorted(u.id for u in units)}, "outlines": list(outlines),
-            "bounds": list(survey.lattice.tiles[name].bounds), "city": list(survey.lattice.grid.bounds),
-            "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr, **survey.product_metadata,
-            "leaves": [p for outputs in pages.values() for p in outputs if p.endswith(atlas.LEAF)], "textures": survey.textures,
-            "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
-            "windows": {u: path for u, (path, _) in opened.items()}, "bare": bare, "unseen": unseen,
-            "white": survey.images.white, "own_orthos": survey.reads_own_orthos,
-            "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
-        },
+        arguments=as_json(ExportInputs(
+            survey.lattice.tiles[name].bounds, survey.surfaces, survey.product_metadata, tuple(sorted(own)),
+            {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
+            tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(LEAF)), bare,
+            {u: path for u, (path, _) in opened.items()}, unseen, orthos,
+        )),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -90,50 +122,40 @@ def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
 
 def is_made_alike(survey: Survey, record: Record, surface: Record) -> bool:
     """Whether an earlier export has the version and parameters that it would have now, and stands on that surface."""
-    parameters = survey.parameters_for(NAME, record.unit, survey.parameters.export)
+    parameters = as_json(survey.parameters_of(NAME, record.unit, survey.parameters.export))
     stood_on = record.inputs.get(f"surface {record.unit}")
     return (record.version, dict(record.parameters), stood_on) == (VERSION, parameters, surface.result.get("digest"))
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile in every format that is asked for, and beside them what became of its units."""
-    parameters = ExportParameters.model_validate(task.parameters)
-    standings = {s.outline.id: s for p in task.arguments["outlines"] for s in decode_all(workspace.read(p))}
-    finished = with_party_walls(_buildings(workspace, task, standings))
-    names = [u for u in task.arguments["own"] if u in finished]
-    sets = texture_sets(workspace, task.arguments["leaves"], {u: finished[u] for u in names})
+    given, parameters = task.arguments_as(ExportInputs), task.parameters_as(ExportParameters)
+    standings = {s.outline.id: s for p in given.outlines for s in decode_all(workspace.read(p))}
+    finished = with_party_walls(_buildings(workspace.store, given, standings))
+    names = [u for u in given.own if u in finished]
+    sets = texture_sets(workspace, given.leaves, {u: finished[u] for u in names})
     portable = sets["rectified"].buildings
-    bare = task.arguments["bare"]
-    opened = {
-        u: openings_on(workspace.read(path), finished[u])
-        for u, path in task.arguments["windows"].items()
-        if u in finished
-    }
-    unseen = task.arguments["unseen"]
-    own = tuple(
-        with_window_figures(
-            with_texture_figures(finished[u], portable.get(u), bare.get(u, "")), opened.get(u), unseen.get(u, "")
-        )
-        for u in names
-    )
-    wanted = task.arguments["textures"]
+    opened = {u: openings_on(workspace.read(path), finished[u]) for u, path in given.windows.items() if u in finished}
+    textured = {u: with_texture_figures(finished[u], portable.get(u), given.bare.get(u, "")) for u in names}
+    own = tuple(with_window_figures(b, opened.get(u), given.unseen.get(u, "")) for u, b in textured.items())
+    plans = _plans(standings.values())
     draped = (
-        drape(workspace, task.arguments, task.unit, _plans(standings.values()), parameters.drape_px)
-        if wanted else Draped(None)
+        drape(workspace, given.orthos, task.unit, given.bounds, plans, parameters.drape_px)
+        if given.textures else Draped(None)
     )  # fmt: skip
-    terrain = _terrain(workspace, task, standings.values(), parameters)
+    metadata, terrain = given.metadata, _terrain(workspace.store, given, standings.values(), parameters)
     tile = CityTile(
-        task.unit, tuple(task.arguments["bounds"]), own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
-        resolve(task.arguments["crs"]), task.arguments["title"], task.arguments["date"], task.arguments["attribution"],
-        city=tuple(task.arguments["city"]), drape=draped.drape, openings=opened,
-        **({"raw": sets["raw"], "rectified": sets["rectified"]} if wanted else {}),
+        task.unit, given.bounds, own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
+        resolve(metadata.crs), metadata.title, metadata.date, metadata.attribution,
+        city=given.surfaces.working.bounds, drape=draped.drape, openings=opened,
+        **({"raw": sets["raw"], "rectified": sets["rectified"]} if given.textures else {}),
     )  # fmt: skip
     # all of them before the first is replaced: what fails here leaves the products of before as they are
     for path, data in [file for form in parameters.formats for file in written(form, tile)]:
         workspace.publish(path, data)
     unlike = differing_walls({u: b.solids[Lod.LOD22] for u, b in finished.items()})
     finished.update({b.id: b for b in own})
-    rows = {u: _row(finished.get(u), task.arguments["hulls"][u]) for u in task.arguments["own"]}
+    rows = {u: _row(finished.get(u), given.hulls[u]) for u in given.own}
     workspace.write(ROWS, encode_rows(rows))
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
@@ -142,23 +164,23 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )
 
 
-def _row(building: Building | None, hull: Mapping[str, Any]) -> dict[str, Any]:
+def _row(building: Building | None, hull: Hull) -> dict[str, Any]:
     """What the report and the status map say of a unit."""
     if building is None:
-        return {"status": str(hull["status"]), "reason": str(hull["reason"]), "attributes": None}
+        return {"status": str(hull.status), "reason": hull.reason, "attributes": None}
     return {
         "status": str(building.status), "reason": building.reason, "attributes": dict(building.attributes),
         "overhangs": overhang_rows(building.overhangs),
     }  # fmt: skip
 
 
-def _buildings(workspace: Workspace, task: Task, standings: Mapping[str, Standing]) -> dict[str, Building]:
+def _buildings(store: Store, given: ExportInputs, standings: Mapping[str, Standing]) -> dict[str, Building]:
     """The reconstructed hulls; of units without one a block, marked as failed, where heights are known."""
-    hulls = {u: h for u, h in task.arguments["hulls"].items() if h["status"] != Status.REFUSED}
-    unit_of = {h["path"]: u for u, h in hulls.items() if h["path"] is not None}
-    found = {unit_of[path]: read_feature(data) for path, data in workspace.store.read_many(list(unit_of))}
+    hulls = {u: h for u, h in given.hulls.items() if h.status is not Status.REFUSED}
+    unit_of = {h.path: u for u, h in hulls.items() if h.path is not None}
+    found = {unit_of[path]: read_feature(data) for path, data in store.read_many(list(unit_of))}
     for unit in hulls.keys() - found.keys():
-        block = failed_block(workspace.store, task.arguments, standings[unit].outline, str(hulls[unit]["reason"]))
+        block = failed_block(store, given.surfaces, standings[unit].outline, hulls[unit].reason)
         if block is not None:
             found[unit] = block
     return {unit: found[unit] for unit in sorted(found)}
@@ -181,12 +203,12 @@ def _plans(standings: Iterable[Standing]) -> list[Polygon]:
     return [s.outline.polygon for s in sorted(standings, key=lambda s: s.outline.id)]
 
 
-def _terrain(workspace: Workspace, task: Task, standings: Iterable[Standing], parameters: ExportParameters) -> Tin:
-    bounds: Bounds = tuple(task.arguments["bounds"])
+def _terrain(store: Store, given: ExportInputs, standings: Iterable[Standing], parameters: ExportParameters) -> Tin:
+    bounds = given.bounds
     frame = shapely.box(*bounds)
     outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
     inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
-    grid, layers = surface_over(workspace.store, task.arguments, bounds)
+    grid, layers = surface_over(store, given.surfaces, bounds)
     return terrain_tin(grid, layers["dtm"], inside, parameters.terrain, bounds)
 
 
@@ -210,7 +232,7 @@ def _units_beside(city: City, tile: str) -> Iterable[Node]:
     if tile == CITY:
         return []
     survey, own = city.survey, [city.units[u] for u in city.chosen[tile]]
-    around = [t for u in own for t in texture.tiles_around(survey, u)] if survey.textures else []
+    around = [t for u in own for t in tiles_around(survey, u)] if survey.textures else []
     return [(city.unit_stage, t) for t in (*(t for u in own for t in u.neighbour_tiles), *around)]
 
 
@@ -225,9 +247,9 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
     ]
     if not survey.textures:
         return models
-    looked = [("windows", u) for u in own] if windows.are_wanted(survey) else []
+    looked = [("windows", u) for u in own] if windows_are_wanted(survey) else []
     under = [("ortho", tile)] if survey.source.kind == IMAGES else []
-    return [*models, *(("atlas", leaf) for leaf in atlas.leaves_of(city, tile)), *looked, *under]
+    return [*models, *(("atlas", leaf) for leaf in leaves_of(city, tile)), *looked, *under]
 
 
 def _units_shown(city: City, tile: str) -> list[str]:
@@ -238,9 +260,7 @@ def _units_shown(city: City, tile: str) -> list[str]:
 
 def _task(city: City, tile: str) -> Task:
     survey = city.survey
-    leaves = {
-        t: list(atlas.leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
-    }
+    leaves = {t: list(leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])}
     if tile == CITY:
         return export_city.task(survey, leaves, survey.results.refused_outlines() if city.area.is_everywhere else {})
     shown = [city.units[u] for u in _units_shown(city, tile)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,14 +17,15 @@ from cityflow.core.arrays import BoolArray, Float32Array
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.texture import Drape, TexturePage
 from cityflow.errors import CatalogError
+from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.rasters import given_colours
+from cityflow.handover.rasters import GivenOrtho, given_colours
+from cityflow.handover.texture_files import PAGES
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.reference import resolve
-from cityflow.stages.atlas import FOLDER
 from cityflow.survey.source import ZARR
 from cityflow.texture.patches.fill import interpolated
 
@@ -32,6 +33,23 @@ DRAPE_QUALITY = 88
 EAVES_M = 0.8
 """Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
 STRIP_CELLS = 512
+
+
+@dataclass(frozen=True, slots=True)
+class DrapeInputs(TaskInputs):
+    """Orthos that may lie on a terrain.
+
+    Attributes
+    ----------
+    own : grid of the run's true ortho; None where it has none
+    given : orthos of the catalog;  crs : code of the survey's CRS
+    white : value that the own one shows as white
+    """
+
+    own: Grid | None
+    given: tuple[GivenOrtho, ...]
+    crs: str
+    white: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,30 +69,34 @@ class _Colours:
     grid: Grid
 
 
-def drape(workspace: Workspace, a: Mapping[str, Any], tile: str, covered: Sequence[Polygon], longest_px: int) -> Draped:
+def drape(
+    workspace: Workspace, orthos: DrapeInputs, tile: str, bounds: Bounds, covered: Sequence[Polygon], longest_px: int
+) -> Draped:
     """The ortho over a tile, with the ground's colours where it shows roofs or nothing.
 
     Parameters
     ----------
-    a : arguments of the task that exports the tile
+    bounds : of the tile, metres
     covered : plans of what stands on the terrain; an ortho shows roofs there, and beside it eaves that reach beyond the walls
     """
-    bounds: Bounds = tuple(a["bounds"])
     try:
-        found = _own(workspace, a, bounds, longest_px) if a["own_orthos"] else _given(a, bounds, longest_px)
+        found = (
+            _given(orthos, bounds, longest_px)
+            if orthos.own is None
+            else _own(workspace, orthos.own, orthos.white, bounds, longest_px)
+        )
     except CatalogError as error:
         return Draped(None, str(error))
     if found is None:
         return Draped(None)
     colours = np.clip(np.rint(_ground(found, covered)), 0, 255).astype(np.uint8)
-    path = workspace.publish(f"{FOLDER}/{tile}.terrain.jpg", jpeg_bytes(colours, DRAPE_QUALITY))
+    path = workspace.publish(f"{PAGES}/{tile}.terrain.jpg", jpeg_bytes(colours, DRAPE_QUALITY))
     page = TexturePage(path, colours.shape[1], colours.shape[0], "image/jpeg")
     return Draped(Drape(page, found.grid.bounds))
 
 
-def _own(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds, longest_px: int) -> _Colours | None:
+def _own(workspace: Workspace, whole: Grid, white: float, bounds: Bounds, longest_px: int) -> _Colours | None:
     """The run's own true ortho, as means of as many cells as make it small enough; a strip at a time."""
-    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
     fine = Grid.covering(bounds, whole.cell)
     factor = max(-(-max(fine.rows, fine.cols) // longest_px), 1)
     grid = Grid(fine.x_min, fine.y_max, fine.cell * factor, -(-fine.rows // factor), -(-fine.cols // factor))
@@ -87,7 +109,7 @@ def _own(workspace: Workspace, a: Mapping[str, Any], bounds: Bounds, longest_px:
             workspace.store.zarr_store(ZARR), whole, (bounds[0], low, bounds[2], top), ("ortho", "ortho_seen")
         )
         values[first:last], known[first:last] = _means(layers["ortho"], layers["ortho_seen"], factor)
-    values *= np.float32(WHITE / a["white"])
+    values *= np.float32(WHITE / white)
     return _Colours(values, known, grid) if known.any() else None
 
 
@@ -101,14 +123,14 @@ def _means(bands: NDArray[Any], seen: BoolArray, factor: int) -> tuple[Float32Ar
     return np.moveaxis(sums[:3] / np.maximum(sums[3], 1), 0, -1), np.asarray(sums[3] > 0)
 
 
-def _given(a: Mapping[str, Any], bounds: Bounds, longest_px: int) -> _Colours | None:
+def _given(orthos: DrapeInputs, bounds: Bounds, longest_px: int) -> _Colours | None:
     """The first of the orthos that the catalog names that shows something here."""
-    for _, href, cell in a["given_orthos"]:
+    for ortho in orthos.given:
         longest = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
-        coarser = longest / longest_px > cell
-        grid = Grid.covering(bounds, longest / longest_px if coarser else cell)
-        with local_file(href) as path:
-            given = given_colours(path, grid, resolve(a["crs"]), "average" if coarser else "bilinear")
+        coarser = longest / longest_px > ortho.cell_m
+        grid = Grid.covering(bounds, longest / longest_px if coarser else ortho.cell_m)
+        with local_file(ortho.href) as path:
+            given = given_colours(path, grid, resolve(orthos.crs), "average" if coarser else "bilinear")
         colours = np.moveaxis(given, 0, -1).astype(np.float32)
         known = np.isfinite(colours).all(axis=-1)
         if known.any():

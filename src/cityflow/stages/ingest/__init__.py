@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from cityflow.core.edits import Edits
+from cityflow.core.grid import Bounds
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, lines, owned
-from cityflow.handover.pieces import refuse_other_file
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
+from cityflow.handover.source_file import SourceFile
 from cityflow.io.fetch import local_file
 from cityflow.io.points.point_index import split_file
 from cityflow.io.reference import resolve
@@ -33,25 +35,61 @@ OUTLINES_VERSION = 2
 OUTSIDE = "stands outside the survey: nothing was measured there"
 
 
+@dataclass(frozen=True, slots=True)
+class IndexParameters(TaskInputs):
+    """Edge of a cell of the index, metres."""
+
+    index_cell_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class OutlinesInputs(TaskInputs):
+    """The file of given outlines, the names of all tiles of the survey, and what a person has drawn."""
+
+    file: SourceFile
+    tiles: tuple[str, ...]
+    edits: EditsField
+
+
+@dataclass(frozen=True, slots=True)
+class OutlinesParameters(TaskInputs):
+    """How given outlines are read, noded and dealt out.
+
+    Attributes
+    ----------
+    tile_m : edge of a ground tile;  noding_tolerance_m : gaps and overlaps below this are closed, metres
+    id_column, id_format, layer : as in `OutlineAsset`
+    crs : code of the survey's CRS
+    files : LiDAR file → its bounds, metres
+    """
+
+    tile_m: float
+    noding_tolerance_m: float
+    id_column: str | None
+    id_format: str | None
+    layer: str | None
+    crs: str
+    files: Mapping[str, Bounds]
+
+
 def points_task(survey: Survey, name: str) -> Task:
     """Index one LiDAR file."""
     asset = survey.lidar.files[name]
     return Task(
         NAME, name, "cityflow.stages.ingest:run_points", VERSION,
-        parameters={"index_cell_m": survey.parameters.tiles.index_cell_m},
+        parameters=as_json(IndexParameters(survey.parameters.tiles.index_cell_m)),
         inputs={"file": asset.checksum},
-        arguments={"href": asset.href, "size": asset.size},
+        arguments=as_json(SourceFile(asset.href, asset.size, asset.checksum)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run_points(workspace: Workspace, task: Task) -> Outcome:
     """One LAZ piece per index cell that the file touches."""
-    with local_file(task.arguments["href"]) as path:
-        index = split_file(
-            path, task.parameters["index_cell_m"], lambda cell, data: workspace.write(f"{cell}.laz", data)
-        )
-        refuse_other_file(path, task)
+    given, parameters = task.arguments_as(SourceFile), task.parameters_as(IndexParameters)
+    with local_file(given.href) as path:
+        index = split_file(path, parameters.index_cell_m, lambda cell, data: workspace.write(f"{cell}.laz", data))
+        given.refuse_other(path)
     return workspace.outcome(
         result={
             "points": index.points,
@@ -67,36 +105,35 @@ def outlines_task(survey: Survey) -> Task:
     assert asset is not None
     return Task(
         NAME, OUTLINES, "cityflow.stages.ingest:run_outlines", OUTLINES_VERSION,
-        parameters={
-            "tile_m": survey.parameters.tiles.tile_m,
-            "noding_tolerance_m": survey.parameters.outline.noding_tolerance_m,
-            "id_column": asset.id_column, "id_format": asset.id_format, "layer": asset.layer,
-            "crs": survey.catalog.reference.code,
-            "files": {f.name: list(f.bounds) for f in survey.lidar.files.values()},
-        },
+        parameters=as_json(OutlinesParameters(
+            survey.parameters.tiles.tile_m, survey.parameters.outline.noding_tolerance_m, asset.id_column, asset.id_format, asset.layer,
+            survey.catalog.reference.code, {f.name: f.bounds for f in survey.lidar.files.values()},
+        )),
         inputs={
             "file": asset.checksum, "tiles": digest_of(list(survey.lattice.tiles)),
             **({"edits": digest_of(survey.edits.lines())} if len(survey.edits) else {}),
         },
-        arguments={"href": asset.href, "size": asset.size, "tiles": list(survey.lattice.tiles), "edits": survey.edits.lines()},
+        arguments=as_json(OutlinesInputs(
+            SourceFile(asset.href, asset.size, asset.checksum), tuple(survey.lattice.tiles), survey.edits
+        )),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run_outlines(workspace: Workspace, task: Task) -> Outcome:
     """One file of outline lines per tile, and those refused with their reasons and places."""
-    p = task.parameters
-    with local_file(task.arguments["href"]) as path:
-        refuse_other_file(path, task)
-        raw, notes = read_outlines(path, p["id_column"], p["id_format"], resolve(p["crs"]), p["layer"])
+    given, p = task.arguments_as(OutlinesInputs), task.parameters_as(OutlinesParameters)
+    with local_file(given.file.href) as path:
+        given.file.refuse_other(path)
+        raw, notes = read_outlines(path, p.id_column, p.id_format, resolve(p.crs), p.layer)
     clean, refused = clean_outlines(raw)
-    clean, rejected = apply_to_outlines(clean, Edits.from_lines(task.arguments["edits"]))
-    noded = node_outlines(clean, p["noding_tolerance_m"])
-    known = set(task.arguments["tiles"])
-    by_tile = owned(noded, p["tile_m"], known)
+    clean, rejected = apply_to_outlines(clean, given.edits)
+    noded = node_outlines(clean, p.noding_tolerance_m)
+    known = set(given.tiles)
+    by_tile = owned(noded, p.tile_m, known)
     for tile in sorted(known & by_tile.keys()):
         workspace.write(f"{tile}.jsonl", lines(by_tile[tile]))
-    sampled_from, sample = sampled([s for t in sorted(known & by_tile.keys()) for s in by_tile[t]], p["files"])
+    sampled_from, sample = sampled([s for t in sorted(known & by_tile.keys()) for s in by_tile[t]], p.files)
     if sample:
         workspace.write(SAMPLE, sample)
     far = [s.outline for tile in sorted(by_tile.keys() - known) for s in by_tile[tile]]

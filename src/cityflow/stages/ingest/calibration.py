@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -15,7 +16,8 @@ from rasterio.windows import Window
 
 from cityflow.core.arrays import Float32Array
 from cityflow.errors import CatalogError
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.array_file import decode_arrays, encode_arrays
 from cityflow.imagery.calibration import Calibration, RawFrame, calibration_from, master_dark
@@ -34,6 +36,16 @@ LEAST_LIGHT = 0.02
 """Flat frames lie at least this share of the range above the dark ones, or there is nothing to divide by."""
 
 
+@dataclass(frozen=True, slots=True)
+class CalibrationInputs(TaskInputs):
+    """Folder and addresses of a camera's dark and flat frames."""
+
+    folder: str
+    camera: str
+    dark: tuple[str, ...]
+    flat: tuple[str, ...]
+
+
 def unit_of(survey: Survey, image: str) -> str | None:
     """The unit that calibrates the camera of an image; None where no calibration is asked for, or the name tells no camera."""
     frames = survey.parameters.raw.calibration
@@ -50,13 +62,11 @@ def task(survey: Survey, unit: str) -> Task:
         matching(folder, name.replace("{camera}", camera)) for name in (raw.calibration.dark, raw.calibration.flat)
     )
     how = RawInput(bits=raw.bits, left_aligned=raw.left_aligned, calibration=raw.calibration)
-    parameters = how.model_dump(mode="json")
-    del parameters["calibration"]["folder"]
     return Task(
         NAME, unit, "cityflow.stages.ingest.calibration:run", VERSION,
-        parameters=parameters,
+        parameters=as_json(how, without=("calibration.folder",)),
         inputs={"dark": digest_of([checksum(h) for h in darks]), "flat": digest_of([checksum(h) for h in flats])},
-        arguments={"folder": folder, "camera": camera, "dark": darks, "flat": flats},
+        arguments=as_json(CalibrationInputs(folder, camera, tuple(darks), tuple(flats))),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
@@ -69,26 +79,23 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     CatalogError
         Frames are missing, of different sizes, of other numbers than said, saturated or hardly lit.
     """
-    a = task.arguments
-    raw = RawInput.model_validate(
-        {**task.parameters, "calibration": {**task.parameters["calibration"], "folder": a["folder"]}}
-    )
+    given, raw = task.arguments_as(CalibrationInputs), task.parameters_as(RawInput)
     assert raw.calibration is not None
-    for kind in ("dark", "flat"):
-        _refuse_none(a[kind], kind, a)
-    dark = _mean(a["dark"], raw, 1.0)
-    flat = _mean(a["flat"], raw, raw.calibration.most_saturated)
+    for kind, frames in (("dark", given.dark), ("flat", given.flat)):
+        _refuse_none(frames, kind, given)
+    dark = _mean(given.dark, raw, 1.0)
+    flat = _mean(given.flat, raw, raw.calibration.most_saturated)
     if dark.shape != flat.shape:
         raise CatalogError(
             f"dark frames of {_size(dark.shape)} pixels, flat frames of {_size(flat.shape)}",
-            where=a["folder"], remedy=f"take both with the camera {a['camera']}, without binning",
+            where=given.folder, remedy=f"take both with the camera {given.camera}, without binning",
         )  # fmt: skip
-    _refuse_unlit(dark, flat, raw, a)
+    _refuse_unlit(dark, flat, raw, given.folder)
     found = calibration_from(dark, flat, raw.calibration.sensor)
     for row in range(0, len(found.gain), ROWS):
         rows = slice(row, row + ROWS)
         part = {"dark": found.dark[rows], "gain": found.gain[rows], "bad": found.bad[rows]}
-        workspace.write(_name(row), encode_arrays(part, {"camera": a["camera"], "shape": list(found.gain.shape)}))
+        workspace.write(_name(row), encode_arrays(part, {"camera": given.camera, "shape": list(found.gain.shape)}))
     digest = digest_of(list(workspace.outputs.values()))
     figures = {"bad": int(found.bad.sum()), "dark": round(float(np.median(found.dark)), 3),
                "gain_deviation": round(float(np.std(found.gain)), 5)}  # fmt: skip
@@ -211,10 +218,10 @@ def top_of(frame: RawFrame, raw: RawInput) -> int:
     return int((1 << min(raw.bits or container, container)) - 1)
 
 
-def _refuse_none(hrefs: Sequence[str], kind: str, arguments: Mapping[str, Json]) -> None:
+def _refuse_none(hrefs: Sequence[str], kind: str, given: CalibrationInputs) -> None:
     if not hrefs:
         raise CatalogError(
-            f"no {kind} frame of the camera {arguments['camera']}", where=str(arguments["folder"]),
+            f"no {kind} frame of the camera {given.camera}", where=given.folder,
             remedy=f"put it there, or name the files by raw.calibration.{kind} and the camera by raw.calibration.camera",
         )  # fmt: skip
 
@@ -237,13 +244,13 @@ def _refuse_other_kind(frame: DatasetReader, first: DatasetReader, href: str, fi
         )  # fmt: skip
 
 
-def _refuse_unlit(dark: Float32Array, flat: Float32Array, raw: RawInput, arguments: Mapping[str, Json]) -> None:
+def _refuse_unlit(dark: Float32Array, flat: Float32Array, raw: RawInput, folder: str) -> None:
     top = (1 << (raw.bits or 8)) - 1
     light = float(np.median(flat[::7, ::7]) - np.median(dark[::7, ::7]))
     if light < LEAST_LIGHT * top:
         raise CatalogError(
             f"flat frames are only {light:.1f} brighter than dark ones",
-            where=str(arguments["folder"]), remedy="see that dark and flat frames are not exchanged; light them to half of saturation",
+            where=folder, remedy="see that dark and flat frames are not exchanged; light them to half of saturation",
         )  # fmt: skip
 
 

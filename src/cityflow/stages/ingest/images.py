@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 from cityflow.core.building import Status
 from cityflow.errors import CatalogError
-from cityflow.flow.task import Json, Outcome, Task, digest_of
+from cityflow.flow.store import Store
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.oriented import of_json, to_json
-from cityflow.handover.pieces import refuse_other_file
+from cityflow.handover.field_types import OrientedField
+from cityflow.handover.oriented import to_json
+from cityflow.handover.source_file import SourceFile
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_tiles import tile_image
 from cityflow.io.images.tiled_images import check_against, image_header
@@ -25,46 +29,62 @@ VERSION = 2
 TILED = "image.tif"
 
 
+@dataclass(frozen=True, slots=True)
+class ImageInputs(TaskInputs):
+    """An image and what corrects it.
+
+    Attributes
+    ----------
+    image : as it was taken
+    corrections : RUN-relative paths of what the calibration of its camera has left;  uncalibrated : why there is nothing, else empty
+    infrared : address of its near-infrared picture; None where there is none
+    """
+
+    file: SourceFile
+    image: OrientedField
+    corrections: tuple[str, ...] = ()
+    uncalibrated: str = ""
+    infrared: str | None = None
+
+
 def image_task(survey: Survey, name: str) -> Task:
     """Tile one image; a raw frame is developed with what the calibration of its camera has left."""
     asset, raw = survey.images.assets[name], survey.parameters.raw
+    file, infrared = SourceFile(asset.href, asset.size, asset.checksum), infrared_of(survey, name)
     inputs = {"file": asset.checksum}
-    arguments: dict[str, Json] = {"href": asset.href, "size": asset.size, "image": to_json(asset.oriented)}
-    parameters: dict[str, Json] = {}
-    if not raw.is_nothing:
-        parameters = raw.model_dump(mode="json")
-        for place in ("calibration", "near_infrared"):
-            if parameters[place] is not None:
-                arguments[place + "_folder"] = placed(survey, parameters[place].pop("folder"))
-        if raw.undistort:
-            inputs["camera"] = digest_of(arguments["image"]["camera"])
-        _add_calibration(survey, name, inputs, arguments)
-        _add_infrared(raw, name, inputs, arguments)
+    if raw.undistort:
+        inputs["camera"] = digest_of(to_json(asset.oriented)["camera"])
+    if raw.calibration is not None:
+        unit = unit_of(survey, name)
+        inputs["calibration"] = survey.results.digest_of(NAME, unit) if unit else "no camera"
+    if infrared is not None:
+        # size and date stand for the contents: reading the pictures of a whole flight in advance would take too long
+        inputs["near infrared"] = digest_of(stamp(infrared))
+    folders = ("calibration.folder", "near_infrared.folder")
     return Task(
         NAME, name, "cityflow.stages.ingest.images:run", VERSION,
-        parameters=parameters, inputs=inputs, arguments=arguments, limits=survey.limits(NAME),
+        parameters={} if raw.is_nothing else as_json(raw, without=folders), inputs=inputs,
+        arguments=as_json(ImageInputs(file, asset.oriented, *_corrections(survey, name), infrared)), limits=survey.limits(NAME),
     )  # fmt: skip
 
 
-def _add_calibration(survey: Survey, name: str, inputs: dict[str, str], arguments: dict[str, Json]) -> None:
+def _corrections(survey: Survey, name: str) -> tuple[tuple[str, ...], str]:
+    """What the calibration of an image's camera has left, or why there is nothing."""
     if survey.parameters.raw.calibration is None:
-        return
+        return (), ""
     unit = unit_of(survey, name)
     record = survey.results.records.get((NAME, unit)) if unit else None
-    inputs["calibration"] = survey.results.digest_of(NAME, unit) if unit else "no camera"
     if record is not None and record.status is not Status.FAILED:
-        arguments["calibration"] = list(record.outputs)
-    else:
-        what = f"{unit} has failed: {record.reason}" if record else "the image's name tells no camera"
-        arguments["uncalibrated"] = what
+        return tuple(record.outputs), ""
+    return (), f"{unit} has failed: {record.reason}" if record else "the image's name tells no camera"
 
 
-def _add_infrared(raw: RawInput, name: str, inputs: dict[str, str], arguments: dict[str, Json]) -> None:
-    """Size and date stand for the contents: reading the pictures of a whole flight in advance would take too long."""
-    if raw.near_infrared is not None:
-        href = f"{arguments['near_infrared_folder'].rstrip('/')}/{raw.near_infrared.file.replace('{image}', name)}"
-        inputs["near infrared"] = digest_of(stamp(href))
-        arguments["infrared"] = href
+def infrared_of(survey: Survey, name: str) -> str | None:
+    """Address of the near-infrared picture of an image; None where none is asked for."""
+    asked = survey.parameters.raw.near_infrared
+    if asked is None:
+        return None
+    return f"{placed(survey, asked.folder).rstrip('/')}/{asked.file.replace('{image}', name)}"
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -76,44 +96,31 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         The file is another than when the catalog was made, damaged, turned, of another size than its camera's images, or, as a raw frame, not what
         the workflow says of it.
     """
-    image = of_json(task.arguments["image"])
-    with local_file(task.arguments["href"]) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
-        refuse_other_file(path, task)
+    given, raw = task.arguments_as(ImageInputs), task.parameters_as(RawInput)
+    with local_file(given.file.href) as path, tempfile.TemporaryDirectory(prefix="cityflow-") as folder:
+        given.file.refuse_other(path)
         header = image_header(path)
-        check_against(header, image.camera)
+        check_against(header, given.image.camera)
         tiled = Path(folder) / TILED
-        if task.parameters:
-            size = _develop(workspace, task, path, tiled)
-        else:
+        if raw.is_nothing:
             tile_image(path, tiled)
             size = header.width, header.height, header.bands
+        else:
+            size = _develop(workspace.store, given, raw, path, tiled)
         workspace.write_file(TILED, tiled)
     digest = digest_of(list(workspace.outputs.values()))
     return workspace.outcome(result={"digest": digest, **dict(zip(("width", "height", "bands"), size, strict=True))})
 
 
-def _develop(workspace: Workspace, task: Task, path: Path, target: Path) -> tuple[int, int, int]:
-    a = task.arguments
-    raw = _raw_of(task)
-    if "uncalibrated" in a:
+def _develop(store: Store, given: ImageInputs, raw: RawInput, path: Path, target: Path) -> tuple[int, int, int]:
+    href = given.file.href
+    if given.uncalibrated:
         raise CatalogError(
-            f"it cannot be calibrated: {a['uncalibrated']}", where=a["href"],
+            f"it cannot be calibrated: {given.uncalibrated}", where=href,
             remedy="mend the calibration frames, see raw.calibration, or leave raw.calibration out",
         )  # fmt: skip
-    corrections = None
-    if raw.calibration is not None:
-        corrections = Corrections.of(workspace.store, a["calibration"])
+    corrections = Corrections.of(store, given.corrections) if raw.calibration is not None else None
     with ExitStack() as stack:
-        infrared = stack.enter_context(local_file(a["infrared"])) if "infrared" in a else None
-        camera = of_json(a["image"]).camera
-        frame = Frame(path, a["href"], camera, corrections, infrared, a.get("infrared", ""))
+        infrared = None if given.infrared is None else stack.enter_context(local_file(given.infrared))
+        frame = Frame(path, href, given.image.camera, corrections, infrared, given.infrared or "")
         return develop(frame, raw, target, target.parent)
-
-
-def _raw_of(task: Task) -> RawInput:
-    """The parameters, with the folders put back that are no part of a digest."""
-    tree = dict(task.parameters)
-    for place in ("calibration", "near_infrared"):
-        if tree[place] is not None:
-            tree[place] = {**tree[place], "folder": task.arguments[place + "_folder"]}
-    return RawInput.model_validate(tree)

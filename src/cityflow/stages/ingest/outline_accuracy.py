@@ -5,7 +5,7 @@ Every unit needs the figure, and it must depend on no area of interest and no ti
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from cityflow.core.building import Outline
 from cityflow.core.grid import grown, tiles_over
 from cityflow.core.json_values import finite
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.house_points import houses_of
 from cityflow.handover.outline_lines import decode_all
@@ -25,6 +26,15 @@ from cityflow.survey.survey import Survey
 VERSION = 2
 
 
+@dataclass(frozen=True, slots=True)
+class AccuracyInputs(TaskInputs):
+    """RUN-relative paths of outlines and of the index pieces around them, and the edge of a cell of that index, metres."""
+
+    sample: tuple[str, ...]
+    pieces: tuple[str, ...]
+    index_cell_m: float
+
+
 def task(survey: Survey) -> Task:
     """Of the file that outlines were sampled from."""
     name, sample = survey.given.sample
@@ -32,20 +42,20 @@ def task(survey: Survey) -> Task:
     return Task(
         NAME, ACCURACY, "cityflow.stages.ingest.outline_accuracy:run", VERSION,
         inputs={**sample, **pieces},
-        arguments={"sample": list(sample), "pieces": list(pieces), "index_cell_m": survey.parameters.tiles.index_cell_m},
+        arguments=as_json(AccuracyInputs(tuple(sample), tuple(pieces), survey.parameters.tiles.index_cell_m)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """One figure, with the number of façades that it comes from."""
-    a = task.arguments
-    outlines = [s.outline for path in a["sample"] for s in decode_all(workspace.read(path))]
+    given = task.arguments_as(AccuracyInputs)
+    outlines = [s.outline for path in given.sample for s in decode_all(workspace.read(path))]
     offsets: list[tuple[float, float]] = []
-    by_cell = {path.rsplit("/", 1)[-1].rsplit(".", 1)[0]: path for path in a["pieces"]}
-    for outline in sorted(outlines, key=lambda o: _row_of_cells(o, a["index_cell_m"])):
+    by_cell = {path.rsplit("/", 1)[-1].rsplit(".", 1)[0]: path for path in given.pieces}
+    for outline in sorted(outlines, key=lambda o: _row_of_cells(o, given.index_cell_m)):
         near = grown(outline.polygon.bounds, NEAR_M)
-        cells = [t.name for t in tiles_over(near, a["index_cell_m"])]
+        cells = [t.name for t in tiles_over(near, given.index_cell_m)]
         tops = houses_of(workspace.store, [by_cell[c] for c in cells if c in by_cell], near)
         offsets += facade_offsets([outline], SeenHouses.of(tops, None))
     return workspace.outcome(result=finite(asdict(accuracy_of(offsets))))

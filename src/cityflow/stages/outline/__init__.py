@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from cityflow.core.building import Outline, Status
-from cityflow.core.edits import Edits, edits_digest
-from cityflow.core.grid import Grid, Tile
+from cityflow.core.edits import edits_digest
+from cityflow.core.grid import Tile
 from cityflow.flow.stage import Cost, Node, Stage
+from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import decode_all, entries, lines, owned
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
+from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_points import read_walls
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
@@ -35,6 +39,53 @@ VERSION = 8
 OUTLINES = "outlines.jsonl"
 
 
+@dataclass(frozen=True, slots=True)
+class GivenInputs(TaskInputs):
+    """RUN-relative paths of a tile's given outlines, and of those of other tiles that touch them; `facades` where walls are looked for."""
+
+    outlines: tuple[str, ...]
+    others: tuple[str, ...] = ()
+    facades: outline_walls.FacadeInputs | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class WalledParameters(TaskInputs):
+    """How walls of given outlines move in; `outline_sigma_m` is how exact the outlines are (standard deviation)."""
+
+    walls_in: WallsInParameters
+    outline_sigma_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class FoundInputs(TaskInputs):
+    """What outlines are found in.
+
+    Attributes
+    ----------
+    tile : whose outlines are wanted;  tiles : names of those whose surfaces are read
+    walls : RUN-relative paths of façades of images; None where nobody sees walls;  blind : name → why these are not whole
+    points : index pieces of a laser, of cells of `index_cell_m`
+    edits : those that act here
+    """
+
+    tile: Tile
+    tiles: tuple[str, ...]
+    surfaces: Surfaces
+    walls: tuple[str, ...] | None
+    blind: Mapping[str, str]
+    points: tuple[str, ...]
+    index_cell_m: float
+    edits: EditsField
+
+
+@dataclass(frozen=True, slots=True)
+class FoundParameters(TaskInputs):
+    """How outlines are found, and their walls."""
+
+    found: FindParameters
+    walls_in: WallsInParameters
+
+
 def task(survey: Survey, name: str) -> Task:
     """The units of one tile."""
     return _given_task(survey, name) if survey.outlines_given else _found_task(survey, name)
@@ -45,37 +96,34 @@ def _given_task(survey: Survey, name: str) -> Task:
     if not mine or not outline_walls.are_looked_for(survey):
         return Task(
             NAME, name, "cityflow.stages.outline:run_given", VERSION,
-            inputs=mine, arguments={"pieces": list(mine)}, limits=survey.limits(NAME),
+            inputs=mine, arguments=as_json(GivenInputs(tuple(mine))), limits=survey.limits(NAME),
         )  # fmt: skip
     others = survey.given.beside(name)
-    parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
+    asked = survey.parameters_of(NAME, name, survey.outline_parameters)
     return Task(
         NAME, name, "cityflow.stages.outline:run_walled", VERSION,
-        parameters={"walls_in": parameters["walls_in"], "outline_sigma_m": survey.outline_sigma_m},
+        parameters=as_json(WalledParameters(asked.walls_in, survey.outline_sigma_m)),
         inputs={**mine, **others, **outline_walls.inputs_of(survey, name)},
-        arguments={"pieces": list(mine), "others": list(others), **outline_walls.arguments_of(survey, name)},
+        arguments=as_json(GivenInputs(tuple(mine), tuple(others), outline_walls.facades_of(survey, name))),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run_given(workspace: Workspace, task: Task) -> Outcome:
     """An index of the tile's given outlines: they were cleaned and noded with the whole city in view."""
-    units = [entry for path in task.arguments["pieces"] for entry in entries(workspace.read(path), path)]
+    units = [entry for path in task.arguments_as(GivenInputs).outlines for entry in entries(workspace.read(path), path)]
     return workspace.outcome(result={"units": units})
 
 
 def run_walled(workspace: Workspace, task: Task) -> Outcome:
     """The tile's given outlines, with walls moved in where they are rims of roofs and façades are known inside."""
+    given, parameters = task.arguments_as(GivenInputs), task.parameters_as(WalledParameters)
+    assert given.facades is not None
     own, others = (
-        [s for path in task.arguments[k] for s in decode_all(workspace.read(path))] for k in ("pieces", "others")
+        [s for path in paths for s in decode_all(workspace.read(path))] for paths in (given.outlines, given.others)
     )
     moved = outline_walls.moved_in(
-        workspace.store,
-        task.arguments,
-        own,
-        others,
-        WallsInParameters.model_validate(task.parameters["walls_in"]),
-        task.parameters["outline_sigma_m"],
+        workspace.store, given.facades, own, others, parameters.walls_in, parameters.outline_sigma_m
     )
     text = lines(moved)
     workspace.write(OUTLINES, text)
@@ -87,7 +135,7 @@ def run_walled(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _found_task(survey: Survey, name: str) -> Task:
-    parameters: Any = survey.parameters_for(NAME, name, survey.outline_parameters)
+    asked = survey.parameters_of(NAME, name, survey.outline_parameters)
     seen = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
     walls = {p: d for t in seen for p, d in survey.results.outputs_of("walls", t).items()} if survey.sees_walls else {}
     blind = {
@@ -102,51 +150,32 @@ def _found_task(survey: Survey, name: str) -> Task:
     edits = edits_digest(survey.edits, around)
     return Task(
         NAME, name, "cityflow.stages.outline:run_found", VERSION,
-        parameters={"found": parameters["found"], "walls_in": parameters["walls_in"]},
+        parameters=as_json(FoundParameters(asked.found, asked.walls_in)),
         inputs={**{t: survey.results.digest_of("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
-        arguments={"bounds": list(survey.lattice.tiles[name].bounds), "tile_m": survey.parameters.tiles.tile_m,
-                   "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr, "tiles": seen,
-                   "walls": list(walls), "sees_walls": survey.sees_walls, "blind": blind,
-                   "points": list(points), "index_cell_m": survey.parameters.tiles.index_cell_m,
-                   "edits": survey.edits.within(around).lines()},
+        arguments=as_json(FoundInputs(
+            survey.lattice.tiles[name], tuple(seen), survey.surfaces, tuple(walls) if survey.sees_walls else None, blind,
+            tuple(points), survey.parameters.tiles.index_cell_m, survey.edits.within(around),
+        )),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def run_found(workspace: Workspace, task: Task) -> Outcome:
     """Outlines of the building regions whose representative point the tile owns."""
-    parameters = FindParameters.model_validate(task.parameters["found"])
-    x_min, y_min = task.arguments["bounds"][:2]
-    size, cell = task.arguments["tile_m"], task.arguments["cell_m"]
-    tile = Tile(round(x_min / size), round(y_min / size), size)
-    city = Grid.covering(tuple(task.arguments["city"]), cell)
-    grid, layers = read_layers(
-        workspace.store.zarr_store(task.arguments["zarr"]), city, tile.buffered(parameters.halo_m)
-    )
-    walls = read_walls(workspace.store, task.arguments["walls"], grid.bounds) if task.arguments["sees_walls"] else None
-    region = RegionSurface(
-        grid,
-        layers["ndsm"],
-        layers["class"],
-        layers["holes"],
-        tile.bounds,
-        layers["count"],
-        walls,
-        layers["dtm"],
-        highest=not task.arguments["sees_walls"],
-    )
-    walls_in = WallsInParameters.model_validate(task.parameters["walls_in"])
-    roofs = find_outlines(region, parameters)
-    found = found_walls_in(roofs, _seen(workspace, task, roofs, region), walls_in)
-    kept, refused = apply_to_outlines(found, Edits.from_lines(task.arguments["edits"]))
-    mine = owned(kept, size, task.arguments["tiles"]).get(tile.name, [])
-    own = {s.outline.id for s in owned(found, size, task.arguments["tiles"]).get(tile.name, [])}
+    given, parameters = task.arguments_as(FoundInputs), task.parameters_as(FoundParameters)
+    region = _region(workspace.store, given, parameters.found)
+    roofs = find_outlines(region, parameters.found)
+    found = found_walls_in(roofs, _seen(workspace.store, given, roofs, region), parameters.walls_in)
+    kept, refused = apply_to_outlines(found, given.edits)
+    tile = given.tile
+    mine = owned(kept, tile.size, given.tiles).get(tile.name, [])
+    own = {s.outline.id for s in owned(found, tile.size, given.tiles).get(tile.name, [])}
     text = lines(mine)
     workspace.write(OUTLINES, text)
     refused = [r for r in refused if r.id in own]
     if refused:
         workspace.write(REFUSED, encode_refused((r.id, r.shape) for r in refused))
-    without = "; ".join(f"without the {t}: {why}" for t, why in task.arguments["blind"].items())
+    without = "; ".join(f"without the {t}: {why}" for t, why in given.blind.items())
     return workspace.outcome(
         Status.DEGRADED if without else Status.DONE, without,
         {
@@ -156,14 +185,24 @@ def run_found(workspace: Workspace, task: Task) -> Outcome:
     )  # fmt: skip
 
 
-def _seen(workspace: Workspace, task: Task, outlines: Sequence[Outline], surface: RegionSurface) -> SeenHouses | None:
+def _region(store: Store, given: FoundInputs, parameters: FindParameters) -> RegionSurface:
+    """The surface of the tile and its halo."""
+    surfaces, tile = given.surfaces, given.tile
+    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, tile.buffered(parameters.halo_m))
+    walls = None if given.walls is None else read_walls(store, given.walls, grid.bounds)
+    return RegionSurface(
+        grid, layers["ndsm"], layers["class"], layers["holes"], tile.bounds, layers["count"], walls, layers["dtm"],
+        highest=walls is None,
+    )  # fmt: skip
+
+
+def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface: RegionSurface) -> SeenHouses | None:
     """What shows walls: façades of images, or a laser's points."""
-    a = task.arguments
-    if a["sees_walls"]:
+    if given.walls is not None:
         return seen_in(surface)
     assert surface.dtm is not None
     terrain = surface.grid, surface.dtm.astype(np.float64)
-    return outline_walls.scanned_houses(workspace.store, a["points"], a["index_cell_m"], outlines, terrain)
+    return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, terrain)
 
 
 def _sources(city: City, name: str) -> Iterable[Node]:

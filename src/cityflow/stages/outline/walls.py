@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.flow.store import Store
-from cityflow.flow.task import Json
+from cityflow.flow.typed import TaskInputs
 from cityflow.handover.house_points import LOW_M, houses_of
 from cityflow.handover.outline_lines import Standing
+from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_points import read_walls
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.outlines.noded.adjacency import party_edges
@@ -25,6 +25,21 @@ from cityflow.survey.source import LIDAR
 from cityflow.survey.survey import Survey
 
 REACH_M = 2 * LARGEST_M + NEAR_M
+
+
+@dataclass(frozen=True, slots=True)
+class FacadeInputs(TaskInputs):
+    """What shows the walls of a tile's outlines.
+
+    Attributes
+    ----------
+    points : RUN-relative paths of index pieces, of a laser; None where images show façades
+    walls : of the façades of images
+    """
+
+    points: tuple[str, ...] | None
+    walls: tuple[str, ...]
+    surfaces: Surfaces
 
 
 def are_looked_for(survey: Survey) -> bool:
@@ -42,20 +57,16 @@ def inputs_of(survey: Survey, name: str) -> dict[str, str]:
     return {**{f"surface {t}": survey.results.digest_of("surface", t) for t in near}, **walls}
 
 
-def arguments_of(survey: Survey, name: str) -> dict[str, Json]:
+def facades_of(survey: Survey, name: str) -> FacadeInputs:
     """Where `moved_in` finds it."""
-    around = survey.lattice.tiles[name].buffered(REACH_M)
-    near = survey.lattice.near(name, REACH_M)
-    walls = [p for t in near for p in survey.results.outputs_of("walls", t)]
-    scanned = survey.source.kind == LIDAR
-    return {
-        "points": list(survey.index.over(around)) if scanned else None, "walls": [] if scanned else walls,
-        "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
-    }  # fmt: skip
+    if survey.source.kind == LIDAR:
+        return FacadeInputs(tuple(survey.index.over(survey.lattice.tiles[name].buffered(REACH_M))), (), survey.surfaces)
+    walls = tuple(p for t in survey.lattice.near(name, REACH_M) for p in survey.results.outputs_of("walls", t))
+    return FacadeInputs(None, walls, survey.surfaces)
 
 
 def moved_in(
-    store: Store, arguments: Mapping[str, Any], own: Sequence[Standing], others: Iterable[Standing], parameters: WallsInParameters,
+    store: Store, facades: FacadeInputs, own: Sequence[Standing], others: Iterable[Standing], parameters: WallsInParameters,
     outline_sigma_m: float,
 ) -> list[Standing]:  # fmt: skip
     """A tile's own outlines by their walls; they stay with their tile and their neighbours.
@@ -71,7 +82,7 @@ def moved_in(
     narrow = {s.outline.id for s, size in zip(every, (high - low).max(axis=1), strict=True) if size <= LARGEST_M}
     if not narrow:
         return list(own)
-    seen = _seen(store, arguments, grown((*low.min(axis=0), *high.max(axis=0)), NEAR_M))
+    seen = _seen(store, facades, grown((*low.min(axis=0), *high.max(axis=0)), NEAR_M))
     moved = walls_moved_in(
         [s.outline for s in every],
         lambda outline, edge: facade_inside(outline, edge, seen, outline_sigma_m) if outline.id in narrow else None,
@@ -81,16 +92,12 @@ def moved_in(
     return [replace(s, outline=replace(o, party=party[o.id])) for s, o in zip(own, moved, strict=False)]
 
 
-def _seen(store: Store, arguments: Mapping[str, Any], bounds: Bounds) -> SeenHouses:
-    if arguments["points"] is not None:
-        return SeenHouses.of(houses_of(store, arguments["points"], bounds), None)
-    grid, layers = read_layers(
-        store.zarr_store(arguments["zarr"]),
-        Grid.covering(tuple(arguments["city"]), arguments["cell_m"]),
-        bounds,
-        ("dsm",),
-    )
-    return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, arguments["walls"], bounds))
+def _seen(store: Store, facades: FacadeInputs, bounds: Bounds) -> SeenHouses:
+    if facades.points is not None:
+        return SeenHouses.of(houses_of(store, facades.points, bounds), None)
+    surfaces = facades.surfaces
+    grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, bounds, ("dsm",))
+    return SeenHouses.of(grid.points(layers["dsm"].astype(np.float64)), read_walls(store, facades.walls, bounds))
 
 
 def reach_of_found(survey: Survey, name: str) -> Bounds | None:

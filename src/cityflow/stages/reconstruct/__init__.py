@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, replace
-from typing import Any, NoReturn
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import NoReturn
 
 import shapely
 
@@ -16,16 +16,17 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.errors import RefusedUnit
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.outline_lines import decode
-from cityflow.handover.pieces import read_text
+from cityflow.handover.field_types import EditsField
+from cityflow.handover.outline_lines import OutlineAt
 from cityflow.io.attributes import with_source
 from cityflow.io.city_models.cityjson import feature_line
 from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
-from cityflow.stages.reconstruct.evidence import arguments_of, gather, inputs_of
+from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_inputs, gather, inputs_of
 from cityflow.survey.city import City
 from cityflow.survey.results import HULL
 from cityflow.survey.source import IMAGES
@@ -37,56 +38,73 @@ VERSION = 27
 CANDIDATES = "candidates.city.jsonl"
 
 
+@dataclass(frozen=True, slots=True)
+class UnitInputs(TaskInputs):
+    """A unit and what is known of it.
+
+    Attributes
+    ----------
+    source : attributes that name the data it is made from
+    roofs : edits that set the type of its roof
+    """
+
+    outline: OutlineAt
+    evidence: EvidenceInputs
+    source: Mapping[str, str | None]
+    roofs: EditsField
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedInputs(TaskInputs):
+    """Why an outline cannot be a building."""
+
+    reason: str
+
+
 def task(survey: Survey, unit: UnitEntry) -> Task:
     """One building."""
-    under = survey.lattice.tiles_under(unit)
     source = survey.source_attributes(grown(unit.bounds, WALL_MARGIN_M))
-    roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types).lines()
+    roofs = Edits(roof_types=survey.edits.near(shapely.box(*unit.bounds)).roof_types)
     return Task(
         NAME, unit.id, "cityflow.stages.reconstruct:run", VERSION,
-        parameters=_parameters(survey, unit.id),
+        parameters=as_json(_parameters(survey, unit.id)),
         inputs={"outline": unit.digest, **inputs_of(survey, unit), "source": digest_of(source),
-                **({"edits": digest_of(roofs)} if roofs else {})},
-        arguments={
-            "outline": [unit.path, unit.start, unit.length], **arguments_of(survey, unit), "source": source,
-            "edits": roofs,
-            "failed_surfaces": [t for t in under if survey.results.records["surface", t].status is Status.FAILED],
-        },
+                **({"edits": digest_of(roofs.lines())} if len(roofs) else {})},
+        arguments=as_json(UnitInputs(unit.at, evidence_inputs(survey, unit), source, roofs)),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
-def _parameters(survey: Survey, unit: str) -> dict[str, Json]:
+def _parameters(survey: Survey, unit: str) -> ModelParameters:
     """Those of the stage, with how exact the survey's outlines are where nobody states it."""
-    parameters = survey.parameters_for(NAME, unit, survey.parameters.reconstruct)
-    overhangs: Any = parameters["overhangs"]
-    if overhangs["outline_sigma_m"] is None:
-        overhangs["outline_sigma_m"] = survey.outline_sigma_m
-    return parameters
+    asked = survey.parameters_of(NAME, unit, survey.parameters.reconstruct)
+    if asked.overhangs.outline_sigma_m is not None:
+        return asked
+    overhangs = asked.overhangs.model_copy(update={"outline_sigma_m": survey.outline_sigma_m})
+    return asked.model_copy(update={"overhangs": overhangs})
 
 
 def refused_task(survey: Survey, unit: str, reason: str) -> Task:
     """A record for an outline that cannot be a building."""
     return Task(
         NAME, unit, "cityflow.stages.reconstruct:refuse", VERSION,
-        inputs={"reason": reason}, arguments={"reason": reason}, limits=survey.limits(NAME),
+        inputs={"reason": reason}, arguments=as_json(RefusedInputs(reason)), limits=survey.limits(NAME),
     )  # fmt: skip
 
 
 def refuse(_: Workspace, task: Task) -> NoReturn:
     """Say why."""
-    raise RefusedUnit(task.arguments["reason"])
+    raise RefusedUnit(task.arguments_as(RefusedInputs).reason)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """The best candidate of the methods that the workflow names, with its measures."""
-    parameters = ModelParameters.model_validate(task.parameters)
-    path, start, length = task.arguments["outline"]
-    outline = decode(read_text(workspace.store, path)[start : start + length]).outline
-    wanted = Edits.from_lines(task.arguments["edits"]).roof_type_of(outline.polygon)
-    evidence = gather(workspace, task, outline, wanted)
+    given, parameters = task.arguments_as(UnitInputs), task.parameters_as(ModelParameters)
+    outline = given.outline.read(workspace.store)
+    wanted = given.roofs.roof_type_of(outline.polygon)
+    evidence = gather(workspace.store, given.evidence, outline, wanted)
     judged = judged_model(evidence, parameters)
-    choice = _obeying(_admitting(judged.choice, task.arguments["unread"]), wanted)
+    choice = _obeying(_admitting(judged.choice, given.evidence.unread), wanted)
     measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}
     result = {
         **measures,
@@ -97,11 +115,11 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     workspace.write(CANDIDATES, _candidate_lines(outline, evidence, choice))
     if choice.candidate.solid is None or choice.status is Status.FAILED:
         return workspace.outcome(choice.status, choice.reason, result)
-    workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**task.arguments["source"], **measures})))
+    workspace.write(HULL, feature_line(_building(outline, evidence, choice, {**given.source, **measures})))
     return workspace.outcome(choice.status, choice.reason, result)
 
 
-def _admitting(choice: Choice, unread: list[str]) -> Choice:
+def _admitting(choice: Choice, unread: Sequence[str]) -> Choice:
     """A choice made without the points of a broken file says so."""
     if not unread:
         return choice

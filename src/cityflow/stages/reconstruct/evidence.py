@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Outline
+from cityflow.core.building import Outline, Status
 from cityflow.core.grid import Grid, grown
 from cityflow.core.points import (
     BUILDING,
@@ -23,12 +23,12 @@ from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.store import Store
-from cityflow.flow.task import Json, Task
-from cityflow.flow.workspace import Workspace
+from cityflow.flow.typed import TaskInputs
 from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
 from cityflow.handover.pieces import read_points
-from cityflow.handover.rasters import given_colours
+from cityflow.handover.rasters import GivenOrtho, given_colours
+from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_points import read_walls
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.surface_zarr import read_layers, window_of
@@ -50,6 +50,35 @@ RASTER_MARGIN_M = SEEN_AROUND_M
 """The widest eaves, and a stretch of ground beyond them."""
 
 
+@dataclass(frozen=True, slots=True)
+class EvidenceInputs(TaskInputs):
+    """What `gather` reads.
+
+    Attributes
+    ----------
+    pieces : RUN-relative paths of index pieces;  unread : files whose points are missing
+    walls : RUN-relative paths of façades of images
+    failed_surfaces : tiles under the unit without a surface
+    own_orthos : whether the run has true orthos;  given_orthos : those of the catalog
+    crs : code of the survey's CRS
+    classified : whether classes tell buildings;  uneven : else what of a scanner's points is foliage, 0 where nobody asks
+    matched : whether points are matched, not scanned;  alike_m : cell of a given DSM whose points are alike, metres; 0 for others
+    """
+
+    pieces: tuple[str, ...]
+    unread: tuple[str, ...]
+    walls: tuple[str, ...]
+    failed_surfaces: tuple[str, ...]
+    surfaces: Surfaces
+    own_orthos: bool
+    given_orthos: tuple[GivenOrtho, ...]
+    crs: str
+    classified: bool
+    uneven: float
+    matched: bool
+    alike_m: float
+
+
 def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     """What a unit's evidence depends on, beside its outline: name → digest."""
     under = survey.lattice.tiles_under(unit)
@@ -65,18 +94,17 @@ def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     }  # fmt: skip
 
 
-def arguments_of(survey: Survey, unit: UnitEntry) -> dict[str, Json]:
+def evidence_inputs(survey: Survey, unit: UnitEntry) -> EvidenceInputs:
     """Where `gather` finds it."""
     around = grown(unit.bounds, AROUND_M)
-    return {
-        "pieces": list(survey.index.over(around)), "unread": list(survey.unread(around)), "walls": list(_walls(survey, unit)),
-        "city": list(survey.lattice.grid.bounds), "cell_m": survey.lattice.cell_m, "zarr": survey.source.zarr,
-        "product_grid": list(survey.lattice.product_grid.bounds), "product_cell_m": survey.lattice.product_grid.cell,
-        "own_orthos": survey.reads_own_orthos, "crs": survey.catalog.reference.code,
-        "given_orthos": [[k, r.href, r.cell] for k, r in survey.given_orthos().items()],
-        "classified": survey.lidar.has_building_class, "uneven": _uneven(survey),
-        "matched": survey.source.kind != LIDAR, "alike_m": survey.catalog.rasters["dsm"].cell if survey.source.kind == RASTERS else 0.0,
-    }  # fmt: skip
+    failed = (
+        t for t in survey.lattice.tiles_under(unit) if survey.results.records["surface", t].status is Status.FAILED
+    )
+    return EvidenceInputs(
+        tuple(survey.index.over(around)), tuple(survey.unread(around)), tuple(_walls(survey, unit)), tuple(failed), survey.surfaces,
+        survey.reads_own_orthos, survey.ortho_inputs, survey.catalog.reference.code, survey.lidar.has_building_class, _uneven(survey),
+        survey.source.kind != LIDAR, survey.catalog.rasters["dsm"].cell if survey.source.kind == RASTERS else 0.0,
+    )  # fmt: skip
 
 
 def _uneven(survey: Survey) -> float:
@@ -92,8 +120,8 @@ def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     return {p: d for t in survey.lattice.tiles_under(unit) for p, d in survey.results.outputs_of("walls", t).items()}
 
 
-def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str = "") -> Evidence:
-    """All that `arguments_of` names, cut out around the unit.
+def gather(store: Store, given: EvidenceInputs, outline: Outline, wanted_type: str = "") -> Evidence:
+    """All that is given, cut out around the unit.
 
     Raises
     ------
@@ -102,24 +130,23 @@ def gather(workspace: Workspace, task: Task, outline: Outline, wanted_type: str 
     CityflowError
         There is none because something before this failed.
     """
-    a, store = task.arguments, workspace.store
     near = grown(outline.polygon.bounds, AROUND_M)
-    seen = _rasters(store, a, outline)
+    seen = _rasters(store, given, outline)
     grid, layers = seen.grid, seen.layers
-    points = _in_order(read_points(store, a["pieces"], near))
+    points = _in_order(read_points(store, given.pieces, near))
     shapely.prepare(outline.polygon)
     inside = points.take(shapely.contains_xy(outline.polygon, points.xyz[:, 0], points.xyz[:, 1]))
     ground = sample(grid, layers["dtm"], *_along(outline.polygon))
     if not np.isfinite(ground).any():
-        _complain(task, len(inside))
+        _complain(given, len(inside))
     close = points.take(distances_to_outline(outline.polygon, points.xyz) <= AROUND_M)
     return Evidence(
-        outline.id, outline.polygon, _roof_points(inside, grid, layers, a), _floor(ground),
+        outline.id, outline.polygon, _roof_points(inside, grid, layers, given), _floor(ground),
         outline.aspects, outline.slopes,
-        around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, a["walls"], near)),
-        heights=seen.heights, pictures=seen.pictures or _given_pictures(a, outline),
-        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=a["alike_m"],
-        rims=outline.rims, matched=a["matched"],
+        around=_part_of_houses(close, grid, layers["dtm"]), walls=_walls_in_order(read_walls(store, given.walls, near)),
+        heights=seen.heights, pictures=seen.pictures or _given_pictures(given, outline),
+        party=outline.party, edges=outline.edges, roof=outline.roof, wanted_type=wanted_type, alike_m=given.alike_m,
+        rims=outline.rims, matched=given.matched,
     )  # fmt: skip
 
 
@@ -152,19 +179,18 @@ class _Rasters:
     pictures: tuple[Picture, ...]
 
 
-def _rasters(store: Store, a: Mapping[str, Any], outline: Outline) -> _Rasters:
+def _rasters(store: Store, given: EvidenceInputs, outline: Outline) -> _Rasters:
     """Each group is opened once: that takes longer than to read the few cells of a unit."""
     bounds, near = (grown(outline.polygon.bounds, m) for m in (RASTER_MARGIN_M, AROUND_M))
-    alone, own = a["zarr"] == ZARR, a["own_orthos"]
+    surfaces, own = given.surfaces, given.own_orthos
+    alone = surfaces.group == ZARR
     names = ("dsm", "dtm", *(("class",) if alone else ()), *(("ortho", "ortho_seen") if own else ()))
-    whole = Grid.covering(tuple(a["product_grid"]), a["product_cell_m"])
-    fine, found = read_layers(store.zarr_store(ZARR), whole, bounds, names)
+    fine, found = read_layers(store.zarr_store(ZARR), surfaces.fine, bounds, names)
     if alone:
         grid = window_of(fine, near)
         layers = {k: found[k][fine.slices(grid)] for k in ("dtm", "class")}
     else:
-        city = Grid.covering(tuple(a["city"]), a["cell_m"])
-        grid, layers = read_layers(store.zarr_store(a["zarr"]), city, near, ("dtm", "class"))
+        grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, near, ("dtm", "class"))
     heights = HeightRaster(fine, found["dsm"].astype(np.float64), found["dtm"].astype(np.float64))
     return _Rasters(
         grid,
@@ -174,23 +200,25 @@ def _rasters(store: Store, a: Mapping[str, Any], outline: Outline) -> _Rasters:
     )
 
 
-def _given_pictures(a: Mapping[str, Any], outline: Outline) -> tuple[Picture, ...]:
+def _given_pictures(given: EvidenceInputs, outline: Outline) -> tuple[Picture, ...]:
     """The orthos that the catalog names, each on cells of its own size."""
     bounds = grown(outline.polygon.bounds, RASTER_MARGIN_M)
     found = []
-    for kind, href, cell in a["given_orthos"]:
-        grid = Grid.covering(bounds, cell)
-        with local_file(href) as path:
-            colours = given_colours(path, grid, resolve(a["crs"]))
+    for ortho in given.given_orthos:
+        grid = Grid.covering(bounds, ortho.cell_m)
+        with local_file(ortho.href) as path:
+            colours = given_colours(path, grid, resolve(given.crs))
         if np.isfinite(colours).any():
-            found.append(Picture(grid, np.clip(np.rint(np.nan_to_num(colours)), 0, 255).astype(np.uint8), False, kind))
+            found.append(
+                Picture(grid, np.clip(np.rint(np.nan_to_num(colours)), 0, 255).astype(np.uint8), False, ortho.kind)
+            )
     return tuple(found)
 
 
-def _complain(task: Task, points: int) -> NoReturn:
+def _complain(given: EvidenceInputs, points: int) -> NoReturn:
     """No terrain: the survey's fault where something before this failed, else the outline's."""
     problem = f"no terrain height along the outline ({points} points inside)"
-    unread, failed = task.arguments["unread"], task.arguments["failed_surfaces"]
+    unread, failed = given.unread, given.failed_surfaces
     if failed:
         raise CityflowError(
             f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed mends both"
@@ -207,23 +235,23 @@ def _floor(ground: FloatArray) -> float:
     return float(np.floor(np.nanmin(ground) * 100)) / 100
 
 
-def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], a: Mapping[str, Any]) -> PointCloud:
+def _roof_points(points: PointCloud, grid: Grid, layers: Mapping[str, np.ndarray], given: EvidenceInputs) -> PointCloud:
     """Points of the building class; where the survey has no such class, high points that are not vegetation.
 
     Among scanned points an even patch is a roof, whatever its cells were taken for: those of a shed in a garden are few, and
     half of them have leaves in them. Where nothing is even, or too few points are there to say, those count that stopped their pulse.
     """
     usable = points.take(np.isfinite(points.xyz[:, 2]))
-    if a["classified"]:
+    if given.classified:
         return usable.of_class(BUILDING)
     x, y, z = usable.xyz.T
     noise = np.isin(usable.classification, (LOW_NOISE, HIGH_NOISE))
     high = usable.take((z - sample(grid, layers["dtm"], x, y) > LOWEST_ROOF_M) & ~noise)
     row, col = (np.clip(i, 0, n - 1) for i, n in zip(grid.indices(*high.xyz[:, :2].T), grid.shape, strict=True))
     kept = layers["class"][row, col] != HIGH_VEGETATION
-    if not a["uneven"]:
+    if not given.uneven:
         return high.take(kept)
-    kept |= ~is_foliage(high, a["uneven"])
+    kept |= ~is_foliage(high, given.uneven)
     return high.take(kept if kept.sum() >= NEIGHBOURS else high.return_number >= high.number_of_returns)
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.building import Status
+from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import START, Cost, Node, Stage
-from cityflow.flow.task import Json, Outcome, Record, Task
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.pieces import read_points
 from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
@@ -26,6 +29,26 @@ NAME = "surface"
 VERSION = 3
 
 
+@dataclass(frozen=True, slots=True)
+class SurfaceInputs(TaskInputs):
+    """The points of a tile and its halo.
+
+    Attributes
+    ----------
+    bounds : of the tile;  city : of the grid of all tiles, metres
+    pieces : RUN-relative paths of index pieces;  unread : files whose points are missing
+    dtm : address of the catalog's terrain; None where it has none
+    crs : code of the survey's CRS
+    """
+
+    bounds: Bounds
+    city: Bounds
+    pieces: tuple[str, ...]
+    unread: tuple[str, ...]
+    dtm: str | None
+    crs: str
+
+
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from the index pieces that meet it and its halo."""
     tile = survey.lattice.tiles[name]
@@ -34,15 +57,14 @@ def task(survey: Survey, name: str) -> Task:
     dtm = survey.catalog.rasters.get("dtm")
     return Task(
         NAME, name, "cityflow.stages.surface:run", VERSION,
-        parameters=_parameters(survey, name),
+        parameters=as_json(_parameters(survey, name)),
         inputs={
             **pieces, **{f"unread {f}": "missing" for f in unread}, "grid": survey.lattice.place,
             **({"dtm": dtm.checksum} if dtm else {}),
         },
-        arguments={
-            "bounds": list(tile.bounds), "pieces": list(pieces), "unread": list(unread), "dtm": dtm.href if dtm else None,
-            "city": list(survey.lattice.grid.bounds), "crs": survey.catalog.reference.code,
-        },
+        arguments=as_json(SurfaceInputs(
+            tile.bounds, survey.lattice.grid.bounds, tuple(pieces), tuple(unread), dtm.href if dtm else None, survey.catalog.reference.code
+        )),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -54,7 +76,7 @@ def is_made_alike(survey: Survey, record: Record) -> bool:
 
 
 def _is_made_alike(survey: Survey, record: Record) -> bool:
-    parameters = _parameters(survey, record.unit)
+    parameters = as_json(_parameters(survey, record.unit))
     return (record.version, dict(record.parameters), record.inputs.get("grid")) == (
         VERSION,
         parameters,
@@ -62,37 +84,34 @@ def _is_made_alike(survey: Survey, record: Record) -> bool:
     )
 
 
-def _parameters(survey: Survey, name: str) -> dict[str, Json]:
+def _parameters(survey: Survey, name: str) -> SurfaceParameters:
     """Those of the stage; ``auto`` is decided for the whole survey, so that no tile depends on where tiles are cut."""
-    parameters = survey.parameters_for(NAME, name, survey.parameters.surface)
-    if parameters["dtm"]["method"] == "auto" and survey.lidar.has_ground_class:
-        parameters["dtm"]["method"] = "classified"
-    return parameters
+    parameters = survey.parameters_of(NAME, name, survey.parameters.surface)
+    if parameters.dtm.method != "auto" or not survey.lidar.has_ground_class:
+        return parameters
+    return parameters.model_copy(update={"dtm": parameters.dtm.model_copy(update={"method": "classified"})})
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer, and its DSM and DTM as GeoTIFF."""
-    parameters = SurfaceParameters.model_validate(task.parameters)
-    x_min, y_min, x_max, y_max = bounds = tuple(task.arguments["bounds"])
-    halo = parameters.halo_m
-    points = read_points(
-        workspace.store, task.arguments["pieces"], (x_min - halo, y_min - halo, x_max + halo, y_max + halo)
-    )
-    given = given_dtm(task, tile_grid(bounds, parameters))
-    return _store(workspace, task, surface_of_tile(points, bounds, halo, parameters, given))
+    given, parameters = task.arguments_as(SurfaceInputs), task.parameters_as(SurfaceParameters)
+    bounds, halo = given.bounds, parameters.halo_m
+    points = read_points(workspace.store, given.pieces, grown(bounds, halo))
+    dtm = given_dtm(given.dtm, given.crs, tile_grid(bounds, parameters))
+    return _store(workspace, task.unit, given, surface_of_tile(points, bounds, halo, parameters, dtm))
 
 
-def _store(workspace: Workspace, task: Task, surface: TileSurface) -> Outcome:
+def _store(workspace: Workspace, tile: str, given: SurfaceInputs, surface: TileSurface) -> Outcome:
     layers = layers_of(surface)
-    digest = store_layers(workspace, ZARR, tuple(task.arguments["city"]), surface.grid, layers)
-    publish_rasters(workspace, task, surface.grid, {name: layers[name] for name in ("dsm", "dtm")})
+    digest = store_layers(workspace, ZARR, given.city, surface.grid, layers)
+    publish_rasters(workspace, tile, given.crs, surface.grid, {name: layers[name] for name in ("dsm", "dtm")})
     figures = {
         "points": int(surface.count.sum()),
         "dtm_method": surface.method,
         "points_without_height": surface.nan_points,
     }
-    unread = task.arguments["unread"]
-    status, reason = (Status.DEGRADED, UNREAD.format(", ".join(unread))) if unread else (Status.DONE, "")
+    without = UNREAD.format(", ".join(given.unread)) if given.unread else ""
+    status, reason = (Status.DEGRADED if without else Status.DONE), without
     return workspace.outcome(status, reason, {"digest": digest, **figures})
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,13 @@ from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.depth_reader import DepthReader
+from cityflow.handover.depth_reader import DepthInputs, DepthReader
+from cityflow.handover.field_types import OrientedField
 from cityflow.handover.fused import UNMATCHED, read_fused
-from cityflow.handover.oriented import of_json, to_json
 from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.points.las_image_points import write_image_points
 from cityflow.io.points.las_write import write_points
 from cityflow.io.reference import crs_of, resolve
@@ -35,11 +38,74 @@ VERSION = 6
 PIECE_SCALE_M = 0.001
 
 
+@dataclass(frozen=True, slots=True)
+class Matched(TaskInputs):
+    """A base image with its partners, by name, and the cells of the ground that it answers for, as in `GroundCells`."""
+
+    base: str
+    partners: tuple[str, ...]
+    tile: Bounds
+    cell_m: float
+    chosen: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sights(TaskInputs):
+    """What tells where the survey has been.
+
+    Attributes
+    ----------
+    looked_down_on : where images look down steeply, WKT in world metres
+    least_views : so many images must see a place
+    lowest_m : of the ground, for places without terrain
+    images : all that `matched` names
+    """
+
+    looked_down_on: str
+    least_views: int
+    lowest_m: float
+    images: tuple[OrientedField, ...]
+    matched: tuple[Matched, ...]
+
+    @property
+    def ground(self) -> list[MatchedGround]:
+        """Who is matched with whom over which cells."""
+        images = {image.name: image for image in self.images}
+        return [
+            MatchedGround(images[m.base], tuple(images[n] for n in m.partners), GroundCells(m.tile, m.cell_m, m.chosen))
+            for m in self.matched
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSurfaceInputs(TaskInputs):
+    """What is fused of a tile and its ring, and the depth maps over the tile.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres
+    fused : RUN-relative paths;  missing : tiles of the ring without one;  degraded : what the tile's own is without; empty where it is whole
+    dtm : address of the catalog's terrain; None where it has none
+    index_cell_m : of the index of points;  crs : code of the survey's CRS
+    """
+
+    depths: DepthInputs
+    bounds: Bounds
+    surfaces: Surfaces
+    fused: tuple[str, ...]
+    missing: tuple[str, ...]
+    degraded: str
+    sights: Sights
+    index_cell_m: float
+    dtm: str | None
+    crs: str
+
+
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
     ring = survey.lattice.near(name, survey.parameters.image_surface.context_m)
     fused = {p: d for t in ring for p, d in survey.results.outputs_of("fuse", t).items()}
-    inputs, arguments = depths_over(survey, survey.lattice.near(name, reach_of(survey, 0.0)))
+    inputs, depths = depths_over(survey, survey.lattice.near(name, reach_of(survey, 0.0)))
     sights = sights_of(survey, ring, survey.lattice.tiles[name].buffered(survey.parameters.image_surface.context_m))
     dtm = survey.catalog.rasters.get("dtm")
     missing = {
@@ -47,60 +113,46 @@ def task(survey: Survey, name: str) -> Task:
         for t in ring
         if survey.results.records["fuse", t].status is Status.FAILED
     }
+    given = as_json(ImageSurfaceInputs(
+        depths, survey.lattice.tiles[name].bounds, survey.surfaces, tuple(fused), tuple(missing), survey.results.reason_of("fuse", name), sights,
+        survey.parameters.tiles.index_cell_m, dtm.href if dtm else None, survey.catalog.reference.code,
+    ))  # fmt: skip
     return Task(
         NAME, name, "cityflow.stages.surface.images:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={
-            **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(sights),
+            **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(given["sights"]),
             "grid": survey.lattice.place, **({"dtm": dtm.checksum} if dtm else {}),
         },
-        arguments={
-            **arguments, "bounds": list(survey.lattice.tiles[name].bounds), "fused": list(fused), "missing": list(missing), "own": name,
-            "sights": sights, "degraded": survey.results.reason_of("fuse", name),
-            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor,
-            "product_grid": list(survey.lattice.product_grid.bounds), "index_cell_m": survey.parameters.tiles.index_cell_m,
-            "dtm": dtm.href if dtm else None, "crs": survey.catalog.reference.code,
-        },
+        arguments=given,
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
 
 
-def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> dict[str, Json]:
+def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> Sights:
     """What `surveyed_ground` needs to know of some tiles: images, who is matched with whom over which cells, how many must see a place, and how far
     within `around` the ground is looked down on."""
     matched = [m for t in tiles for m in survey.images.matched_ground(survey.lattice.tiles[t])]
     images = {i.name: i for m in matched for i in (m.base, *m.partners)}
     # whole millimetres in a fixed order: an image far away changes nothing here
     below = shapely.set_precision(shapely.intersection(survey.images.looked_down_on, shapely.box(*around)), 0.001)
-    return {
-        "looked_down_on": shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
-        "least_views": survey.images.least_views, "lowest_m": survey.images.heights_over(survey.lattice.grid.bounds)[0],
-        "images": [to_json(images[name]) for name in sorted(images)],
-        "matched": [
-            {"base": m.base.name, "partners": [p.name for p in m.partners], "tile": list(m.cells.tile), "cell_m": m.cells.cell_m,
-             "chosen": [list(c) for c in m.cells.chosen]}
+    return Sights(
+        shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
+        survey.images.least_views,
+        survey.images.heights_over(survey.lattice.grid.bounds)[0],
+        tuple(images[name] for name in sorted(images)),
+        tuple(
+            Matched(m.base.name, tuple(p.name for p in m.partners), m.cells.tile, m.cells.cell_m, m.cells.chosen)
             for m in matched
-        ],
-    }  # fmt: skip
-
-
-def matched_of(sights: Mapping[str, Any]) -> list[MatchedGround]:
-    """What `sights_of` wrote."""
-    images = {tree["name"]: of_json(tree) for tree in sights["images"]}
-    return [
-        MatchedGround(
-            images[m["base"]], tuple(images[n] for n in m["partners"]),
-            GroundCells(tuple(m["tile"]), m["cell_m"], tuple((int(c), int(r)) for c, r in m["chosen"])),
-        )
-        for m in sights["matched"]
-    ]  # fmt: skip
+        ),
+    )
 
 
 def parameters_of(survey: Survey, name: str) -> dict[str, Json]:
     """Those of the stage; how points are fused and refuted has been another's matter."""
-    tree = survey.parameters_for(NAME, name, survey.parameters.image_surface)
-    return {k: v for k, v in tree.items() if k not in ("fuse", "witnesses")}
+    asked = survey.parameters_of(NAME, name, survey.parameters.image_surface)
+    return as_json(asked, without=("fuse", "witnesses"))
 
 
 def is_made_alike(survey: Survey, record: Record) -> bool:
@@ -111,58 +163,55 @@ def is_made_alike(survey: Survey, record: Record) -> bool:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer on both grids, its DSM and DTM, its classified points, and thinned points for buildings."""
-    a = task.arguments
-    parameters = ImageSurfaceParameters.model_validate(task.parameters)
-    bounds: Bounds = tuple(a["bounds"])
-    context = parameters.context_m
-    around = grown(bounds, context)
-    wide = side_by_side([read_fused(workspace.store, p) for p in a["fused"]], around, a["cell_m"], a["factor"])
-    working = Grid.covering(bounds, a["cell_m"] * a["factor"])
-    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working), _seen_enough(a["sights"]))
-    digest = write_rasters(workspace, task, surface)
-    points = _write_points(workspace, task, surface, bounds)
-    write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
+    given, parameters = task.arguments_as(ImageSurfaceInputs), task.parameters_as(ImageSurfaceParameters)
+    bounds, cell_m, factor = given.bounds, given.surfaces.fine.cell, given.surfaces.factor
+    around = grown(bounds, parameters.context_m)
+    wide = side_by_side([read_fused(workspace.store, p) for p in given.fused], around, cell_m, factor)
+    dtm = given_dtm(given.dtm, given.crs, Grid.covering(bounds, cell_m * factor))
+    surface = surface_of_fused(wide, bounds, parameters, dtm, _seen_enough(given.sights))
+    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces.fine.bounds, surface)
+    points = _write_points(workspace, task.unit, given, surface)
+    write_pieces(workspace, surface.thinned, bounds, given.index_cell_m)
     known = surface.seen
     figures = {
         "points": points, "dtm_method": surface.method, "surveyed_m2": float(known.sum() * surface.fine.grid.cell**2),
         "completeness": float(1 - surface.fine.holes[known].mean()) if known.any() else None,
     }  # fmt: skip
-    without = [UNMATCHED.format(f"tile {t}") for t in a["missing"]] + ([a["degraded"]] if a["degraded"] else [])
+    without = [UNMATCHED.format(f"tile {t}") for t in given.missing] + ([given.degraded] if given.degraded else [])
     return workspace.outcome(
         Status.DEGRADED if without else Status.DONE, "; ".join(without), {"digest": digest, **figures}
     )
 
 
-def _seen_enough(sights: Mapping[str, Any]) -> SeenEnough:
+def _seen_enough(sights: Sights) -> SeenEnough:
     """Whether enough images see a place; where the terrain is not known, the lowest ground."""
-    matched, below = matched_of(sights), shapely.from_wkt(sights["looked_down_on"])
+    matched, below = sights.ground, shapely.from_wkt(sights.looked_down_on)
     shapely.prepare(below)
 
     def enough(grid: Grid, ground: FloatArray) -> BoolArray:
-        known = np.where(np.isnan(ground), sights["lowest_m"], ground)
+        known = np.where(np.isnan(ground), sights.lowest_m, ground)
         looked_down_on = shapely.contains_xy(below, *grid.centres())
-        return np.asarray(looked_down_on & (images_of_ground(matched, grid, known) >= sights["least_views"]))
+        return np.asarray(looked_down_on & (images_of_ground(matched, grid, known) >= sights.least_views))
 
     return enough
 
 
-def _write_points(workspace: Workspace, task: Task, surface: ImageSurface, bounds: Bounds) -> int:
+def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, surface: ImageSurface) -> int:
     """The tile's own points with their classes, where there is a terrain; how many."""
-    a = task.arguments
-    core = DepthReader(workspace.store, a, bounds)(bounds)
+    core = DepthReader(workspace.store, given.depths, given.bounds)(given.bounds)
     row, col = surface.fine.grid.indices(core.xyz[:, 0], core.xyz[:, 1])
     core = core.take(np.isfinite(surface.fine.dtm[row, col]))
-    data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(a["crs"])))
-    workspace.publish(f"products/points/{task.unit}.laz", data)
+    data = write_image_points(core, classify_points(core, surface), crs=crs_of(resolve(given.crs)))
+    workspace.publish(f"products/points/{tile}.laz", data)
     return len(core)
 
 
-def write_rasters(workspace: Workspace, task: Task, surface: ImageSurface) -> str:
-    city: Bounds = tuple(task.arguments["product_grid"])
+def write_rasters(workspace: Workspace, tile: str, crs: str, city: Bounds, surface: ImageSurface) -> str:
+    """A tile's chunks of the rasters of a city, and its DSM and DTM as GeoTIFF; digest of the contents."""
     fine, coarse = surface.fine, surface.working
     digest = store_layers(workspace, ZARR, city, fine.grid, {**_layers(fine), "sigma": fine.sigma})
     digest += store_layers(workspace, OVERVIEW, city, coarse.grid, _layers(coarse))
-    publish_rasters(workspace, task, fine.grid, {"dsm": fine.dsm, "dtm": fine.dtm})
+    publish_rasters(workspace, tile, crs, fine.grid, {"dsm": fine.dsm, "dtm": fine.dtm})
     return digest_of(digest)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,10 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.rasters import given_colours, given_dtm, publish_rasters, store_layers
+from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import RASTERS as RASTER_KINDS
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window
@@ -32,6 +36,26 @@ ASSUMED_SIGMA_CELLS = 0.5
 OUTSIDE = "the given DSM has no heights here"
 
 
+@dataclass(frozen=True, slots=True)
+class RasterSurfaceInputs(TaskInputs):
+    """The catalog's rasters over a tile.
+
+    Attributes
+    ----------
+    bounds : of the tile, metres
+    rasters : kind (``dsm``, ``dtm``, ``ortho``) → address
+    source_cell_m : of the given DSM
+    index_cell_m : of the index of points;  crs : code of the survey's CRS
+    """
+
+    bounds: Bounds
+    surfaces: Surfaces
+    rasters: Mapping[str, str]
+    source_cell_m: float
+    index_cell_m: float
+    crs: str
+
+
 def task(survey: Survey, name: str) -> Task:
     """The surface of one tile from the catalog's rasters."""
     rasters = {kind: r for kind, r in sorted(survey.catalog.rasters.items()) if kind in RASTER_KINDS}
@@ -39,12 +63,10 @@ def task(survey: Survey, name: str) -> Task:
         NAME, name, "cityflow.stages.surface.rasters:run", VERSION,
         parameters=parameters_of(survey, name),
         inputs={**{kind: r.checksum for kind, r in rasters.items()}, "grid": survey.lattice.place},
-        arguments={
-            "bounds": list(survey.lattice.tiles[name].bounds), "rasters": {kind: r.href for kind, r in rasters.items()},
-            "dtm": rasters["dtm"].href if "dtm" in rasters else None, "source_cell_m": rasters["dsm"].cell,
-            "cell_m": survey.lattice.product_grid.cell, "factor": survey.source.factor, "product_grid": list(survey.lattice.product_grid.bounds),
-            "index_cell_m": survey.parameters.tiles.index_cell_m, "crs": survey.catalog.reference.code,
-        },
+        arguments=as_json(RasterSurfaceInputs(
+            survey.lattice.tiles[name].bounds, survey.surfaces, {kind: r.href for kind, r in rasters.items()}, rasters["dsm"].cell,
+            survey.parameters.tiles.index_cell_m, survey.catalog.reference.code,
+        )),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
@@ -58,34 +80,32 @@ def is_made_alike(survey: Survey, record: Record) -> bool:
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of every layer, its DSM, DTM and ortho, and thinned points for buildings."""
-    a = task.arguments
-    parameters = ImageSurfaceParameters.model_validate(task.parameters)
-    bounds: Bounds = tuple(a["bounds"])
-    context = parameters.context_m
-    around = grown(bounds, context)
-    wide = _given(task, fine_grid(around, a["cell_m"], a["factor"]))
-    working = Grid.covering(bounds, a["cell_m"] * a["factor"])
-    surface = surface_of_fused(wide, bounds, parameters, given_dtm(task, working))
-    digest = write_rasters(workspace, task, surface)
-    if "ortho" in a["rasters"]:
-        _write_ortho(workspace, task, surface.fine.grid)
-    write_pieces(workspace, surface.thinned, bounds, a["index_cell_m"])
+    given, parameters = task.arguments_as(RasterSurfaceInputs), task.parameters_as(ImageSurfaceParameters)
+    bounds, cell_m, factor = given.bounds, given.surfaces.fine.cell, given.surfaces.factor
+    wide = _given(given, fine_grid(grown(bounds, parameters.context_m), cell_m, factor))
+    dtm = given_dtm(given.rasters.get("dtm"), given.crs, Grid.covering(bounds, cell_m * factor))
+    surface = surface_of_fused(wide, bounds, parameters, dtm)
+    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces.fine.bounds, surface)
+    if "ortho" in given.rasters:
+        _write_ortho(workspace, task.unit, given, surface.fine.grid)
+    write_pieces(workspace, surface.thinned, bounds, given.index_cell_m)
     known = float(1 - surface.fine.holes.mean())
     figures = {"dtm_method": surface.method, "completeness": known}
     return workspace.outcome(Status.DONE, "" if known else OUTSIDE, {"digest": digest, **figures})
 
 
-def _given(task: Task, grid: Grid) -> FusedTile:
+def _given(given: RasterSurfaceInputs, grid: Grid) -> FusedTile:
     """The given DSM on `grid` as if it had been fused."""
-    a, factor = task.arguments, task.arguments["factor"]
-    reference = resolve(a["crs"])
-    with local_file(a["rasters"]["dsm"]) as path:
+    factor, reference = given.surfaces.factor, resolve(given.crs)
+    with local_file(given.rasters["dsm"]) as path:
         dsm = read_window(path, grid, reference).astype(np.float32)
     known = np.isfinite(dsm)
-    sigma = np.where(known, np.float32(ASSUMED_SIGMA_CELLS * a["source_cell_m"]), np.float32(np.nan)).astype(np.float32)
+    sigma = np.where(known, np.float32(ASSUMED_SIGMA_CELLS * given.source_cell_m), np.float32(np.nan)).astype(
+        np.float32
+    )
     working = Grid(grid.x_min, grid.y_max, grid.cell * factor, grid.rows // factor, grid.cols // factor)
     surface = Fused(grid, dsm, known.astype(np.uint32), sigma)
-    return FusedTile(surface, dsm.copy(), factor, _colour(a["rasters"].get("ortho"), working, reference))
+    return FusedTile(surface, dsm.copy(), factor, _colour(given.rasters.get("ortho"), working, reference))
 
 
 def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
@@ -97,13 +117,13 @@ def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
     return np.moveaxis(bands, 0, -1).astype(np.float32)
 
 
-def _write_ortho(workspace: Workspace, task: Task, grid: Grid) -> None:
+def _write_ortho(workspace: Workspace, tile: str, given: RasterSurfaceInputs, grid: Grid) -> None:
     """The given ortho on the grid of the products."""
-    reference = resolve(task.arguments["crs"])
-    with local_file(task.arguments["rasters"]["ortho"]) as path:
+    reference = resolve(given.crs)
+    with local_file(given.rasters["ortho"]) as path:
         bands = given_colours(path, grid, reference)
     seen = np.asarray(np.isfinite(bands).all(axis=0))
     colour = np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8)
-    store_layers(workspace, ZARR, tuple(task.arguments["product_grid"]), grid, {"ortho": colour, "ortho_seen": seen})
+    store_layers(workspace, ZARR, given.surfaces.fine.bounds, grid, {"ortho": colour, "ortho_seen": seen})
     alpha: NDArray[Any] = np.where(seen, 255, 0).astype(np.uint8)
-    publish_rasters(workspace, task, grid, {"ortho": np.concatenate([colour, alpha[None]])})
+    publish_rasters(workspace, tile, given.crs, grid, {"ortho": np.concatenate([colour, alpha[None]])})

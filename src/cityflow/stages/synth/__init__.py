@@ -7,7 +7,7 @@ workers, and each file depends on the parameters alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,9 +18,10 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
 from cityflow.core.pixels import PixelArray
 from cityflow.core.reference import Reference
-from cityflow.flow.task import Json, Limits, Outcome, Record, Task
+from cityflow.flow.task import Limits, Outcome, Record, Task
+from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.oriented import of_json, to_json
+from cityflow.handover.field_types import OrientedField
 from cityflow.io.images.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster import write_cog
@@ -30,7 +31,7 @@ from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.footprints import ground_quad
 from cityflow.synthetic.raw_frames import dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.render import RenderParameters, irradiance
-from cityflow.synthetic.sensor import exposed
+from cityflow.synthetic.sensor import SensorParameters, exposed
 from cityflow.synthetic.town import Town, TownParameters
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_truth import NO_PART, JudgedCells, TruthRasters, judged_cells, truth_rasters
@@ -54,6 +55,52 @@ LAYERS: dict[str, tuple[str, float | None]] = {
 """Truth rasters: dtype, and the value that means nothing is there."""
 
 
+@dataclass(frozen=True, slots=True)
+class PictureParameters(TaskInputs):
+    """A picture, of the town that the seed makes; `image` is its true pose."""
+
+    seed: int
+    town: TownParameters
+    render: RenderParameters
+    raw: RawOutput | None
+    jpeg_quality: int
+    image: OrientedField
+
+
+@dataclass(frozen=True, slots=True)
+class FrameParameters(TaskInputs):
+    """A dark and a flat frame of a head; `shape` is rows and columns, `number` tells the frames of a head apart."""
+
+    seed: int
+    shape: tuple[int, int]
+    sensor: SensorParameters
+    raw: RawOutput
+    number: int
+    head: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScanParameters(TaskInputs):
+    """A tile of the scan; `bounds` in metres."""
+
+    seed: int
+    town: TownParameters
+    crs: str
+    bounds: Bounds
+    lidar: TownLidarParameters
+
+
+@dataclass(frozen=True, slots=True)
+class TruthParameters(TaskInputs):
+    """A tile of the truth; `bounds` and the cell of its rasters in metres."""
+
+    seed: int
+    town: TownParameters
+    crs: str
+    bounds: Bounds
+    cell_m: float
+
+
 class SynthSource:
     """The tasks of one synthetic survey; none waits for another."""
 
@@ -68,42 +115,39 @@ class SynthSource:
     def initial(self) -> Iterator[Task]:
         """Everything."""
         p = self.parameters
-        town = {"seed": p.seed, "town": p.whole_town.model_dump(mode="json")}
-        place = {**town, "crs": p.crs}
-        raw = None if p.raw is None else p.raw.model_dump(mode="json")
-        how = {"render": p.render.model_dump(mode="json"), "raw": raw, "jpeg_quality": p.jpeg_quality}
         for image in self.images:
-            yield _task(PICTURE, image.name, {**town, **how, "image": to_json(image)})
+            yield _task(
+                PICTURE, image.name, PictureParameters(p.seed, p.whole_town, p.render, p.raw, p.jpeg_quality, image)
+            )
         if p.raw is not None:
-            yield from self._calibration()
+            yield from self._calibration(p.raw)
         if p.lidar is not None:
-            lidar = p.lidar.model_dump(mode="json")
             for tile in tiles_over(p.area, SCAN_TILE_M):
-                yield _task(SCAN, tile.name, {**place, "bounds": list(clipped(tile, p.area)), "lidar": lidar})
+                yield _task(
+                    SCAN, tile.name, ScanParameters(p.seed, p.whole_town, p.crs, clipped(tile, p.area), p.lidar)
+                )
         for tile in tiles_over(p.area, TRUTH_TILE_M):
-            yield _task(TRUTH, tile.name, {**place, "bounds": list(clipped(tile, p.area)), "cell_m": p.truth_cell_m})
+            truth = TruthParameters(p.seed, p.whole_town, p.crs, clipped(tile, p.area), p.truth_cell_m)
+            yield _task(TRUTH, tile.name, truth)
 
     def after(self, _task: Task, _record: Record) -> Iterable[Task]:
         return ()
 
-    def _calibration(self) -> Iterator[Task]:
+    def _calibration(self, raw: RawOutput) -> Iterator[Task]:
         p = self.parameters
-        assert p.raw is not None
         assert p.flight is not None
-        sensor = p.render.sensor.model_dump(mode="json")
         for head in p.flight.heads:
             camera = p.flight.camera(head)
-            what = {"shape": [camera.height, camera.width], "sensor": sensor, "raw": p.raw.model_dump(mode="json")}
-            for number in range(p.raw.calibration_frames):
-                yield _task(
-                    CALIBRATION,
-                    f"{head.name}_{number:02d}",
-                    {"seed": p.seed, **what, "number": number, "head": head.name},
-                )
+            shape = camera.height, camera.width
+            for number in range(raw.calibration_frames):
+                frame = FrameParameters(p.seed, shape, p.render.sensor, raw, number, head.name)
+                yield _task(CALIBRATION, f"{head.name}_{number:02d}", frame)
 
 
-def _task(stage: str, unit: str, parameters: dict[str, Json]) -> Task:
-    return Task(stage, unit, f"cityflow.stages.synth:run_{stage}", VERSION, parameters, limits=LIMITS, in_place=True)
+def _task(stage: str, unit: str, parameters: TaskInputs) -> Task:
+    """All that decides is in the parameters; there is nothing to look for."""
+    function = f"cityflow.stages.synth:run_{stage}"
+    return Task(stage, unit, function, VERSION, as_json(parameters), limits=LIMITS, in_place=True)
 
 
 def clipped(tile: Tile, area: Bounds) -> Bounds:
@@ -124,36 +168,33 @@ def writes_jpeg(render: RenderParameters, jpeg_quality: int) -> bool:
 
 def run_picture(workspace: Workspace, task: Task) -> Outcome:
     """Render one picture, and read the same light out as a raw frame where that is asked for."""
-    p = task.parameters
-    image, how = of_json(p["image"]), RenderParameters.model_validate(p["render"])
-    light = irradiance(_scene_of(task, image), image, how)
-    if p["raw"] is not None:
-        frame = raw_frame(light, image, how.sensor, _raw_of(task), p["seed"])
+    p = task.parameters_as(PictureParameters)
+    image, sensor = p.image, p.render.sensor
+    light = irradiance(_scene_of(p), image, p.render)
+    if p.raw is not None:
+        frame = raw_frame(light, image, sensor, p.raw, p.seed)
         workspace.publish(f"raw/{image.name}{TIFF_ENDING}", tiff_bytes(frame))
-    pixels: PixelArray = exposed(light, image, how.sensor, p["seed"])
-    jpeg = writes_jpeg(how, p["jpeg_quality"])
-    data = jpeg_bytes(pixels, p["jpeg_quality"]) if jpeg else tiff_bytes(pixels)
+    pixels: PixelArray = exposed(light, image, sensor, p.seed)
+    jpeg = writes_jpeg(p.render, p.jpeg_quality)
+    data = jpeg_bytes(pixels, p.jpeg_quality) if jpeg else tiff_bytes(pixels)
     workspace.publish(picture_path(image.name, jpeg), data)
     return workspace.outcome(result={"shape": list(pixels.shape)})
 
 
 def run_calibration(workspace: Workspace, task: Task) -> Outcome:
     """One dark frame and one flat frame of a head."""
-    p = task.parameters
-    shape, head, number = tuple(p["shape"]), p["head"], p["number"]
-    sensor = RenderParameters.model_validate({"sensor": p["sensor"]}).sensor
+    p = task.parameters_as(FrameParameters)
     for kind, made in (("dark", dark_frame), ("flat", flat_frame)):
-        frame = made(shape, head, number, sensor, _raw_of(task), p["seed"])
-        workspace.publish(f"raw/calibration/{head}_{kind}_{number:02d}{TIFF_ENDING}", tiff_bytes(frame))
+        frame = made(p.shape, p.head, p.number, p.sensor, p.raw, p.seed)
+        workspace.publish(f"raw/calibration/{p.head}_{kind}_{p.number:02d}{TIFF_ENDING}", tiff_bytes(frame))
     return workspace.outcome()
 
 
 def run_scan(workspace: Workspace, task: Task) -> Outcome:
     """Scan one tile from the air."""
-    p = task.parameters
-    how = TownLidarParameters.model_validate(p["lidar"])
-    scanned = town_lidar(_town_of(task), p["seed"], how, tuple(p["bounds"]))
-    crs = crs_of(resolve(p["crs"]))
+    p = task.parameters_as(ScanParameters)
+    scanned = town_lidar(town_of(p.seed, p.town), p.seed, p.lidar, p.bounds)
+    crs = crs_of(resolve(p.crs))
     workspace.publish(f"lidar/{task.unit}.laz", write_points(scanned.points, crs=crs))
     truth = replace(scanned.points, classification=scanned.truth_class)
     workspace.publish(f"truth/lidar/{task.unit}.laz", write_points(truth, crs=crs))
@@ -162,10 +203,10 @@ def run_scan(workspace: Workspace, task: Task) -> Outcome:
 
 def run_truth(workspace: Workspace, task: Task) -> Outcome:
     """True heights, parts and units of one tile, and the cells that surfaces are judged in."""
-    p = task.parameters
-    reference: Reference = resolve(p["crs"])
-    grid = truth_grid(tuple(p["bounds"]), p["cell_m"])
-    rasters = _truth_layers(_town_of(task), grid)
+    p = task.parameters_as(TruthParameters)
+    reference: Reference = resolve(p.crs)
+    grid = truth_grid(p.bounds, p.cell_m)
+    rasters = _truth_layers(town_of(p.seed, p.town), grid)
     for name, raster in rasters.items():
         workspace.publish(f"truth/{name}/{task.unit}.tif", write_cog(raster, grid, reference, LAYERS[name][1]))
     return workspace.outcome(result={"cells": grid.rows * grid.cols})
@@ -198,17 +239,9 @@ def _truth_layers(town: Town, grid: Grid) -> dict[str, NDArray[Any]]:
     }
 
 
-def _raw_of(task: Task) -> RawOutput:
-    return RawOutput.model_validate(task.parameters["raw"])
-
-
-def _town_of(task: Task) -> Town:
-    return town_of(task.parameters["seed"], TownParameters.model_validate(task.parameters["town"]))
-
-
-def _scene_of(task: Task, image: OrientedImage) -> Scene:
-    town = _town_of(task)
-    return _scene(task.parameters["seed"], town.parameters, scene_bounds(town, image))
+def _scene_of(p: PictureParameters) -> Scene:
+    town = town_of(p.seed, p.town)
+    return _scene(p.seed, town.parameters, scene_bounds(town, p.image))
 
 
 @lru_cache(maxsize=1)

@@ -1,0 +1,70 @@
+"""Values with named fields to and from JSON, exact to the last bit: what tasks are given, and their parameters, in one place for all stages."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any, TypeVar
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+T = TypeVar("T")
+
+_ADAPTERS: dict[type, TypeAdapter[Any]] = {}
+
+
+class TaskInputs:
+    """The base of what a task is given to find its inputs; subclasses are frozen dataclasses with slots, and so are the values in their fields.
+
+    A field may hold numbers, texts, tuples and mappings of these, models of parameters, and dataclasses. What else there is says itself how it
+    becomes JSON (`handover.field_types`).
+    """
+
+    __slots__ = ()
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
+
+def as_json(value: object, without: Collection[str] = ()) -> dict[str, Any]:
+    """The fields of a dataclass or of a model of parameters; nothing is checked, as its constructor made it.
+
+    Parameters
+    ----------
+    without : fields to leave out; ``a.b`` is the field b of the field a
+    """
+    tree: dict[str, Any] = _adapter(type(value)).dump_python(value, mode="json", exclude=_tree_of(without))
+    return tree
+
+
+def from_json(kind: type[T], tree: Any, where: str) -> T:
+    """What `as_json` wrote.
+
+    Parameters
+    ----------
+    where : stage and unit, for the message
+
+    Raises
+    ------
+    ValueError
+        A field is missing, unknown or of another kind; the message names stage, unit and field.
+    """
+    try:
+        found: T = _adapter(kind).validate_python(tree)
+    except ValidationError as error:
+        problems = (f"{'.'.join(map(str, e['loc'])) or kind.__name__}: {e['msg']}" for e in error.errors())
+        raise ValueError(f"{where} cannot be read as {kind.__name__}: {'; '.join(problems)}") from error
+    return found
+
+
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """Made once for each kind: that takes longer than to use it a hundred times."""
+    if kind not in _ADAPTERS:
+        _ADAPTERS[kind] = TypeAdapter(kind)
+    return _ADAPTERS[kind]
+
+
+def _tree_of(names: Collection[str]) -> dict[str, Any] | None:
+    """What pydantic takes as fields to leave out."""
+    tree: dict[str, Any] = {}
+    for name in names:
+        outer, _, inner = name.partition(".")
+        tree[outer] = {inner} if inner else True
+    return tree or None

@@ -1,0 +1,18 @@
+"""What products say of the survey as a whole, as a task is given it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cityflow.flow.typed import TaskInputs
+
+
+@dataclass(frozen=True, slots=True)
+class ProductMetadata(TaskInputs):
+    """Code of the CRS, title, date of the newest survey (YYYY-MM-DD, empty where unknown), licence and attribution."""
+
+    crs: str
+    title: str
+    date: str
+    licence: str
+    attribution: str

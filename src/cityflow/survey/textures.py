@@ -1,0 +1,72 @@
+"""What the textures and windows of a unit are made from, and on which leaf of the atlas it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from cityflow.core.grid import bounds_meet, grown
+from cityflow.survey.city import City
+from cityflow.survey.survey import Survey
+from cityflow.survey.unit_entry import UnitEntry
+from cityflow.texture.unit import TextureParameters
+
+STAGE_TEXTURE = "texture"
+LONGEST_M = 60.0
+"""From where a building is counted to where it ends, mostly."""
+
+
+def texture_parameters(survey: Survey, unit: UnitEntry) -> TextureParameters:
+    """Those of the workflow, with what was asked for this unit alone; a patch is never larger than a page of the atlas."""
+    asked = survey.parameters_of(STAGE_TEXTURE, unit.id, survey.parameters.texture)
+    page_px = min(asked.placement.page_px, survey.parameters.atlas.placement.page_px)
+    if asked.patches.largest_px <= page_px:
+        return asked
+    return asked.model_copy(update={"patches": asked.patches.model_copy(update={"largest_px": page_px})})
+
+
+def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) -> list[str]:
+    """Units whose models may stand between this one and a camera, or share a wall with it."""
+    near = grown(unit.bounds, texture_parameters(survey, unit).around_m)
+    return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
+
+
+def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
+    return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).around_m + LONGEST_M))
+
+
+def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Tiles whose surface may stand between."""
+    return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).halo_m))
+
+
+def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
+    """Images that have the unit in their frame."""
+    if not survey.images.assets:
+        return []
+    return survey.images.showing(
+        unit.bounds, survey.images.heights_over(unit.bounds), texture_parameters(survey, unit).most_images
+    )
+
+
+def windows_are_wanted(survey: Survey) -> bool:
+    """Whether anybody looks for windows: an ortho alone shows no wall."""
+    return survey.textures and survey.parameters.windows.when == "auto" and bool(survey.images.assets)
+
+
+def leaf_of(survey: Survey, unit: UnitEntry) -> str:
+    """Name of the leaf that a unit belongs to: tile, and column and row in it, south-west first."""
+    n, (x, y) = survey.parameters.atlas.leaves(survey.parameters.tiles.tile_m), unit.point
+    x_0, y_0, x_1, y_1 = survey.lattice.tiles[unit.tile].bounds
+    col, row = int((x - x_0) / (x_1 - x_0) * n), int((y - y_0) / (y_1 - y_0) * n)
+    return f"{unit.tile}.{min(max(col, 0), n - 1)}_{min(max(row, 0), n - 1)}"
+
+
+def leaves_of(city: City, tile: str) -> Mapping[str, list[str]]:
+    """Leaf → the units of the area on it, of one tile whose units are known."""
+    if tile not in city.leaves_of:
+        found: dict[str, list[str]] = {}
+        for unit in city.chosen[tile]:
+            found.setdefault(leaf_of(city.survey, city.units[unit]), []).append(unit)
+        city.leaves_of[tile] = dict(sorted(found.items()))
+    return city.leaves_of[tile]
