@@ -69,6 +69,8 @@ def _alike(xyz: FloatArray, error: FloatArray) -> float:
 
 def of_run(run: Path, truth: Path) -> Iterator[tuple[float, ...]]:
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
+    if p.flight is None:
+        raise SystemExit(f"{truth}: has no images")
     surface = zarr.open_group(run / "surface.zarr", mode="r")
     dsm, x, y = (np.asarray(surface[name]) for name in ("dsm", "x", "y"))
     for unit in units_of(truth):
