@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -61,6 +62,18 @@ def test_brown_distortion_follows_the_formula_at_a_point_worked_out_by_hand() ->
     np.testing.assert_allclose(
         BROWN.distort(np.array([[0.3, 0.0]])), [[500 * x + 210, 500 * y + 140]], rtol=0, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("camera", [BROWN, RATIONAL, ROUND])
+def test_distortion_is_that_of_opencv(camera: Camera) -> None:
+    """Whose order of coefficients and whose formulas they are; to 1e-9 px."""
+    normal = np.random.default_rng(4).uniform(-0.4, 0.4, (40, 2))
+    xyz, still, coefficients = np.column_stack([normal, np.ones(40)]), np.zeros(3), np.array(camera.distortion)
+    if camera.kind == FISHEYE:
+        uv, _ = cv2.fisheye.projectPoints(xyz[:, None], still, still, camera.matrix, coefficients)
+    else:
+        uv, _ = cv2.projectPoints(xyz, still, still, camera.matrix, coefficients)
+    np.testing.assert_allclose(camera.distort(normal), uv.reshape(-1, 2), atol=1e-9)
 
 
 def test_an_undistorted_fisheye_maps_angles_to_distances() -> None:

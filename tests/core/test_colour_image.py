@@ -57,6 +57,16 @@ def test_no_value_lies_beyond_those_of_its_four_neighbours() -> None:
     assert (np.diff(found[:, 0]) >= 0).all()
 
 
+def test_nor_beyond_those_of_four_pixels_among_any_others() -> None:
+    array = np.random.default_rng(3).integers(0, 256, (20, 20, 3)).astype(np.uint8)
+    u, v = np.random.default_rng(5).uniform(1, 19, (2, 300))
+    row, col = np.floor(v - 0.5).astype(int), np.floor(u - 0.5).astype(int)
+    four = np.stack([array[row + i, col + j] for i in (0, 1) for j in (0, 1)]).astype(float)
+    found = sampled(ArrayPixels(array), u, v, 0)
+    assert (found >= four.min(axis=0) - 1e-4).all()
+    assert (found <= four.max(axis=0) + 1e-4).all()
+
+
 def test_an_edge_is_sampled_wherever_the_window_begins() -> None:
     """One place alone, and the same among others that make the window larger."""
     pixels = ArrayPixels(np.random.default_rng(2).integers(0, 256, (30, 30, 3)).astype(np.uint8))

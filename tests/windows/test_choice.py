@@ -38,9 +38,9 @@ def test_boxes_apart_all_stay_in_their_order_whatever_the_order_was() -> None:
 
 def test_company_decides_between_a_window_and_what_overlaps_it() -> None:
     """A box over half of a window and the wall beside it, as sound, but of no row."""
-    boxes = [*rows_of(1, 4).tolist(), [22, 12, 40, 30]]
+    boxes = [[22, 12, 40, 30], *rows_of(1, 4).tolist()]
     assert kept(made(boxes)) == rows_of(1, 4).tolist()
-    assert kept(made(boxes, [0.6, 1.0, 1.0, 1.0, 1.0]))[-1] == [22, 12, 40, 30]
+    assert kept(made(boxes, [1.0, 0.6, 1.0, 1.0, 1.0]))[0] == [22, 12, 40, 30]
 
 
 def test_what_a_box_keeps_free_counts_not_only_itself() -> None:

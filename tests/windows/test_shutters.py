@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 
@@ -42,6 +45,14 @@ def test_panes_are_found_between_their_wings(wing: float, pane: float) -> None:
 def test_windows_without_wings_are_not_said_to_have_some() -> None:
     """As wide as window and wings together, of one brightness."""
     assert len(found_in(facade(0.4, 0.4))) == 0
+
+
+@pytest.mark.parametrize("sigma", [2.0, 3.0, 4.0])
+def test_the_blurred_edge_of_a_window_is_no_wing(sigma: float) -> None:
+    """It goes on brightening where a wing would end, but has no second edge there."""
+    picture = facade(0.4, 0.4)
+    blurred = np.asarray(cv2.GaussianBlur(picture.light, (0, 0), sigma), np.float32)
+    assert len(found_in(replace(picture, light=blurred))) == 0
 
 
 def test_a_plain_wall_has_no_shutters() -> None:
