@@ -44,6 +44,18 @@ def test_the_columns_between_roof_and_ground_go_and_nothing_else(mixed: tuple[fl
         np.testing.assert_array_equal(judged(turned), np.rot90(between, turns)[2:-2, 2:-2])
 
 
+@pytest.mark.parametrize(("ground_px", "goes"), [(2.0, False), (6.0, False), (9.5, False), (11.5, True), (30.0, True)])
+def test_a_column_half_way_goes_where_the_step_is_steeper_than_the_bound(ground_px: float, goes: bool) -> None:
+    """From two pixels before to two behind: 4 · cot 20° = 11 ground pixels, less what the step is steeper in the middle. Smaller ones are steep surfaces."""
+    depth = np.full((24, 30), ROOF_M, np.float32)
+    depth[:, 14] += 0.5 * ground_px * GSD
+    depth[:, 15:] += ground_px * GSD
+    found = judged(depth)
+    assert (found[:, 12] == goes).all()
+    assert not found[:, :12].any()
+    assert not found[:, 13:].any()
+
+
 def test_a_corner_of_a_roof_stays() -> None:
     depth = np.full((24, 24), GROUND_M, np.float32)
     depth[12:, 12:] = ROOF_M
