@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -32,6 +33,23 @@ class MergeParameters(Parameters):
     )
 
 
+class _Geometry(NamedTuple):
+    """Of a `Rectification`: its turn, focal length, fan, the lattice's first column and row, the base line, and the partner's plane."""
+
+    cos: float
+    sin: float
+    focal: float
+    fan: float
+    col_0: float
+    row_0: float
+    base_x: float
+    base_y: float
+    base_z: float
+    plane_x: float
+    plane_y: float
+    plane_z: float
+
+
 def depths_of_pair(
     pair: Rectification,
     normal: FloatArray,
@@ -54,20 +72,19 @@ def depths_of_pair(
     -------
     depth, sigma : (h, w) float32, metres; NaN where unknown
     """
-    geometry = np.array([*pair.turn, pair.focal, pair.fan, *pair.origin, *pair.baseline, *pair.plane])
-    return _depths(normal, disparity, corner[0], corner[1], geometry, sigma_px, LEAST_FAN, most_sigma)
+    numbers = (*pair.turn, pair.focal, pair.fan, *pair.origin, *pair.baseline, *pair.plane)
+    return _depths(normal, disparity, corner, _Geometry(*map(float, numbers)), sigma_px, LEAST_FAN, most_sigma)
 
 
 @njit(cache=True, nogil=True)
 def _depth(u, v_row, d, g):  # type: ignore[no-untyped-def]
     """Depth of the point that a ray of the base at rectified (u, v_row) meets with the partner's ray at u - d."""
-    f, fan = g[2], g[3]
-    rx = u / f
+    rx = u / g.focal
     qu = u - d
-    qx, qy = qu / f, v_row * (1.0 - qu * fan) / f
-    t = 1.0 / (g[9] * qx + g[10] * qy + g[11])
-    sx, sz = t * qx - g[6], t - g[8]
-    return (g[6] * sz - g[8] * sx) / (rx * sz - sx)
+    qx, qy = qu / g.focal, v_row * (1.0 - qu * g.fan) / g.focal
+    t = 1.0 / (g.plane_x * qx + g.plane_y * qy + g.plane_z)
+    sx, sz = t * qx - g.base_x, t - g.base_z
+    return (g.base_x * sz - g.base_z * sx) / (rx * sz - sx)
 
 
 @njit(cache=True, nogil=True)
@@ -88,19 +105,19 @@ def _disparity_at(disparity, y, x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _depths(normal, disparity, first_row, first_col, g, sigma_px, least_fan, most_sigma):  # type: ignore[no-untyped-def]
+def _depths(normal, disparity, corner, g, sigma_px, least_fan, most_sigma):  # type: ignore[no-untyped-def]
     h, w = normal.shape[0], normal.shape[1]
     depth = np.full((h, w), np.nan, np.float32)
     sigma = np.full((h, w), np.nan, np.float32)
     for i in range(h):
         for j in range(w):
-            u = g[2] * (g[0] * normal[i, j, 0] + g[1] * normal[i, j, 1])
-            v = g[2] * (g[0] * normal[i, j, 1] - g[1] * normal[i, j, 0])
-            fan = 1.0 - u * g[3]
+            u = g.focal * (g.cos * normal[i, j, 0] + g.sin * normal[i, j, 1])
+            v = g.focal * (g.cos * normal[i, j, 1] - g.sin * normal[i, j, 0])
+            fan = 1.0 - u * g.fan
             if fan < least_fan:
                 continue
             v_row = v / fan
-            d = _disparity_at(disparity, v_row - g[5] - 0.5 - first_row, u - g[4] - 0.5 - first_col)
+            d = _disparity_at(disparity, v_row - g.row_0 - 0.5 - corner[0], u - g.col_0 - 0.5 - corner[1])
             if np.isnan(d):
                 continue
             z = _depth(u, v_row, d, g)

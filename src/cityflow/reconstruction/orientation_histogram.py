@@ -24,6 +24,7 @@ from cityflow.reconstruction.partition.second_look import Patch
 from cityflow.reconstruction.planes.level_regions import level_regions
 from cityflow.reconstruction.planes.local_orientation import LocalOrientation, local_orientation
 from cityflow.reconstruction.planes.orientation_regions import (
+    RegionRule,
     Weighting,
     connected_regions,
     orientation_buckets,
@@ -192,10 +193,9 @@ def _regions(
     slopes = (math.tan(math.radians(parameters.level_slope_deg)), energy.max_slope)
     bucket, _ = orientation_buckets(local, slopes, parameters.bin_deg, parameters.histogram)
     seeds = seed_order(local, bucket, 2.0 * energy.sigma)
-    tolerance = (3.0 * energy.sigma, math.radians(parameters.angle_deg))
-    regions, planes = connected_regions(
-        part, local, bucket, seeds, tolerance, (energy.min_points, parameters.max_planes)
-    )
+    cosine = float(np.cos(math.radians(parameters.angle_deg)))
+    rule = RegionRule(3.0 * energy.sigma, cosine, energy.min_points, parameters.max_planes)
+    regions, planes = connected_regions(part, local, bucket, seeds, rule)
     found = np.full(len(left), UNASSIGNED)
     found[index] = regions
     return found, planes

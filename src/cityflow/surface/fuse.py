@@ -20,7 +20,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.surface.fuse_cells import CellPoints, cell_points, expected_precision, steepness
 from cityflow.surface.fuse_fill import fill_from_below
-from cityflow.surface.fuse_modes import Modes, instead, modes
+from cityflow.surface.fuse_modes import ModeRule, Modes, instead, modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
 
 STRIP_ROWS = 1024
@@ -188,8 +188,10 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool)
 
 
 def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatArray | None = None) -> Modes:
-    radii, band = (p.radius_cells, p.wide_radius_cells), (p.band_cells * grid.cell, p.band_sigmas)
-    return modes(points, grid.shape, radii, band, p.least_support, (p.lower_share, p.step_m), instead_of)
+    rule = ModeRule(
+        p.radius_cells, p.wide_radius_cells, p.band_cells * grid.cell, p.band_sigmas, p.least_support, p.lower_share, p.step_m,
+    )  # fmt: skip
+    return modes(points, grid.shape, rule, instead_of)
 
 
 def _smooth(found: Modes, grid: Grid, p: FuseParameters) -> tuple[FloatArray, BoolArray]:

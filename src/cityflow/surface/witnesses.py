@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -133,7 +134,7 @@ def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap
 def _words(
     own: Witness,
     witnesses: Sequence[Witness],
-    limits: Mapping[str, FloatArray],
+    limits: Mapping[str, _View],
     around: Bounds,
     p: WitnessParameters,
 ) -> ByteArray:
@@ -160,8 +161,17 @@ def _points(own: Witness, around: Bounds) -> _Asked:
     return _Asked(pixel, xyz[inside], own.sigma[rows[inside], cols[inside]])
 
 
-def _limits(witness: Witness) -> FloatArray:
-    """Least and greatest x/z and y/z of the rays of the rasters, a little widened."""
+class _View(NamedTuple):
+    """Least and greatest x/z and y/z of the rays of an image's rasters."""
+
+    u_min: float
+    v_min: float
+    u_max: float
+    v_max: float
+
+
+def _limits(witness: Witness) -> _View:
+    """A little widened."""
     height, width = witness.depth.shape
     along = np.linspace(0.0, 1.0, BORDER_STEPS)
     u, v = witness.col + along * width, witness.row + along * height
@@ -171,10 +181,10 @@ def _limits(witness: Witness) -> FloatArray:
     ])  # fmt: skip
     normal = witness.image.camera.undistort(border)
     more = 4.0 / witness.image.camera.fx
-    return np.concatenate([normal.min(axis=0) - more, normal.max(axis=0) + more])
+    return _View(*map(float, (*(normal.min(axis=0) - more), *(normal.max(axis=0) + more))))
 
 
-def _hear(asked: _Asked, other: Witness, limits: FloatArray, p: WitnessParameters, speaking: IntArray) -> None:
+def _hear(asked: _Asked, other: Witness, limits: _View, p: WitnessParameters, speaking: IntArray) -> None:
     """Add to `speaking` (N,) the words of another image for the points, and take those against them away."""
     image = other.image
     at, normal, depth, aside = _in_view(asked.xyz, image.rotation, image.centre, limits)
@@ -200,7 +210,7 @@ def _in_view(xyz, rotation, centre, limits):  # type: ignore[no-untyped-def]
             continue
         u = (rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z) / far
         v = (rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z) / far
-        if u < limits[0] or v < limits[1] or u > limits[2] or v > limits[3]:
+        if u < limits.u_min or v < limits.v_min or u > limits.u_max or v > limits.v_max:
             continue
         at[found], normal[found, 0], normal[found, 1] = i, u, v
         depth[found], aside[found] = far, np.sqrt(x * x + y * y)

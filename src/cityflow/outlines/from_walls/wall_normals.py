@@ -12,7 +12,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.kernels import njit
-from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Voxels
+from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels
 
 DIRECTIONS = 24
 ITERATIONS = 3
@@ -63,10 +63,7 @@ def normals(voxels: Voxels, columns: Columns, radius: float, band: float, least:
     out = np.full((n, 6), np.nan, np.float32)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     votes = np.column_stack([np.cos(angles), np.sin(angles)])
-    _planes(
-        voxels.xyz, voxels.row - columns.row_0, voxels.col - columns.col_0, columns.start, columns.cols,
-        int(np.ceil(radius / voxels.cell)), radius, band, least, votes, out,
-    )  # fmt: skip
+    _planes(Neighbourhoods.of(voxels, columns, radius), band, least, votes, out)
     return Normals(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
 
 
@@ -88,19 +85,8 @@ def _steep(
 
 
 @njit(cache=True, nogil=True)
-def _planes(
-    xyz: FloatArray,
-    row: Int32Array,
-    col: Int32Array,
-    start: Int32Array,
-    cols: int,
-    reach: int,
-    radius: float,
-    band: float,
-    least: int,
-    votes: FloatArray,
-    out: Float32Array,
-) -> None:
+def _planes(around: Neighbourhoods, band: float, least: int, votes: FloatArray, out: Float32Array) -> None:
+    xyz, row, col, start, cols, reach, radius = around
     largest = 0
     for place in range(len(start) - 1):
         largest = max(largest, start[place + 1] - start[place])

@@ -13,7 +13,7 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.outlines.from_walls.wall_normals import Normals, normals, steep
-from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Voxels, thinned
+from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels, thinned
 
 
 class WallPointParameters(Parameters):
@@ -123,13 +123,9 @@ def _company(voxels: Voxels, planes: Normals, p: WallPointParameters) -> tuple[B
 
     Leaves have company, but it looks elsewhere. One normal alone trembles with the noise of matching; a steep roof's lean all the same way.
     """
-    reach = math.ceil(p.radius_m / voxels.cell)
-    columns = Columns.of(voxels, reach)
+    around = Neighbourhoods.of(voxels, Columns.of(voxels, math.ceil(p.radius_m / voxels.cell)), p.radius_m)
     turn = np.where(np.einsum("ij,ij->i", planes.normal, voxels.towards) < 0, -1.0, 1.0).astype(np.float32)
-    alike, count, mean = _alike(
-        voxels.xyz, planes.normal * turn[:, None], voxels.row - columns.row_0, voxels.col - columns.col_0, columns.start,
-        columns.cols, reach, p.radius_m, math.cos(math.radians(p.alike_deg)),
-    )  # fmt: skip
+    alike, count, mean = _alike(around, planes.normal * turn[:, None], math.cos(math.radians(p.alike_deg)))
     held = (alike >= p.least_neighbours) & (alike >= p.least_alike * count)
     held &= np.abs(mean[:, 2]) <= math.sin(math.radians(p.upright_deg))
     length = np.maximum(np.hypot(mean[:, 0], mean[:, 1]), 1e-9)
@@ -147,18 +143,9 @@ def _taken(planes: Normals, chosen: BoolArray) -> Normals:
 
 
 @njit(cache=True, nogil=True)
-def _alike(
-    xyz: FloatArray,
-    normal: Float32Array,
-    row: Int32Array,
-    col: Int32Array,
-    start: Int32Array,
-    cols: int,
-    reach: int,
-    radius: float,
-    least: float,
-) -> tuple[Int32Array, Int32Array, FloatArray]:
+def _alike(around: Neighbourhoods, normal: Float32Array, least: float) -> tuple[Int32Array, Int32Array, FloatArray]:
     """Neighbours with a normal like the point's own, all neighbours, and the mean normal of the former."""
+    xyz, row, col, start, cols, reach, radius = around
     alike, count = np.zeros(len(xyz), np.int32), np.zeros(len(xyz), np.int32)
     mean = np.zeros((len(xyz), 3))
     for v in range(len(xyz)):

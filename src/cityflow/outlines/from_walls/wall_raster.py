@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +22,7 @@ SIDES = 3
 """A cell at the corner of a bay has no more."""
 
 
-@dataclass(frozen=True, slots=True)
-class CellRules:
+class CellRules(NamedTuple):
     """What makes a cell a wall's.
 
     Attributes
@@ -84,9 +84,8 @@ def wall_cells(walls: WallPoints, rules: CellRules) -> WallCells:
     order = np.lexsort((walls.normal[:, 1], walls.normal[:, 0], walls.xyz[:, 2], place))
     start = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=rows * cols))])
     row, col, normal, sure = _cells(
-        np.ascontiguousarray(walls.xyz[order]), np.ascontiguousarray(walls.normal[order]), start, cols,
-        (rules.cell, rules.height_range, rules.reserve_range, rules.least_points, rules.largest_gap, rules.alike, rules.half),
-    )  # fmt: skip
+        np.ascontiguousarray(walls.xyz[order]), np.ascontiguousarray(walls.normal[order]), start, cols, rules
+    )
     return WallCells(
         rules.cell, (row + low[1]).astype(np.int32), (col + low[0]).astype(np.int32), normal.astype(np.float32), sure
     )
@@ -116,7 +115,7 @@ def _cells(
     normal: Float32Array,
     start: IntArray,
     cols: int,
-    rules: tuple[float, float, float, int, float, float, float],
+    rules: CellRules,
 ) -> tuple[Int32Array, Int32Array, FloatArray, BoolArray]:
     cell, height_range, reserve_range, least_points, largest_gap, alike, half = rules
     rows, reach = (len(start) - 1) // cols, int(np.ceil(half / cell)) + 1

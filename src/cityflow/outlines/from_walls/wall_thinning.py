@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +79,33 @@ class Columns:
         place = (voxels.row.astype(np.int64) - row_0) * cols + (voxels.col.astype(np.int64) - col_0)
         counts = np.bincount(place, minlength=rows * cols)
         return cls(row_0, col_0, rows, cols, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32))
+
+
+class Neighbourhoods(NamedTuple):
+    """The surroundings of voxels, for compiled code: of each the voxels of a square of columns, as far up and down.
+
+    Attributes
+    ----------
+    xyz : (N, 3) of the voxels, sorted as `Columns` has them
+    row, col : (N,) int32, column of each in the table
+    start, cols : of the table
+    reach : columns to each side
+    radius : metres, in plan and up and down
+    """
+
+    xyz: FloatArray
+    row: Int32Array
+    col: Int32Array
+    start: Int32Array
+    cols: int
+    reach: int
+    radius: float
+
+    @classmethod
+    def of(cls, voxels: Voxels, columns: Columns, radius: float) -> Neighbourhoods:
+        """Of a table with a rim of ``radius / cell`` empty columns."""
+        row, col = voxels.row - columns.row_0, voxels.col - columns.col_0
+        return cls(voxels.xyz, row, col, columns.start, columns.cols, math.ceil(radius / voxels.cell), radius)
 
 
 def thinned(points: ImagePoints, cell: float, least_slant: float) -> Voxels:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -78,40 +78,50 @@ def seed_order(local: LocalOrientation, bucket: IntArray, max_roughness: float) 
     return seeds[np.lexsort((local.roughness[seeds], bucket[seeds]))].astype(np.int64)
 
 
+class RegionRule(NamedTuple):
+    """What makes a region.
+
+    Attributes
+    ----------
+    tolerance : metres across the plane
+    cosine : least, of the angle between a point's local plane and the region's
+    min_points, max_regions : fewest points of a region, most regions
+    """
+
+    tolerance: float
+    cosine: float
+    min_points: int
+    max_regions: int
+
+
+class _Cells(NamedTuple):
+    """As in `RoofCloud`; cols: of the raster."""
+
+    points: FloatArray
+    starts: IntArray
+    cell_of: IntArray
+    cols: int
+
+
 def connected_regions(
     cloud: RoofCloud,
     local: LocalOrientation,
     bucket: IntArray,
     seeds: IntArray,
-    tolerance: tuple[float, float],
-    limits: tuple[int, int],
+    rule: RegionRule,
 ) -> tuple[IntArray, FloatArray]:
     """Unite connected points (3×3 cells) of one bucket that lie on one plane and look its way.
 
     Parameters
     ----------
     cloud, local, bucket, seeds : points with their local planes, buckets, and where to begin
-    tolerance : metres across the plane, and radians between a point's local plane and the region's
-    limits : fewest points of a region, most regions
 
     Returns
     -------
     labels : (N,) int64, region of each point, -1 for none
     planes : (P, 3) float64, robustly fitted
     """
-    return _grow(
-        cloud.points,
-        cloud.starts,
-        cloud.cell_of,
-        cloud.shape[1],
-        local.planes,
-        bucket,
-        seeds,
-        tolerance[0],
-        np.cos(tolerance[1]),
-        limits[0],
-        limits[1],
-    )
+    return _grow(_Cells(cloud.points, cloud.starts, cloud.cell_of, cloud.shape[1]), local.planes, bucket, seeds, rule)
 
 
 @njit(cache=True, nogil=True)
@@ -123,18 +133,10 @@ def _cosine(p: FloatArray, q: FloatArray) -> float:
 
 @njit(cache=True, nogil=True)
 def _grow(
-    points: FloatArray,
-    starts: IntArray,
-    cell_of: IntArray,
-    cols: int,
-    planes: FloatArray,
-    bucket: IntArray,
-    seeds: IntArray,
-    tolerance: float,
-    cos_limit: float,
-    min_points: int,
-    max_regions: int,
+    cells: _Cells, planes: FloatArray, bucket: IntArray, seeds: IntArray, rule: RegionRule
 ) -> tuple[IntArray, FloatArray]:
+    points, starts, cell_of, cols = cells
+    tolerance, cos_limit, min_points, max_regions = rule
     n = len(points)
     labels = np.full(n, -1, np.int64)
     found = np.empty((max_regions, 3))

@@ -125,7 +125,7 @@ class CutSearch:
         key = points.tobytes(), np.round(box, 3).tobytes()
         if key in self.known:
             return self.known[key]
-        fit = ShapeFit(*fit_part(self.uv[points], self.z[points], box, self.limits, self.sigma, self.number))
+        fit = fit_part(self.uv[points], self.z[points], box, self.limits, self.sigma, self.number)
         best = Part(fit.cost, box, fit)
         least = 2 * (math.log(KINDS) + self.number) + math.log(2.0)
         if depth < DEEPEST and fit.cost > least and self.looked_at < MOST_PARTS:
@@ -229,6 +229,6 @@ def cut_costs(
                 break
             box = np.array([part[:, 0].min(), part[:, 1].min(), part[:, 0].max(), part[:, 1].max()])
             mine = below if side else ~below
-            total += fit_part(uv[mine], z[mine], box, limits, sigma, number)[0]
+            total += fit_part(uv[mine], z[mine], box, limits, sigma, number).cost
         out[k] = total
     return out

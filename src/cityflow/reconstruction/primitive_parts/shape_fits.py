@@ -147,7 +147,7 @@ def _within(e: float, s: float, low: float, high: float, limits: tuple[float, fl
 @njit(cache=True, nogil=True)
 def fit_part(
     uv: FloatArray, z: FloatArray, box: FloatArray, limits: tuple[float, float], sigma: float, number: float
-) -> tuple[float, int, int, float, float, float, float, int]:
+) -> ShapeFit:
     """The cheapest shape of a part.
 
     Parameters
@@ -157,15 +157,11 @@ def fit_part(
     limits : metres, lowest and highest that a shape may reach
     sigma : metres, how far points of one roof scatter across it
     number : nats that each number of a shape costs
-
-    Returns
-    -------
-    fields of a `ShapeFit`
     """
     n = len(z)
     choice = math.log(KINDS)
     cost, e = fit_level(z, sigma)
-    best = (cost + choice + number, FLAT, 0, e, 0.0, 0.0, 0.0, 1)
+    best = ShapeFit(cost + choice + number, FLAT, 0, e, 0.0, 0.0, 0.0, 1)
     if n < 3:
         return best
     for axis in range(2):
@@ -175,47 +171,46 @@ def fit_part(
         cost, e, s = _fit_slope(w - middle, z, sigma, LEAST_SLOPE, False)
         if _within(e, s, -width / 2, width / 2, limits):
             total = cost + choice + 2 * number
-            if total < best[0]:
-                best = (total, SHED, axis, e, s, 0.0, middle, 2)
-            best = _free_plane(uv, z, box, axis, (e, s, cost), limits, sigma, choice + 3 * number, best)
+            if total < best.cost:
+                best = ShapeFit(total, SHED, axis, e, s, 0.0, middle, 2)
+            shed = ShapeFit(cost, SHED, axis, e, s, 0.0, middle, 2)
+            best = _free_plane((uv, z, box), shed, limits, sigma, choice + 3 * number, best)
         if width < 2.0:
             continue
         for k in range(-1, len(RIDGES)):
             ridge = middle if k < 0 else middle + RIDGES[k] * width
             numbers = 2 if k < 0 else 3
-            if choice + numbers * number >= best[0]:
+            if choice + numbers * number >= best.cost:
                 continue
             cost, e, s = _fit_slope(-np.abs(w - ridge), z, sigma, LEAST_RIDGED, True)
             total = cost + choice + numbers * number
-            if total < best[0] and _within(e, s, -max(high - ridge, ridge - low), 0.0, limits):
-                best = (total, GABLE, axis, e, s, 0.0, ridge, numbers)
+            if total < best.cost and _within(e, s, -max(high - ridge, ridge - low), 0.0, limits):
+                best = ShapeFit(total, GABLE, axis, e, s, 0.0, ridge, numbers)
     width, length = box[2] - box[0], box[3] - box[1]
-    if min(width, length) >= 3.0 and choice + 2 * number < best[0]:
+    if min(width, length) >= 3.0 and choice + 2 * number < best.cost:
         t = np.minimum(
             np.minimum(uv[:, 0] - box[0], box[2] - uv[:, 0]), np.minimum(uv[:, 1] - box[1], box[3] - uv[:, 1])
         )
         cost, e, s = _fit_slope(t, z, sigma, LEAST_RIDGED, True)
-        if cost + choice + 2 * number < best[0] and _within(e, s, 0.0, min(width, length) / 2, limits):
-            best = (cost + choice + 2 * number, HIP, 0, e, s, 0.0, 0.0, 2)
+        if cost + choice + 2 * number < best.cost and _within(e, s, 0.0, min(width, length) / 2, limits):
+            best = ShapeFit(cost + choice + 2 * number, HIP, 0, e, s, 0.0, 0.0, 2)
     return best
 
 
 @njit(cache=True, nogil=True)
 def _free_plane(
-    uv: FloatArray,
-    z: FloatArray,
-    box: FloatArray,
-    axis: int,
-    shed: tuple[float, float, float],
+    part: tuple[FloatArray, FloatArray, FloatArray],
+    shed: ShapeFit,
     limits: tuple[float, float],
     sigma: float,
     price: float,
-    best: tuple[float, int, int, float, float, float, float, int],
-) -> tuple[float, int, int, float, float, float, float, int]:
-    """The shed turned a little, where that is cheaper: three numbers."""
-    e, s, cost = shed
+    best: ShapeFit,
+) -> ShapeFit:
+    """The shed (its cost that of the points alone) turned a little, where that is cheaper: three numbers."""
+    uv, z, box = part
+    axis, e, s = shed.axis, shed.e, shed.s
     n = len(z)
-    if n < 6 or cost > 0.7 * OUTLIER * n or price >= best[0]:
+    if n < 6 or shed.cost > 0.7 * OUTLIER * n or price >= best.cost:
         return best
     middle = (box[axis] + box[2 + axis]) / 2
     across = (box[1 - axis] + box[3 - axis]) / 2
@@ -245,8 +240,8 @@ def _free_plane(
         total += min(r * r / ((1.0 + s * s + q * q) * 2.0 * sigma * sigma), OUTLIER)
     half, wide = (box[2 + axis] - box[axis]) / 2, (box[3 - axis] - box[1 - axis]) / 2
     swing = abs(s) * half + abs(q) * wide
-    if total < best[0] and e - swing >= limits[0] and e + swing <= limits[1] and math.hypot(s, q) <= MOST_SLOPE:
-        return (total, PLANE, axis, e, s, q, middle, 3)
+    if total < best.cost and e - swing >= limits[0] and e + swing <= limits[1] and math.hypot(s, q) <= MOST_SLOPE:
+        return ShapeFit(total, PLANE, axis, e, s, q, middle, 3)
     return best
 
 

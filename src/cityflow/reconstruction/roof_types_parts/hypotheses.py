@@ -73,18 +73,7 @@ class PartClues:
 
     def of_shape(self, shape: FloatArray) -> tuple[float, float, float, float]:
         c = self.clues
-        return ridge_cost(
-            shape,
-            self.quad.sides,
-            self.d,
-            c.cells.cell,
-            c.cells.z,
-            c.cells.weight,
-            c.sigma,
-            c.segments,
-            c.trust,
-            self.slope,
-        )
+        return ridge_cost(shape, self.quad.sides, self.d, c.heights, c.lines, self.slope)
 
     def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
         c = self.clues

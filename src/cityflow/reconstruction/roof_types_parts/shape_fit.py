@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,22 @@ STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
 TURN_COS = math.cos(math.radians(12.0))
 
 
+class KernelHeights(NamedTuple):
+    """Heights of cells, for compiled code: cell (S,) of each place, z and weight (C,) of each cell, noise in metres."""
+
+    cell: IntArray
+    z: FloatArray
+    weight: FloatArray
+    sigma: float
+
+
+class KernelLines(NamedTuple):
+    """Lines of `Clues`, for compiled code."""
+
+    segments: FloatArray
+    trust: float
+
+
 @dataclass(frozen=True, slots=True)
 class Clues:
     """Everything that hypotheses of one unit are compared with.
@@ -57,6 +74,14 @@ class Clues:
     sigma: float
     segments: FloatArray
     trust: float
+
+    @property
+    def heights(self) -> KernelHeights:
+        return KernelHeights(self.cells.cell, self.cells.z, self.cells.weight, float(self.sigma))
+
+    @property
+    def lines(self) -> KernelLines:
+        return KernelLines(self.segments, float(self.trust))
 
     @property
     def effective(self) -> float:
@@ -220,18 +245,10 @@ def _nearest_line(x: float, y: float, ux: float, uy: float, segments: FloatArray
 
 @njit(cache=True, nogil=True)
 def ridge_cost(
-    shape: FloatArray,
-    sides: FloatArray,
-    d: FloatArray,
-    cell: IntArray,
-    z: FloatArray,
-    weight: FloatArray,
-    sigma: float,
-    segments: FloatArray,
-    trust: float,
-    slope: float,
+    shape: FloatArray, sides: FloatArray, d: FloatArray, heights: KernelHeights, lines: KernelLines, slope: float
 ) -> tuple[float, float, float, float]:
     """Cost, eave and rise of a shape of the ridge family, and what lines gave of the cost; NaN where the slope is not known."""
+    (cell, z, weight, sigma), (segments, trust) = heights, lines
     t = cell_means(ridge_heights(shape, d), cell, len(z))
     cost, eave, rise = fitted_heights(
         t, z, weight, sigma, slope * 0.5 * (shape[0] + shape[1]), USUAL_SLOPE * 0.5 * (shape[0] + shape[1])

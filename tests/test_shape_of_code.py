@@ -1,0 +1,65 @@
+"""Functions and modules stay small: what is larger stands in these lists, which only grow shorter."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+SRC = Path(__file__).parents[1] / "src" / "cityflow"
+MOST_ARGUMENTS, MOST_LINES = 8, 300
+
+MANY_ARGUMENTS = {
+    "catalog/create.py:create_catalog", "workflow/plan.py:print_plan", "workflow/rerun.py:rerun_units", "workflow/run.py:run_workflow",
+}  # fmt: skip
+"""What the command line hands on as it got it."""
+
+LONG_MODULES = {
+    "reconstruction/choose.py",
+    "reconstruction/monolithic_parts/roof_cells.py",
+    "reconstruction/monolithic_parts/skeleton.py",
+    "reconstruction/partition/subdivision.py",
+    "reconstruction/roof_types.py",
+    "reconstruction/roof_types_parts/composition.py",
+    "reconstruction/roof_types_parts/dormers.py",
+    "reconstruction/roof_types_parts/hypotheses.py",
+    "reconstruction/volumetric_parts/hull.py",
+    "splitting/lidar_lines.py",
+    "splitting/weigh.py",
+    "surface/image_surface.py",
+}
+
+
+def _modules() -> Iterator[tuple[str, str]]:
+    for path in sorted(SRC.rglob("*.py")):
+        yield path.relative_to(SRC).as_posix(), path.read_text()
+
+
+def _arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Without self and cls."""
+    a = function.args
+    every = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg))]
+    return len([x for x in every if x.arg not in ("self", "cls")])
+
+
+def _with_many_arguments(name: str, text: str) -> set[str]:
+    functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+    return {f"{name}:{f.name}" for f in functions if _arguments(f) > MOST_ARGUMENTS}
+
+
+def test_no_function_has_more_than_eight_arguments() -> None:
+    """Commands have one for each option."""
+    found = set().union(*(_with_many_arguments(name, text) for name, text in _modules() if not name.startswith("cli/")))
+    assert not found - MANY_ARGUMENTS, "give these a NamedTuple or a dataclass"
+    assert not MANY_ARGUMENTS - found, "these are small now: take them off the list"
+
+
+def test_no_module_is_longer_than_300_lines() -> None:
+    found = {name for name, text in _modules() if text.count("\n") > MOST_LINES}
+    assert not found - LONG_MODULES, "part these by what they answer"
+    assert not LONG_MODULES - found, "these are short now: take them off the list"
+
+
+def test_arguments_are_counted() -> None:
+    nine = "class A:\n    def f(self, a, b, /, c, d, *e, f, g, h, **i): ...\n    def g(self, a, b, c, d, e, f, g, h): ...\n"
+    assert _with_many_arguments("a.py", nine) == {"a.py:f"}
