@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any, TypeVar
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 T = TypeVar("T")
 
+MODELS_KEPT = 64
+
 _ADAPTERS: dict[type, TypeAdapter[Any]] = {}
+_MODELS: dict[int, tuple[BaseModel, dict[str, Any]]] = {}
 
 
 class TaskInputs:
@@ -24,14 +27,25 @@ class TaskInputs:
 
 
 def as_json(value: object, without: Collection[str] = ()) -> dict[str, Any]:
-    """The fields of a dataclass or of a model of parameters; nothing is checked, as its constructor made it.
+    """The fields of a dataclass or of a model of parameters; nothing is checked, as its constructor made it. Nobody changes the tree.
 
     Parameters
     ----------
     without : fields to leave out; ``a.b`` is the field b of the field a
     """
+    if isinstance(value, BaseModel) and not without:
+        return _of_model(value)
     tree: dict[str, Any] = _adapter(type(value)).dump_python(value, mode="json", exclude=_tree_of(without))
     return tree
+
+
+def _of_model(model: BaseModel) -> dict[str, Any]:
+    """Parameters are frozen, and one object for nearly all units of a stage: what was made of those asked for lately is kept."""
+    if id(model) not in _MODELS:
+        if len(_MODELS) >= MODELS_KEPT:
+            _MODELS.clear()
+        _MODELS[id(model)] = model, model.model_dump(mode="json")
+    return _MODELS[id(model)][1]
 
 
 def from_json(kind: type[T], tree: Any, where: str) -> T:

@@ -27,6 +27,10 @@ class ModelParameters(ReconstructParameters):
         0.3, ge=0, le=1, description="degraded when no point is near more of the roof (share of its area)"
     )
 
+    def of_outlines(self, sigma_m: float) -> ModelParameters:
+        """The same for outlines that are so exact (standard deviation, metres)."""
+        return self.model_copy(update={"overhangs": self.overhangs.model_copy(update={"outline_sigma_m": sigma_m})})
+
 
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""

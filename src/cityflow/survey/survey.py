@@ -19,6 +19,7 @@ from cityflow.io.catalog.stac_assets import Catalog, RasterAsset
 from cityflow.io.tables.edits_gpkg import read_edits
 from cityflow.outlines.from_walls.wall_lines import WallLineParameters
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
+from cityflow.reconstruction.model import ModelParameters
 from cityflow.survey.given_outlines import GivenOutlines
 from cityflow.survey.images import ImageSurvey
 from cityflow.survey.lattice import Lattice
@@ -57,6 +58,7 @@ class Survey:
         self.source = others.get(kind) or RasterSurvey(catalog.rasters, parameters)
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
         self.results, self.given = Results(), GivenOutlines()
+        self._model: ModelParameters | None = None
         self.index = PointIndex(self.source, parameters.tiles)
 
     def learn(self, record: Record) -> None:
@@ -149,6 +151,13 @@ class Survey:
         stated = self.parameters.reconstruct.overhangs.outline_sigma_m
         own = OUTLINE_SIGMA_M if self.given.sigma_m is None else self.given.sigma_m
         return own if stated is None else stated
+
+    @property
+    def model_parameters(self) -> ModelParameters:
+        """Those of the workflow for reconstruction, with how exact the survey's outlines are where it does not say; one object for all units."""
+        if self._model is None or self._model.overhangs.outline_sigma_m != self.outline_sigma_m:
+            self._model = self.parameters.reconstruct.of_outlines(self.outline_sigma_m)
+        return self._model
 
     def unread(self, bounds: Bounds) -> dict[str, str]:
         """Name → why: the files that should hold points within `bounds` but could not be read."""

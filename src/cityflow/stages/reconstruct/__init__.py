@@ -77,11 +77,8 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
 
 def _parameters(survey: Survey, unit: str) -> ModelParameters:
     """Those of the stage, with how exact the survey's outlines are where nobody states it."""
-    asked = survey.parameters_of(NAME, unit, survey.parameters.reconstruct)
-    if asked.overhangs.outline_sigma_m is not None:
-        return asked
-    overhangs = asked.overhangs.model_copy(update={"outline_sigma_m": survey.outline_sigma_m})
-    return asked.model_copy(update={"overhangs": overhangs})
+    asked = survey.parameters_of(NAME, unit, survey.model_parameters)
+    return asked if asked.overhangs.outline_sigma_m is not None else asked.of_outlines(survey.outline_sigma_m)
 
 
 def refused_task(survey: Survey, unit: str, reason: str) -> Task:
