@@ -104,6 +104,16 @@ def test_depths_and_their_precision_follow_from_base_and_height() -> None:
     np.testing.assert_allclose(sigma, (FLIGHT_M - PLAIN_M) ** 2 / (FOCAL_PX * BASE_M) * 0.35, rtol=0.01)
 
 
+def test_disparities_are_those_of_the_middles_of_their_pixels() -> None:
+    """They grow by 0.05 px a column, so half a column would be 11 mm; and the same down the rows."""
+    for axis in (0, 1):
+        middles = np.mgrid[:240, :320][axis] + 0.5
+        depth, _ = pair_depths((1.0 + 0.05 * middles).astype(np.float32))
+        asked = np.mgrid[80:110, 100:140][axis] + 0.5
+        truth = 1 / (1 / FLIGHT_M + (1.0 + 0.05 * asked) / (FOCAL_PX * BASE_M))
+        np.testing.assert_allclose(depth, truth, atol=1e-3)
+
+
 def test_a_part_of_the_lattice_gives_the_same_depths_and_nothing_beyond() -> None:
     whole = (DISPARITY_PX + 0.01 * np.arange(320, dtype=np.float32) + np.zeros((240, 1), np.float32)).astype(np.float32)
     depth, _ = pair_depths(whole)
