@@ -90,7 +90,7 @@ def of_run(run: Path, truth: Path) -> dict[str, float]:
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     images = read_colmap(truth / "truth" / "orientation").images
     look = LookParameters()
-    views = [looking(f) for f in look_directions(images, look) if worth_a_frame(f, look)]
+    views = [looking(f) for f in look_directions(images) if worth_a_frame(f, look)]
     tilted = [v for v in views if np.hypot(v[0], v[1]) > MOST_UNSEEN_TILT]
     found = read_layer(run / "products" / "outlines.gpkg", "outlines").geometry
     true = read_layer(truth / "truth" / "town.gpkg", "blocks").geometry

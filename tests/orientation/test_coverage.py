@@ -8,7 +8,7 @@ import pytest
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.orientation.coverage import Coverage, coverage
-from cityflow.orientation.look_directions import COMPASS, LookParameters, look_directions
+from cityflow.orientation.look_directions import COMPASS, look_directions
 from cityflow.orientation.overlap import overlaps
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
 from cityflow.orientation.views import View
@@ -18,7 +18,7 @@ GRID = Grid.covering((-300.0, -300.0, 500.0, 600.0), 10.0)
 
 
 def maps_of(views: list[View], grid: Grid = GRID) -> Coverage:
-    return coverage(views, look_directions(images_of(views), LookParameters()), grid)
+    return coverage(views, look_directions(images_of(views)), grid)
 
 
 def vertical(name: str, x: float) -> View:
@@ -57,7 +57,7 @@ def test_the_order_of_views_does_not_matter() -> None:
 
 def test_a_surface_of_heights_is_followed() -> None:
     views = [vertical("a", 2.0)]
-    frames = look_directions(images_of(views), LookParameters())
+    frames = look_directions(images_of(views))
     hill = coverage(views, frames, GRID, np.full(GRID.shape, 180.0))
     assert hill.views.sum() == 150 * 100 / 100
 
@@ -65,7 +65,7 @@ def test_a_surface_of_heights_is_followed() -> None:
 @pytest.mark.parametrize(("forward", "side"), [(0.8, 0.6), (0.6, 0.3)])
 def test_overlaps_of_a_regular_flight(forward: float, side: float) -> None:
     views = flight(4, 8, heads="NF", forward=forward, side=side, jitter_deg=0.2)
-    found = {o.direction: o for o in overlaps(views, look_directions(images_of(views), LookParameters()))}
+    found = {o.direction: o for o in overlaps(views, look_directions(images_of(views)))}
     assert np.median(found["nadir"].forward) == pytest.approx(forward, abs=0.03)
     assert np.median(found["nadir"].side) == pytest.approx(side, abs=0.04)
 
@@ -90,7 +90,7 @@ def test_gaps_lone_images_and_thin_overlap_are_told() -> None:
     views = flight(2, 5, forward=0.45)
     lone = View(replace(views[0].image, name="lone", centre=np.add(views[0].image.centre, (9000, 0, 0))), (0.0, 20.0))
     views = [*views, lone]
-    frames = look_directions(images_of(views), LookParameters())
+    frames = look_directions(images_of(views))
     maps = coverage(views, frames, GRID)
     text = "\n".join(
         s.sentence for s in shortfalls(maps, np.ones(GRID.shape, bool), ShortfallParameters(), overlaps(views, frames))

@@ -8,7 +8,7 @@ import pytest
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, tiles_over
 from cityflow.orientation.flight_plan import FlightPlan, FlightPlanParameters, FlightTile
-from cityflow.orientation.look_directions import LookParameters, look_directions
+from cityflow.orientation.look_directions import look_directions
 from cityflow.orientation.masters import MasterParameters
 from cityflow.orientation.partners import PartnerParameters
 from cityflow.orientation.thinning import window_of
@@ -19,7 +19,7 @@ AREA = (-200.0, -200.0, 400.0, 450.0)
 
 
 def plan_of(views: list[View], **masters: float) -> FlightPlan:
-    frames = look_directions(images_of(views), LookParameters())
+    frames = look_directions(images_of(views))
     return FlightPlan(views, frames, FlightPlanParameters(masters=MasterParameters(cell_m=20.0, **masters)))
 
 

@@ -9,7 +9,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.ground_cells import GroundCells
 from cityflow.orientation.flight_plan import FlightPlan, FlightPlanParameters
-from cityflow.orientation.look_directions import LookParameters, look_directions
+from cityflow.orientation.look_directions import look_directions
 from cityflow.orientation.surveyed_ground import BEYOND_M, MatchedGround, images_of_ground, looked_down_on
 from cityflow.orientation.views import View
 
@@ -75,7 +75,7 @@ def test_higher_ground_is_seen_less_far() -> None:
 @pytest.mark.parametrize(("count", "most"), [(2, 2), (4, 4)])
 def test_a_plan_knows_the_most_images_that_are_matched_together(count: int, most: int) -> None:
     views = [View(image(60.0 + 15.0 * k), (0.0, 10.0)) for k in range(count)]
-    frames = look_directions([v.image for v in views], LookParameters())
+    frames = look_directions([v.image for v in views])
     assert FlightPlan(views, frames, FlightPlanParameters()).most_views == most
 
 

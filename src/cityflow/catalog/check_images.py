@@ -24,7 +24,7 @@ from cityflow.io.points.las import read_points
 from cityflow.io.reference import suspicion
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.coverage import Coverage, coverage
-from cityflow.orientation.look_directions import LookParameters, look_directions
+from cityflow.orientation.look_directions import look_directions
 from cityflow.orientation.overlap import Overlap, overlaps
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
@@ -73,7 +73,7 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     every = [View(a.oriented, a.heights) for a in assets]
     # photographs from the street are looked at for textures only
     views = [v for v in every if not looks_level(v.image, v.heights[1])] or every
-    frames = look_directions([v.image for v in views], LookParameters())
+    frames = look_directions([v.image for v in views])
     ground = dict(zip((v.name for v in views), footprints(views), strict=True))
     area = wanted_area(catalog, views)
     lapped = overlaps(views, frames)

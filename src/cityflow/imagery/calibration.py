@@ -18,6 +18,11 @@ from cityflow.core.parameters import Parameters
 
 RawFrame = NDArray[np.uint8] | NDArray[np.uint16]
 
+HOT_SIGMA = 8.0
+"""A pixel is hot if its dark signal is so many deviations off its colour's median; set by hand on the synthetic sensor, whose bad pixels are known."""
+DEAD_SHARE = 0.5
+"""A pixel whose response is off its neighbours' by this share is defective; set by hand on the same sensor."""
+
 
 class CalibrationParameters(Parameters):
     """How calibration frames are judged."""
@@ -26,12 +31,6 @@ class CalibrationParameters(Parameters):
         0,
         ge=0,
         description="structures of the flat frames wider than this are kept as the lens's; 0: these are corrected, too; pixels",
-    )
-    hot_sigma: float = Field(
-        8.0, gt=0, description="a pixel is hot if its dark signal is so many deviations off its colour's median"
-    )
-    dead_share: float = Field(
-        0.5, gt=0, lt=1, description="a pixel whose response is off its neighbours' by this share is defective"
     )
 
 
@@ -104,9 +103,8 @@ def gain_of(signal: Float32Array, parameters: CalibrationParameters | None = Non
     return signal
 
 
-def bad_pixels(dark: Float32Array, gain: Float32Array, parameters: CalibrationParameters | None = None) -> BoolArray:
+def bad_pixels(dark: Float32Array, gain: Float32Array) -> BoolArray:
     """(rows, cols) bool: hot pixels, and those that hardly answer to light or too much."""
-    asked = parameters or CalibrationParameters()
     dark = np.broadcast_to(dark, gain.shape)
     bad = np.zeros(gain.shape, bool)
     for r, c in ((0, 0), (0, 1), (1, 0), (1, 1)):
@@ -115,8 +113,8 @@ def bad_pixels(dark: Float32Array, gain: Float32Array, parameters: CalibrationPa
         unlit = np.isnan(answer)
         known = np.where(unlit, np.float32(1.0), answer)
         around = cv2.medianBlur(np.ascontiguousarray(known), 5)
-        strange = np.abs(around / np.maximum(known, 1e-6) - 1.0) > asked.dead_share
-        bad[r::2, c::2] = (off > asked.hot_sigma * 1.4826 * max(float(np.median(off)), 0.5)) | strange | unlit
+        strange = np.abs(around / np.maximum(known, 1e-6) - 1.0) > DEAD_SHARE
+        bad[r::2, c::2] = (off > HOT_SIGMA * 1.4826 * max(float(np.median(off)), 0.5)) | strange | unlit
     return bad
 
 
@@ -134,7 +132,7 @@ def calibration_from(
     """All corrections from the means of dark and of flat frames; `flat` is written over, as frames may be large."""
     flat -= dark
     gain = gain_of(flat, parameters)
-    bad = bad_pixels(dark, gain, parameters)
+    bad = bad_pixels(dark, gain)
     gain[bad] = 1.0
     return Calibration(dark, gain, bad)
 

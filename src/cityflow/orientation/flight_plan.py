@@ -18,7 +18,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.look_directions import looking
-from cityflow.orientation.masters import MasterParameters, candidates, cell_for, choose_masters
+from cityflow.orientation.masters import MOST_GSD_RATIO, MasterParameters, candidates, cell_for, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
 from cityflow.orientation.thinning import surplus_masters
 from cityflow.orientation.views import View, footprints, gsd, sees
@@ -30,6 +30,9 @@ MOST_SAMPLES = 48
 ROUNDS = 2
 """How often ground that no partner sees is offered to the next image."""
 
+JOIN_DEG = 30.0
+"""How far the look direction may be that images of small clusters join, degrees: less than between the heads of an oblique camera; set by hand."""
+
 
 class FlightPlanParameters(Parameters):
     """Masters, partners, and the directions that have masters."""
@@ -40,9 +43,6 @@ class FlightPlanParameters(Parameters):
         5,
         ge=1,
         description="look directions of fewer images have no masters of their own; their images join the nearest",
-    )
-    join_deg: float = Field(
-        30.0, ge=0, le=180, description="how far the look direction may be that such images join, degrees"
     )
 
 
@@ -107,7 +107,7 @@ class FlightPlan:
         kept = [frame for frame in self.frames if len(frame.images) >= least]
         members = {frame.name: [self._index[n] for n in frame.images if n in self._index] for frame in kept}
         looks = np.array([looking(frame) for frame in kept]).reshape(-1, 3)
-        limit = np.cos(np.radians(self.parameters.join_deg))
+        limit = np.cos(np.radians(JOIN_DEG))
         for frame in self.frames:
             if frame.name in members:
                 continue
@@ -187,7 +187,7 @@ class FlightPlan:
     def _choose(self, direction: str) -> Masters:
         frame, members = self.directions[direction]
         p = self.parameters.masters.model_copy(update={"cell_m": self.cell_m})
-        found = candidates(self.around.views, members, looking(frame), self.cell_m, p.most_gsd_ratio * self._median_gsd)
+        found = candidates(self.around.views, members, looking(frame), self.cell_m, MOST_GSD_RATIO * self._median_gsd)
         known: dict[int, tuple[bytes, Pairing]] = {}
         for last in (*(False,) * (ROUNDS - 1), True):
             surplus = surplus_masters(self.around.views, found, p)

@@ -24,25 +24,26 @@ ORIGIN_STEP = 1000.0
 BIN = 0.02
 """Edge of the cells in which unit vectors are gathered before cones are placed: 1.1°."""
 SETTLING_STEPS = 8
+"""Moves of a cone at most; it stops sooner where it holds no more than before."""
+
+ALIKE_DEG = 20.0
+"""Views of a cluster differ by no more than this: Dahlke 2017 §1.2."""
+NADIR_DEG = 10.0
+"""Views tilted less than this are the nadir cluster: the same cone around the vertical."""
 
 
 class LookParameters(Parameters):
     """Which views look alike."""
 
-    alike_deg: float = Field(20.0, gt=1, le=90, description="views of a cluster differ by no more than this, degrees")
-    nadir_deg: float = Field(
-        10.0, ge=0, le=45, description="views tilted less than this are the nadir cluster, degrees"
-    )
     least_images: int = Field(5, ge=1, description="a cluster of fewer images is not worth a frame of its own")
 
 
-def look_directions(images: Sequence[OrientedImage], parameters: LookParameters) -> tuple[LocalFrame, ...]:
+def look_directions(images: Sequence[OrientedImage]) -> tuple[LocalFrame, ...]:
     """Clusters of views, each image in exactly one; the nadir cluster first, then the larger ones first.
 
     Parameters
     ----------
     images : in any order; the result does not depend on it
-    parameters : which views look alike
 
     Returns
     -------
@@ -54,7 +55,7 @@ def look_directions(images: Sequence[OrientedImage], parameters: LookParameters)
         return ()
     axes = np.array([image.axis for image in ordered])
     origin = _origin(np.array([image.centre for image in ordered]))
-    label, centres = _cones(axes, np.radians(parameters.alike_deg / 2), np.radians(parameters.nadir_deg))
+    label, centres = _cones(axes, np.radians(ALIKE_DEG / 2), np.radians(NADIR_DEG))
     clusters = [np.flatnonzero(label == k) for k in range(len(centres))]
     means = [_unit(axes[c].sum(axis=0)) if len(c) else centres[k] for k, c in enumerate(clusters)]
     order = sorted(range(1, len(centres)), key=lambda k: (-len(clusters[k]), *means[k].tolist()))

@@ -30,6 +30,11 @@ CELLS_M = (2.0, 4.0, 8.0, 16.0, 24.0)
 CELL_SHARE = 0.25
 """Cells that are given to masters: the largest of these whose edge is at most this share of a footprint's."""
 
+DETOUR_DEG = 6.0
+"""How much worse a view may be for the sake of fewer masters; set by hand on synthetic flights and kite photographs."""
+MOST_GSD_RATIO = 3.0
+"""Ground that an image resolves worse than this many median GSDs has no master in it; set by hand on synthetic flights and kite photographs."""
+
 
 class MasterParameters(Parameters):
     """Which ground an image answers for."""
@@ -43,15 +48,6 @@ class MasterParameters(Parameters):
     masters_per_cell: int = Field(1, ge=1, le=16, description="masters of a cell in each look direction")
     max_overlap: float = Field(
         0.2, ge=0, le=1, description="share of what is matched for a master that may lie on the ground of others"
-    )
-    detour_deg: float = Field(
-        6.0, ge=0, le=45, description="how much worse a view may be for the sake of fewer masters, degrees"
-    )
-    most_gsd_ratio: float = Field(
-        3.0,
-        ge=1,
-        le=100,
-        description="ground that an image resolves worse than this many median GSDs has no master in it",
     )
     halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a master's ground, pixels")
 

@@ -14,6 +14,7 @@ from cityflow.core.local_frame import LocalFrame
 from cityflow.orientation.views import View, footprints
 
 NEAREST = 24
+"""Exposures whose overlap with one is looked at; set by hand."""
 SAME_PLACE = 0.02
 """Exposures nearer than this share of a footprint's size count as one."""
 

@@ -25,16 +25,22 @@ MOST_CANDIDATES = 40
 LEAST_GAIN = 0.08
 """A partner that adds less than this share of a perfect one is not worth its matching."""
 
+BEST_ANGLE_DEG = (9.0, 20.0)
+"""Best angles between rays that meet, degrees; set by hand on synthetic flights and kite photographs, as are the next two."""
+GOOD_ANGLE_DEG = (5.0, 30.0)
+"""Angles worth half as much: narrower ones give poor heights, wider ones images that look unlike each other."""
+LARGEST_SCALE_RATIO = 2.0
+"""Ratio of scales at which a pair is useless: one image has a quarter of the other's pixels."""
+LARGEST_TURN_DEG = 45.0
+"""Optical axes of a pair differ by no more: neighbouring heads of an oblique camera do by 45 degrees."""
+LEAST_OVERLAP = 0.15
+"""Share of the base's ground that a partner must see; set by hand on synthetic flights and kite photographs."""
+
 
 class PartnerParameters(Parameters):
     """What makes a good pair."""
 
     partners: int = Field(5, ge=1, le=32, description="partners of a base image at most")
-    best_angle_deg: tuple[float, float] = Field((9.0, 20.0), description="best angles between rays that meet, degrees")
-    good_angle_deg: tuple[float, float] = Field((5.0, 30.0), description="angles worth half as much, degrees")
-    largest_scale_ratio: float = Field(2.0, gt=1, le=8, description="ratio of scales at which a pair is useless")
-    largest_turn_deg: float = Field(45.0, gt=0, le=90, description="optical axes of a pair differ by no more, degrees")
-    least_overlap: float = Field(0.15, gt=0, le=1, description="share of the base's ground that a partner must see")
 
 
 @dataclass(frozen=True)
@@ -101,11 +107,11 @@ def find_partners(around: Neighbourhood, base: int, xyz: FloatArray, parameters:
     others = others[others != base]
     if len(others) == 0:
         return Pairing((), (), "no other image sees the ground that it sees")
-    others, reason = _comparable(around, base, others, xyz.mean(axis=0), parameters)
+    others, reason = _comparable(around, base, others, xyz.mean(axis=0))
     if len(others) == 0:
         return Pairing((), (), reason)
-    parallax, quality = _pairs(around, base, others, xyz, parameters)
-    enough = np.mean(quality > 0, axis=1) >= parameters.least_overlap
+    parallax, quality = _pairs(around, base, others, xyz)
+    enough = np.mean(quality > 0, axis=1) >= LEAST_OVERLAP
     others, parallax, quality = others[enough], parallax[enough], quality[enough]
     if len(others) == 0:
         return Pairing((), (), "no other image sees enough of its ground at a useful angle")
@@ -115,36 +121,34 @@ def find_partners(around: Neighbourhood, base: int, xyz: FloatArray, parameters:
     return Pairing(tuple(int(others[k]) for k in chosen), tuple(others.tolist()))
 
 
-def angle_quality(angle_deg: FloatArray, parameters: PartnerParameters) -> FloatArray:
+def angle_quality(angle_deg: FloatArray) -> FloatArray:
     """1 at the best angles, 0.5 at the ends of the good ones, 0 well beyond."""
-    (low, high), (least, most) = parameters.best_angle_deg, parameters.good_angle_deg
+    (low, high), (least, most) = BEST_ANGLE_DEG, GOOD_ANGLE_DEG
     return np.interp(angle_deg, [least / 3, least, low, high, most, 1.6 * most], [0.0, 0.5, 1.0, 1.0, 0.5, 0.0])
 
 
-def _comparable(
-    around: Neighbourhood, base: int, others: IntArray, point: FloatArray, parameters: PartnerParameters
-) -> tuple[IntArray, str]:
+def _comparable(around: Neighbourhood, base: int, others: IntArray, point: FloatArray) -> tuple[IntArray, str]:
     """Those of `others` that might do, judged at one point with room to spare; and why the rest do not."""
     turned = np.degrees(np.arccos(np.clip(around.axes[others] @ around.axes[base], -1, 1)))
     nothing = others[:0]
-    alike = turned <= parameters.largest_turn_deg
+    alike = turned <= LARGEST_TURN_DEG
     if not alike.any():
         return nothing, f"images that see the same ground look elsewhere: axes differ by {turned.min():.0f}° or more"
     others = others[alike]
     rays, own = around.centres[others] - point, around.centres[base] - point
     far, near = np.linalg.norm(rays, axis=1), float(np.linalg.norm(own))
     angle = np.degrees(np.arccos(np.clip(rays @ own / np.maximum(far * near, 1e-12), -1, 1)))
-    met = (angle <= 2.5 * parameters.good_angle_deg[1]) & (np.linalg.norm(rays - own, axis=1) > 1e-6 * near)
+    met = (angle <= 2.5 * GOOD_ANGLE_DEG[1]) & (np.linalg.norm(rays - own, axis=1) > 1e-6 * near)
     if not met.any():
         return nothing, f"its rays meet those of others at {angle.min():.0f}° or more, or they come from one place"
     others, octaves = others[met], _octaves(around, base, others[met], far[met], near)
-    scaled = octaves <= 2 * np.log2(parameters.largest_scale_ratio)
+    scaled = octaves <= 2 * np.log2(LARGEST_SCALE_RATIO)
     if not scaled.any():
         return nothing, f"scales differ by {2 ** octaves.min():.1f} or more from those that see the same ground"
     others = others[scaled]
     apart = ~_epipoles_inside(around, base, others)
     angle = np.degrees(np.arccos(np.clip(unit_rays(around, others, point) @ (own / near), -1, 1)))
-    best = np.lexsort((others, -np.round(angle_quality(angle, parameters) * apart, 3)))[:MOST_CANDIDATES]
+    best = np.lexsort((others, -np.round(angle_quality(angle) * apart, 3)))[:MOST_CANDIDATES]
     others, apart = others[best], apart[best]
     return np.sort(others[apart]), "the images that see the same ground stand along its line of sight"
 
@@ -177,9 +181,7 @@ def _epipoles_inside(around: Neighbourhood, base: int, others: IntArray) -> Bool
     return inside
 
 
-def _pairs(
-    around: Neighbourhood, base: int, others: IntArray, xyz: FloatArray, parameters: PartnerParameters
-) -> tuple[FloatArray, FloatArray]:
+def _pairs(around: Neighbourhood, base: int, others: IntArray, xyz: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(m, n, 2) parallaxes in degrees across the base's rays, and (m, n) qualities, of m others at n points."""
     own = around.centres[base] - xyz
     near = np.linalg.norm(own, axis=1)
@@ -191,11 +193,9 @@ def _pairs(
     across = np.stack([np.sum(rays * right, axis=2), np.sum(rays * down, axis=2)], axis=2)
     angle = np.degrees(np.arccos(np.clip(np.sum(rays * own, axis=2), -1, 1)))
     parallax = across / np.maximum(np.linalg.norm(across, axis=2), 1e-12)[..., None] * angle[..., None]
-    scale = np.interp(
-        _octaves(around, base, others, far, near) / np.log2(parameters.largest_scale_ratio), [0.25, 1], [1, 0]
-    )
+    scale = np.interp(_octaves(around, base, others, far, near) / np.log2(LARGEST_SCALE_RATIO), [0.25, 1], [1, 0])
     seen = np.array([sees(around.views[int(k)].image, xyz) for k in others])
-    return parallax, angle_quality(angle, parameters) * scale * seen
+    return parallax, angle_quality(angle) * scale * seen
 
 
 def _greedy(parallax: FloatArray, quality: FloatArray, most: int) -> list[int]:

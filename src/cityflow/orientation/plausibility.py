@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
-from cityflow.orientation.look_directions import LookParameters, look_directions
+from cityflow.orientation.look_directions import look_directions
 from cityflow.orientation.rotation_doubts import likely_reading
 from cityflow.orientation.sights import HORIZON_DEG, looks_level
 from cityflow.orientation.views import View, footprints
@@ -22,6 +22,7 @@ SURVEY = "survey"
 FAR_TIMES = 25.0
 """A centre this many times farther from the middle of the survey than half of the others is no part of it."""
 NEIGHBOURS = 6
+"""Nearest centres of the same look direction whose footprints one should meet; set by hand."""
 FEET = 0.3048
 
 
@@ -152,7 +153,7 @@ def _never_meeting(images: Sequence[OrientedImage], ground: float) -> list[Doubt
     )
     centre_of = {image.name: image.centre[:2] for image in images}
     meets: list[bool] = []
-    for frame in look_directions(images, LookParameters()):
+    for frame in look_directions(images):
         if len(frame.images) > 2:
             area = np.array([ground_of[name] for name in frame.images])
             centres = np.array([centre_of[name] for name in frame.images])

@@ -17,6 +17,7 @@ from cityflow.orientation.look_directions import COMPASS
 from cityflow.orientation.overlap import Overlap
 
 SAFE_VIEWS = 3
+"""Two images give a height, the third one checks it."""
 
 
 class ShortfallParameters(Parameters):

@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cityflow.core.arrays import IntArray
-from cityflow.orientation.masters import Candidates, MasterParameters
+from cityflow.orientation.masters import DETOUR_DEG, Candidates, MasterParameters
 from cityflow.orientation.views import View
 
 MOST_OTHERS = 24
 """Views of a cell that are looked at as its next master."""
 MOST_ROUNDS = 6
+"""Masters are given up in so many rounds at most; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,16 +100,16 @@ class _Thinning:
 
 
 def surplus_masters(views: Sequence[View], found: Candidates, parameters: MasterParameters) -> set[int]:
-    """Views that should not be masters, as others see their cells at most `detour_deg` worse than the best view does.
+    """Views that should not be masters, as others see their cells at most `DETOUR_DEG` worse than the best view does.
 
     Parameters
     ----------
     views : of the survey
     found : cells and the views of them in one direction
     """
-    if len(found) == 0 or parameters.max_overlap >= 1 or parameters.detour_deg == 0:
+    if len(found) == 0 or parameters.max_overlap >= 1:
         return set()
-    cell, others = _others(found, parameters.detour_deg)
+    cell, others = _others(found)
     state = _Thinning(views, cell, others, parameters)
     for _ in range(MOST_ROUNDS):
         if sum(state.give_up(k) for k in state.poorest()) == 0:
@@ -117,11 +118,11 @@ def surplus_masters(views: Sequence[View], found: Candidates, parameters: Master
     return {v for v in seen if not state.open.get(v)}
 
 
-def _others(found: Candidates, detour_deg: float) -> tuple[IntArray, IntArray]:
+def _others(found: Candidates) -> tuple[IntArray, IntArray]:
     """(C, 2) cells, and (C, MOST_OTHERS) their views within reach of the best, best first; -1 beyond."""
     start, number = found.first[:-1], found.number
     rank = np.arange(len(found.view)) - start[number]
-    near = (rank < MOST_OTHERS) & (found.cost_deg <= found.cost_deg[start][number] + detour_deg)
+    near = (rank < MOST_OTHERS) & (found.cost_deg <= found.cost_deg[start][number] + DETOUR_DEG)
     others = np.full((len(found), MOST_OTHERS), -1, np.int64)
     others[number[near], rank[near]] = found.view[near]
     return found.cell[start], others

@@ -57,7 +57,7 @@ class ImageSurvey:
     @cached_property
     def frames(self) -> tuple[LocalFrame, ...]:
         """Clusters of views that look the same way."""
-        return look_directions([v.image for v in self.flown.values()], self.parameters.look_directions)
+        return look_directions([v.image for v in self.flown.values()])
 
     @cached_property
     def frame_of(self) -> dict[str, LocalFrame]:
