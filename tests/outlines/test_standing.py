@@ -11,7 +11,7 @@ from shapely import Polygon, affinity, box
 from cityflow.core.grid import Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.from_heights.regions import RegionParameters, RegionSurface, building_regions
-from cityflow.outlines.from_heights.standing import StandingParameters, standing
+from cityflow.outlines.from_heights.standing import standing
 
 SIZE = 60.0
 MIDDLE = 30.0
@@ -91,8 +91,8 @@ def test_without_ground_in_reach_its_height_is_a_guess() -> None:
     x, _ = np.meshgrid(grid.x_centres(), grid.y_centres())
     measured = (ndsm > 3) | (np.random.default_rng(3).random(grid.shape) < 0.03)
     mask = ndsm > 3
-    assert not standing(mask, ndsm, measured, 0.2, StandingParameters()).any()
-    assert np.array_equal(standing(mask, ndsm, measured | (x > MIDDLE + 8), 0.2, StandingParameters()), mask)
+    assert not standing(mask, ndsm, measured, 0.2).any()
+    assert np.array_equal(standing(mask, ndsm, measured | (x > MIDDLE + 8), 0.2), mask)
 
 
 @pytest.mark.parametrize("seed", range(3))

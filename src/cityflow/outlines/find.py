@@ -25,7 +25,13 @@ from cityflow.outlines.from_heights.seams import parts_of
 from cityflow.outlines.from_walls.wall_line import Heights
 from cityflow.outlines.from_walls.wall_lines import find_wall_lines
 from cityflow.outlines.identity import ids_from_geometry
-from cityflow.outlines.joined.combine import CombineParameters, Footprint, footprints
+from cityflow.outlines.joined.combine import (
+    CLOSED_SHARE,
+    FACADE_SHARE,
+    ROUGH_SHARE,
+    Footprint,
+    footprints,
+)
 from cityflow.outlines.joined.combine_edges import KnownLines
 from cityflow.outlines.joined.combine_feet import known_walls
 from cityflow.outlines.joined.combine_gaps import parts_between_gaps
@@ -83,10 +89,10 @@ def _from_walls(surface: RegionSurface, walls: WallPoints, parameters: FindParam
         f
         for region in regions
         for f in _footprints_of(region, places, surface, parameters)
-        if not _is_foliage(f.polygon, known, places, parameters.combine)
+        if not _is_foliage(f.polygon, known, places)
     ]
     alone = _walls_alone(places, surface, parameters)
-    found += [f for f in alone if known.seen_share(f.polygon) >= parameters.combine.closed_share]
+    found += [f for f in alone if known.seen_share(f.polygon) >= CLOSED_SHARE]
     return [
         replace(o, edges=known.edges_of(o.polygon), inner_edges=known.inner_edges_of(o.polygon)) for o in _named(found)
     ]
@@ -110,9 +116,9 @@ def _footprints_of(
     return [replace(f, remark=f"{f.remark}; roof: {how}") for f in large] or [Footprint(roof, roof, how)]
 
 
-def _is_foliage(polygon: Polygon, known: KnownLines, places: Places, parameters: CombineParameters) -> bool:
+def _is_foliage(polygon: Polygon, known: KnownLines, places: Places) -> bool:
     """True for what is rough and has no façade, where others have them."""
-    return known.seen_share(polygon) < parameters.facade_share and places.rough_share(polygon) > parameters.rough_share
+    return known.seen_share(polygon) < FACADE_SHARE and places.rough_share(polygon) > ROUGH_SHARE
 
 
 def _walls_alone(places: Places, surface: RegionSurface, parameters: FindParameters) -> list[Footprint]:

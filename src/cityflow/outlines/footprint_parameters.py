@@ -16,10 +16,6 @@ class FindParameters(Parameters):
     regions: RegionParameters = Field(default_factory=RegionParameters, description="what is a building region")
     halo_m: float = Field(100.0, ge=0, le=1000, description="surface needed around a tile; larger regions are cut, m")
     shortest_edge_m: float = Field(1.2, ge=0.2, le=10, description="shorter edges are generalised away, m")
-    quality_m2: float = Field(1.5, gt=0, le=100, description="parts smaller than this need not be followed, m²")
-    corner_cost_m2: float = Field(
-        0.5, ge=0, le=100, description="what one corner more must gain in area to be worth it, m²"
-    )
     spot_m: float = Field(
         0.12, ge=0, le=2, description="how far a roof is seen beyond its edge (size of the laser's spot, noise), m"
     )

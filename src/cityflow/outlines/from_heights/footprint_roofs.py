@@ -16,6 +16,11 @@ from cityflow.outlines.from_heights.rectilinear import rectilinear_rings
 from cityflow.outlines.from_heights.regions import Region, crack_midpoints
 from cityflow.outlines.noded.rings import on_lattice
 
+QUALITY_M2 = 1.5
+"""Parts of a region smaller than this need not be followed; set by hand on synthetic towns."""
+CORNER_COST_M2 = 0.5
+"""What one corner more must gain in area to be worth it; set by hand on synthetic towns."""
+
 _CHORDS_M = 1.5, 5.0
 """Long chords tell small angles from the staircase of cells; short ones see the short edges, too."""
 _POINTS_PER_CELL = 2.0
@@ -39,7 +44,7 @@ def roof_outlines(region: Region, parameters: FindParameters) -> list[tuple[Poly
 
     def cost(candidate: tuple[Polygon, str]) -> float:
         off = shapely.symmetric_difference(candidate[0], cells).area
-        return float(off + parameters.corner_cost_m2 * shapely.get_num_coordinates(candidate[0]))
+        return float(off + CORNER_COST_M2 * shapely.get_num_coordinates(candidate[0]))
 
     ranked = sorted(valid, key=cost)
     bias = edge_bias_m(region, parameters)
@@ -77,7 +82,7 @@ def _candidates(
     region: Region, rings: Sequence[FloatArray], orientations: list[float], parameters: FindParameters
 ) -> list[tuple[list[FloatArray], str]]:
     shortest, points = parameters.shortest_edge_m, np.concatenate(rings)
-    result = [(rectilinear_rings(region, o, points, shortest, parameters.quality_m2), RECTANGLES) for o in orientations]
+    result = [(rectilinear_rings(region, o, points, shortest, QUALITY_M2), RECTANGLES) for o in orientations]
     free = [polygonal_ring(ring, orientations, region.grid.cell, shortest) for ring in rings]
     if free[0] is not None:
         result.append(([ring for ring in free if ring is not None], f"free edges, {len(orientations)} orientations"))

@@ -11,6 +11,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 
 _BINS = 180
+"""Of half a degree within a right angle."""
 _RIGHT_ANGLE = np.pi / 2
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 
 _NEARLY_PARALLEL = np.sin(np.radians(15))
+"""Lines that turn less have no corner that is worth anything; set by hand on synthetic towns."""
 
 
 def refitted(ring: FloatArray, direction: FloatArray, points: FloatArray, reach_m: float) -> FloatArray:

@@ -16,7 +16,18 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE, HIGH_VEGETATION, WATER
 from cityflow.core.wall_points import WallPoints
-from cityflow.outlines.from_heights.standing import StandingParameters, standing
+from cityflow.outlines.from_heights.standing import VEHICLE_AREA_M2, standing
+
+CLOSING_M = 0.5
+"""Gaps in a region narrower than this are closed: a cell of the usual surface; set by hand on synthetic towns."""
+ROUGH_M = 0.35
+"""Median height difference to the cells around above which a cell is foliage; set by hand on synthetic towns."""
+ROUGH_SHARE = 0.5
+"""A region with a larger share of rough cells is foliage: the majority of them."""
+LOW_HEIGHT_M = 1.2
+"""A low roof goes on down to this where the terrain below it is found too high; set by hand on synthetic towns."""
+LOW_SHARE = 0.5
+"""Of a low region's cells, this share reaches the height of a roof: the majority of them."""
 
 
 class RegionParameters(Parameters):
@@ -24,24 +35,9 @@ class RegionParameters(Parameters):
 
     minimum_height_m: float = Field(2.0, ge=0.5, le=20, description="lowest roof above terrain, m")
     opening_m: float = Field(1.5, ge=0, le=10, description="parts narrower than this are dropped, m")
-    closing_m: float = Field(0.5, ge=0, le=10, description="gaps in a region narrower than this are closed, m")
     minimum_area_m2: float = Field(10.0, gt=0, le=1000, description="smaller regions are dropped, m²")
     minimum_courtyard_m2: float = Field(9.0, ge=0, le=1000, description="smaller holes in a region are filled, m²")
     hole_m: float = Field(3.0, gt=0, le=100, description="holes in the survey wider than this are no buildings, m")
-    rough_m: float = Field(
-        0.35, gt=0, le=5, description="median height difference to the cells around above which a cell is foliage, m"
-    )
-    rough_share: float = Field(0.5, gt=0, le=1, description="a region with a larger share of rough cells is foliage")
-    low_height_m: float = Field(
-        1.2,
-        ge=0.2,
-        le=20,
-        description="a low roof goes on down to this where the terrain below it is found too high, m",
-    )
-    low_share: float = Field(
-        0.5, gt=0, le=1, description="of a low region's cells, this share reaches the height of a roof"
-    )
-    standing: StandingParameters = Field(default_factory=StandingParameters, description="what stands like a building")
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,13 +115,13 @@ def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolA
     high = known & ~excluded & (np.nan_to_num(surface.ndsm) >= parameters.minimum_height_m)
     if not surface.highest:
         high |= _low_roofs(high, known & ~excluded, surface.ndsm, cell, parameters)
-    closed = _closed(high, disc(parameters.closing_m / 2, cell)) & ~excluded
+    closed = _closed(high, disc(CLOSING_M / 2, cell)) & ~excluded
     opened = _opened(closed, disc(parameters.opening_m / 2, cell))
-    smooth = _without_foliage(opened, surface.ndsm, parameters)
+    smooth = _without_foliage(opened, surface.ndsm)
     filled = _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
     # Pulses that hit nothing leave cells of LiDAR empty everywhere; holes of images are what nobody saw.
     measured = np.isfinite(surface.ndsm) if surface.highest else ~surface.holes
-    return standing(filled, surface.ndsm, measured, cell, parameters.standing)
+    return standing(filled, surface.ndsm, measured, cell)
 
 
 def _low_roofs(
@@ -136,7 +132,7 @@ def _low_roofs(
     Terrain under a wide shed comes from its sides and is easily found too high; one threshold cuts such a roof to pieces.
     A high house is not asked: what is low beside it is a terrace, a hedge or a car.
     """
-    lower = usable & (np.nan_to_num(ndsm) >= parameters.low_height_m)
+    lower = usable & (np.nan_to_num(ndsm) >= LOW_HEIGHT_M)
     lower = _opened(lower, disc(parameters.opening_m / 2, cell))
     labels, count = ndimage.label(lower)
     if not count:
@@ -146,7 +142,7 @@ def _low_roofs(
     founded = np.bincount(labels[_opened(high, disc(parameters.opening_m / 2, cell))], minlength=count + 1) * cell**2
     height = np.nan_to_num(ndimage.median(np.nan_to_num(ndsm), labels, index))
     # Smaller ones may be vehicles, whose blurred sides would grow.
-    whole = (share >= parameters.low_share) & (founded >= parameters.standing.vehicle_area_m2)
+    whole = (share >= LOW_SHARE) & (founded >= VEHICLE_AREA_M2)
     whole &= height < 2 * parameters.minimum_height_m
     whole[0] = False
     return np.asarray(whole[labels])
@@ -170,7 +166,7 @@ def _opened(mask: BoolArray, element: BoolArray) -> BoolArray:
     return np.asarray(ndimage.binary_opening(np.pad(mask, margin, "edge"), element)[margin:-margin, margin:-margin])
 
 
-def _without_foliage(mask: BoolArray, ndsm: Float32Array, parameters: RegionParameters) -> BoolArray:
+def _without_foliage(mask: BoolArray, ndsm: Float32Array) -> BoolArray:
     """Regions that are mostly rough are trees that the classes did not tell.
 
     Judged by whole regions: dormers and chimneys make parts of many roofs as rough as foliage.
@@ -178,8 +174,8 @@ def _without_foliage(mask: BoolArray, ndsm: Float32Array, parameters: RegionPara
     labels, count = ndimage.label(mask)
     if not count:
         return mask
-    share = ndimage.mean(roughness(ndsm) > parameters.rough_m, labels, np.arange(count + 1))
-    return np.asarray(mask & (share[labels] <= parameters.rough_share))
+    share = ndimage.mean(roughness(ndsm) > ROUGH_M, labels, np.arange(count + 1))
+    return np.asarray(mask & (share[labels] <= ROUGH_SHARE))
 
 
 def roughness(ndsm: Float32Array) -> Float32Array:

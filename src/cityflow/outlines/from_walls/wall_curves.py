@@ -14,7 +14,9 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 
 ITERATIONS = 8
+"""Rounds of re-weighting."""
 TUKEY = 4.0
+"""Points farther off than so many standard deviations have no weight: near the usual 4.685."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +134,7 @@ def _solved(
 
 
 SECTION_M = 1.0
+"""Errors of matching go together within so much of a wall."""
 
 
 def _position_sigma(u: FloatArray, d: FloatArray, curved: bool) -> float:

@@ -20,6 +20,7 @@ TOGETHER = 2.0
 BODY = 0.5
 """An end that meets another wall somewhere along its length must come so much nearer than where two ends meet."""
 ALIKE_HIGH = 0.5
+"""Walls are about as high if so much of the higher one's height is common to both; set by hand on synthetic towns."""
 ACROSS_COS = 0.7
 """Walls that turn by more than 45 degrees stand across each other."""
 

@@ -18,6 +18,47 @@ from cityflow.outlines.from_walls.wall_merging import MergeRules, merged
 from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, near_fit, strip_pieces
 from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
 
+CELL_GSD = 1.5
+"""Edge of the raster's cells, ground sampling distances: Nex 2013 §2.3 takes 1 to 2."""
+HEIGHT_RANGE_M = 2.5
+"""Rule (a), least height of a wall: Nex 2013 §2.3."""
+RESERVE_RANGE_M = 2.0
+"""Rule (a) of the reserve, which only joins walls: Nex 2013 §3.2 takes 2 m as well."""
+BORDER_M = 0.3
+"""So far from the foot and the top of a wall the normals are those of ground and eaves; set by hand on synthetic towns."""
+HALF_M = 0.5
+"""Metres of wall to either side of a cell that the rules look at: as far as the normal of a wall point does."""
+FILLING = 0.1
+"""Rule (b), least share of the points that a wall of the least height would have, one in each voxel: 19 at 8 cm; Nex 2013 §2.3 takes 15 to 20."""
+LARGEST_GAP_M = 0.9
+"""Rule (c), largest mean distance of points one above the other: windows pass, balconies do not; set by hand on synthetic towns, as are the next five."""
+ALIKE_DEG = 25.0
+"""Normals that differ less than this are of one side."""
+TURN_DEG = 35.0
+"""Walls may turn by less than this within their length; noise turns normals as well."""
+BRIDGE_M = 0.5
+"""Gaps so long are closed by dilation."""
+BLIND_GAP_M = 1.0
+"""Parts of one wall so far apart are joined."""
+RESERVE_GAP_M = 4.0
+"""Parts of one wall so far apart are joined where points stand in half of the gap."""
+SECTION_M = 0.5
+"""Length of the sections that decide where a line ends."""
+TOLERANCE_GSD = 1.5
+"""How far a section may stray from its wall for no reason, ground sampling distances; set by hand on synthetic towns."""
+LEAST_LENGTH_M = 3.0
+"""Shorter walls are kept only between others: Nex 2013 §2.3."""
+LEAST_PIECE_M = 0.8
+"""Shorter ones are not kept at all; set by hand on synthetic towns, as are the next four."""
+JOIN_M = 1.0
+"""Ends so near to another wall touch it."""
+SYSTEMATIC_GSD = 0.3
+"""Standard deviation of what all points of a wall have in common, ground sampling distances."""
+SHORT_SIGMA_GSD = 1.0
+"""Largest standard deviation of a short wall, ground sampling distances."""
+ACROSS_GSD = 5.0
+"""Points so far before or behind belong to a wall, ground sampling distances."""
+
 
 class WallLineParameters(Parameters):
     """How walls are found in plan."""
@@ -28,112 +69,46 @@ class WallLineParameters(Parameters):
         le=1,
         description="ground sampling distance of the images, metres; in a run the default stands for the survey's own",
     )
-    cell_gsd: float = Field(1.5, ge=0.5, le=10, description="edge of the raster's cells, ground sampling distances")
-    height_range_m: float = Field(2.5, ge=0.5, le=10, description="rule (a): least height of a wall, metres")
-    reserve_range_m: float = Field(
-        2.0, ge=0.5, le=10, description="rule (a) of the reserve, which only joins walls: least height, metres"
-    )
-    border_m: float = Field(
-        0.3,
-        ge=0,
-        le=1,
-        description="so far from the foot and the top of a wall the normals are those of ground and eaves, metres",
-    )
-    half_m: float = Field(
-        0.5, ge=0.1, le=3, description="metres of wall to either side of a cell that the rules look at"
-    )
-    filling: float = Field(
-        0.1,
-        gt=0,
-        le=1,
-        description="rule (b): least share of the points that a wall of the least height would have, one in each voxel",
-    )
     spacing_gsd: float = Field(
         1.25, ge=0.25, le=20, description="distance of neighbouring points on a wall, ground sampling distances"
-    )
-    largest_gap_m: float = Field(
-        0.9, ge=0.1, le=5, description="rule (c): largest mean distance of points one above the other, metres"
-    )
-    alike_deg: float = Field(
-        25.0, ge=5, le=60, description="normals that differ less than this are of one side, degrees"
-    )
-    turn_deg: float = Field(
-        35.0,
-        ge=5,
-        le=80,
-        description="walls may turn by less than this within their length; noise turns normals as well, degrees",
-    )
-    bridge_m: float = Field(0.5, ge=0, le=5, description="gaps so long are closed by dilation, metres")
-    blind_gap_m: float = Field(1.0, ge=0, le=10, description="parts of one wall so far apart are joined, metres")
-    reserve_gap_m: float = Field(
-        4.0,
-        ge=0,
-        le=30,
-        description="parts of one wall so far apart are joined where points stand in half of the gap, metres",
-    )
-    section_m: float = Field(
-        0.5, ge=0.1, le=5, description="length of the sections that decide where a line ends, metres"
-    )
-    tolerance_gsd: float = Field(
-        1.5,
-        ge=0.3,
-        le=20,
-        description="how far a section may stray from its wall for no reason, ground sampling distances",
-    )
-    least_length_m: float = Field(3.0, ge=0.5, le=50, description="shorter walls are kept only between others, metres")
-    least_piece_m: float = Field(0.8, ge=0.2, le=10, description="shorter ones are not kept at all, metres")
-    join_m: float = Field(1.0, ge=0, le=5, description="ends so near to another wall touch it, metres")
-    systematic_gsd: float = Field(
-        0.3,
-        ge=0,
-        le=5,
-        description="standard deviation of what all points of a wall have in common, ground sampling distances",
-    )
-    short_sigma_gsd: float = Field(
-        1.0, gt=0, le=10, description="largest standard deviation of a short wall, ground sampling distances"
-    )
-    across_gsd: float = Field(
-        5.0, ge=1, le=30, description="points so far before or behind belong to a wall, ground sampling distances"
     )
 
     @property
     def cell_m(self) -> float:
-        return self.cell_gsd * self.gsd_m
+        return CELL_GSD * self.gsd_m
 
     @property
     def rules(self) -> CellRules:
         """The number of points follows from the density: of a wall of the least height, as long as the rules look, with a point in each voxel."""
-        height = max(self.height_range_m - 2 * self.border_m, 0.25)
-        full = 2 * self.half_m * height / (self.spacing_gsd * self.gsd_m) ** 2
+        height = max(HEIGHT_RANGE_M - 2 * BORDER_M, 0.25)
+        full = 2 * HALF_M * height / (self.spacing_gsd * self.gsd_m) ** 2
         return CellRules(
             self.cell_m,
             height,
-            max(self.reserve_range_m - 2 * self.border_m, 0.25),
-            max(round(self.filling * full), 3),
-            self.largest_gap_m,
-            math.cos(math.radians(self.alike_deg)),
-            self.half_m,
+            max(RESERVE_RANGE_M - 2 * BORDER_M, 0.25),
+            max(round(FILLING * full), 3),
+            LARGEST_GAP_M,
+            math.cos(math.radians(ALIKE_DEG)),
+            HALF_M,
         )
 
     @property
     def pieces(self) -> PieceRules:
         return PieceRules(
             cell=self.cell_m,
-            bridge=self.bridge_m,
-            section=self.section_m,
-            tolerance=self.tolerance_gsd * self.gsd_m,
-            across=self.across_gsd * self.gsd_m,
-            alike=math.cos(math.radians(self.turn_deg)),
-            least=self.least_piece_m,
+            bridge=BRIDGE_M,
+            section=SECTION_M,
+            tolerance=TOLERANCE_GSD * self.gsd_m,
+            across=ACROSS_GSD * self.gsd_m,
+            alike=math.cos(math.radians(TURN_DEG)),
+            least=LEAST_PIECE_M,
             bin=2 * self.gsd_m,
             floor=self.gsd_m / 2,
         )
 
     @property
     def merging(self) -> MergeRules:
-        return MergeRules(
-            turn=math.sin(math.radians(8)), offset=2.5 * self.gsd_m, blind=self.blind_gap_m, gap=self.reserve_gap_m
-        )
+        return MergeRules(turn=math.sin(math.radians(8)), offset=2.5 * self.gsd_m, blind=BLIND_GAP_M, gap=RESERVE_GAP_M)
 
 
 def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLineParameters) -> list[WallLine]:
@@ -155,7 +130,7 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     cells = wall_cells(walls, p.rules)
     if not len(cells):
         return []
-    number = strips(cells, math.cos(math.radians(p.turn_deg)), max(round(p.bridge_m / p.cell_m), 1))
+    number = strips(cells, math.cos(math.radians(TURN_DEG)), max(round(BRIDGE_M / p.cell_m), 1))
     index = PointIndex(walls, p.cell_m)
     pieces = [piece for strip in _of_each(number) for piece in strip_pieces(cells, strip, index, p.pieces)]
     # what goes on in a line with a sure wall is sure with it; the rest of the reserve must join two walls
@@ -163,9 +138,9 @@ def find_wall_lines(walls: WallPoints, ground: Heights, parameters: WallLinePara
     kept = joined(
         [_line(walls, q, ground, p) for q in pieces],
         [q.sure for q in pieces],
-        p.least_length_m,
-        p.join_m,
-        p.short_sigma_gsd * p.gsd_m,
+        LEAST_LENGTH_M,
+        JOIN_M,
+        SHORT_SIGMA_GSD * p.gsd_m,
     )
     whole = merged([q for q, k in zip(pieces, kept, strict=True) if k], index, p.pieces, p.merging)
     return sorted((_line(walls, q, ground, p) for q in whole), key=lambda w: tuple(w.line.coords[0]))
@@ -192,7 +167,7 @@ def _line(walls: WallPoints, piece: Piece, ground: Heights, p: WallLineParameter
     return WallLine(
         line,
         normal=np.array([across[1], -across[0]]),
-        sigma_m=math.hypot(fit.sigma, p.systematic_gsd * p.gsd_m),
+        sigma_m=math.hypot(fit.sigma, SYSTEMATIC_GSD * p.gsd_m),
         seen=piece.seen,
         z_low=float(z_low),
         z_high=float(z_high),

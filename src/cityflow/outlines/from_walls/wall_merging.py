@@ -12,6 +12,7 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, piece_of
 
 STEP_M = 0.25
+"""Gaps are looked at for points every so many metres; set by hand on synthetic towns."""
 
 
 @dataclass(frozen=True, slots=True)

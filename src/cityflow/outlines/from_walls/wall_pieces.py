@@ -16,9 +16,11 @@ from cityflow.outlines.from_walls.wall_sections import Prices, parts
 from cityflow.outlines.from_walls.wall_skeleton import paths
 
 ARC_M = 60.0
+"""Longest arc that is tried; set by hand on synthetic towns."""
 FULL = 0.3
 """A bin with so much of the usual number of points is seen."""
 NEAR_SCATTERS = 4.0
+"""Points within so many standard deviations belong to a wall, as in the fit (`wall_curves.TUKEY`)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,27 @@ from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.outlines.from_walls.wall_normals import Normals, normals, steep
 from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neighbourhoods, Voxels, thinned
 
+THIN_GSD = 1.25
+"""Edge of the voxels that points are thinned to, ground sampling distances; set by hand on synthetic towns."""
+RADIUS_M = 0.5
+"""Half the height and half the width of the surroundings whose normal is taken: Nex 2013 §2.3 takes about 1 m around a point."""
+BAND_GSD = 1.5
+"""Standard deviation of points across a wall, ground sampling distances: that of walls in matched images (docs/matching.md)."""
+UPRIGHT_DEG = 10.0
+"""Largest angle between a wall's normal and the horizontal: Nex 2013 §2.3."""
+GRAZING_DEG = 12.0
+"""Least angle between ray and wall: mixed pixels lie along the ray. Nex 2013 §2.2 takes 20; less is set by hand on synthetic towns."""
+STEEP_DEG = 60.0
+"""Surroundings that rise less than this are roof or ground; set by hand on synthetic towns, as are the next four."""
+LEAST_NEIGHBOURS = 8
+"""Fewest voxels within the surroundings of a wall point."""
+LEAST_SHARE = 0.5
+"""Least share of a point's neighbours that follow its plane."""
+ALIKE_DEG = 20.0
+"""Normals that differ less than this are alike."""
+LEAST_ALIKE = 0.5
+"""Least share of a point's neighbours with a normal like its own."""
+
 
 class WallPointParameters(Parameters):
     """Which points stand on walls."""
@@ -25,48 +46,21 @@ class WallPointParameters(Parameters):
         le=1,
         description="ground sampling distance of the images, metres; in a run the default stands for the survey's own",
     )
-    thin_gsd: float = Field(
-        1.25, ge=0.5, le=10, description="edge of the voxels that points are thinned to, ground sampling distances"
-    )
-    radius_m: float = Field(
-        0.5,
-        ge=0.2,
-        le=3,
-        description="half the height and half the width of the surroundings whose normal is taken, metres",
-    )
-    band_gsd: float = Field(
-        1.5, ge=0.5, le=10, description="standard deviation of points across a wall, ground sampling distances"
-    )
-    upright_deg: float = Field(
-        10.0, ge=1, le=45, description="largest angle between a wall's normal and the horizontal, degrees"
-    )
-    grazing_deg: float = Field(
-        12.0, ge=0, le=60, description="least angle between ray and wall, degrees; mixed pixels lie along the ray"
-    )
-    steep_deg: float = Field(
-        60.0, ge=30, le=85, description="surroundings that rise less than this are roof or ground, degrees"
-    )
-    least_neighbours: int = Field(8, ge=4, le=100, description="fewest voxels within the surroundings of a wall point")
-    least_share: float = Field(0.5, ge=0, le=1, description="least share of a point's neighbours that follow its plane")
-    alike_deg: float = Field(20.0, ge=2, le=60, description="normals that differ less than this are alike, degrees")
-    least_alike: float = Field(
-        0.5, ge=0, le=1, description="least share of a point's neighbours with a normal like its own"
-    )
     least_views: int = Field(1, ge=1, le=20, description="fewest partners that agree on a point")
 
     @property
     def cell_m(self) -> float:
         """Edge of a voxel, metres."""
-        return self.thin_gsd * self.gsd_m
+        return THIN_GSD * self.gsd_m
 
     @property
     def band_m(self) -> float:
-        return self.band_gsd * self.gsd_m
+        return BAND_GSD * self.gsd_m
 
     @property
     def halo_m(self) -> float:
         """Points so far around a tile have a say in what is found in it: two surroundings, and the voxels that they end in."""
-        return 2 * self.radius_m + 2 * self.cell_m
+        return 2 * RADIUS_M + 2 * self.cell_m
 
 
 def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> WallPoints:
@@ -84,50 +78,50 @@ def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> Wa
     """
     p = parameters
     enough = points if p.least_views <= 1 else points.take(points.views >= p.least_views)
-    voxels = thinned(enough, p.cell_m, math.sin(math.radians(p.grazing_deg)))
+    voxels = thinned(enough, p.cell_m, math.sin(math.radians(GRAZING_DEG)))
     if not len(voxels):
         return joined_walls([])
-    voxels = voxels.take(_rising(voxels, p))
+    voxels = voxels.take(_rising(voxels))
     if not len(voxels):
         return joined_walls([])
-    reach = math.ceil(p.radius_m / voxels.cell)
-    planes = normals(voxels, Columns.of(voxels, reach + 1), p.radius_m, p.band_m, p.least_neighbours)
-    upright = _upright(voxels, planes, p)
+    reach = math.ceil(RADIUS_M / voxels.cell)
+    planes = normals(voxels, Columns.of(voxels, reach + 1), RADIUS_M, p.band_m, LEAST_NEIGHBOURS)
+    upright = _upright(voxels, planes)
     voxels, planes = voxels.take(upright), _taken(planes, upright)
     if not len(voxels):
         return joined_walls([])
-    held, side = _company(voxels, planes, p)
+    held, side = _company(voxels, planes)
     return _as_walls(voxels.take(held), side[held])
 
 
-def _rising(voxels: Voxels, p: WallPointParameters) -> BoolArray:
+def _rising(voxels: Voxels) -> BoolArray:
     # the 3 x 3 columns are three cells wide; at the foot and at the top of a wall the rise is all on one side
-    rise = max(math.ceil(3 * math.tan(math.radians(p.steep_deg))), 2)
+    rise = max(math.ceil(3 * math.tan(math.radians(STEEP_DEG))), 2)
     return steep(voxels, Columns.of(voxels, 1), rise, rise)
 
 
-def _upright(voxels: Voxels, planes: Normals, p: WallPointParameters) -> BoolArray:
+def _upright(voxels: Voxels, planes: Normals) -> BoolArray:
     """Points whose own normal is near the horizontal, and that their images see at more than a grazing angle."""
     normal = planes.normal
     facing = np.abs(np.einsum("ij,ij->i", normal, voxels.towards))
     with np.errstate(invalid="ignore"):
         return np.asarray(
-            (np.abs(normal[:, 2]) <= math.sin(math.radians(2 * p.upright_deg)))
-            & (facing >= math.sin(math.radians(p.grazing_deg)))
-            & (planes.share >= p.least_share)
+            (np.abs(normal[:, 2]) <= math.sin(math.radians(2 * UPRIGHT_DEG)))
+            & (facing >= math.sin(math.radians(GRAZING_DEG)))
+            & (planes.share >= LEAST_SHARE)
         )
 
 
-def _company(voxels: Voxels, planes: Normals, p: WallPointParameters) -> tuple[BoolArray, Float32Array]:
+def _company(voxels: Voxels, planes: Normals) -> tuple[BoolArray, Float32Array]:
     """Points among others of the same side and direction whose common normal is horizontal; and that normal in plan, (N, 2).
 
     Leaves have company, but it looks elsewhere. One normal alone trembles with the noise of matching; a steep roof's lean all the same way.
     """
-    around = Neighbourhoods.of(voxels, Columns.of(voxels, math.ceil(p.radius_m / voxels.cell)), p.radius_m)
+    around = Neighbourhoods.of(voxels, Columns.of(voxels, math.ceil(RADIUS_M / voxels.cell)), RADIUS_M)
     turn = np.where(np.einsum("ij,ij->i", planes.normal, voxels.towards) < 0, -1.0, 1.0).astype(np.float32)
-    alike, count, mean = _alike(around, planes.normal * turn[:, None], math.cos(math.radians(p.alike_deg)))
-    held = (alike >= p.least_neighbours) & (alike >= p.least_alike * count)
-    held &= np.abs(mean[:, 2]) <= math.sin(math.radians(p.upright_deg))
+    alike, count, mean = _alike(around, planes.normal * turn[:, None], math.cos(math.radians(ALIKE_DEG)))
+    held = (alike >= LEAST_NEIGHBOURS) & (alike >= LEAST_ALIKE * count)
+    held &= np.abs(mean[:, 2]) <= math.sin(math.radians(UPRIGHT_DEG))
     length = np.maximum(np.hypot(mean[:, 0], mean[:, 1]), 1e-9)
     return held, (mean[:, :2] / length[:, None]).astype(np.float32)
 

@@ -18,6 +18,7 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_thinning import Int32Array
 
 BINS = 36
+"""Of 10 degrees, for the directions in a cell."""
 SIDES = 3
 """A cell at the corner of a bay has no more."""
 

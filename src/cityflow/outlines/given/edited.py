@@ -24,10 +24,15 @@ TRIMMED = "trimmed by an edit"
 DRAWN, LOCKED = "drawn by an edit", "locked by an edit"
 _LATTICE_M = 1e-4
 _HALF = 0.5
+"""The majority: of an outline's area, what an edit has to cover to take its place."""
 _LEAST_M2 = 1.0
+"""Rests of an outline beside a drawn one that are smaller go; set by hand, as are the next three."""
 _NARROW_M = 0.5
+"""And those that are narrower."""
 _ON_EDGE_M = 0.05
+"""Strips no farther from what was drawn."""
 _STRIP_M2 = 0.05
+"""Smaller ones are nothing that a person would see."""
 
 
 def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[Outline], list[Refusal]]:

@@ -26,25 +26,30 @@ from cityflow.outlines.joined.combine_refit import on_walls
 from cityflow.outlines.joined.combine_rings import cleaned, without_necks
 
 _WIDEST_GAP_M = 2.4
+"""A roof that ends within so much before a wall ends there; set by hand on synthetic towns, as are the next two."""
 _ENCLOSED_SHARE = 0.5
+"""A wall is amid roofs where that is so along less of it."""
 _NECK_M = 1.0
+"""Parts that only so narrow a neck joins are two."""
 _SEEN_DOWN_M = 3.0
 """A wall before which the roof goes on farther than any eaves, and yet seen so far down, looks at a gap or at a tree."""
+
+EXTENSION_M = 4.0
+"""A wall may go on so far beyond what was seen of it; set by hand on synthetic towns."""
+STEP_M = 0.25
+"""Smaller steps in a wall are straightened; set by hand on synthetic towns."""
+FACADE_SHARE = 0.15
+"""What shows façades along less of its border must not be rough; set by hand on synthetic towns, as are the next two."""
+ROUGH_SHARE = 0.25
+"""Of its cells, above which that is foliage."""
+CLOSED_SHARE = 0.6
+"""Walls without a roof are a building where façades were seen along this share."""
 
 
 class CombineParameters(Parameters):
     """How walls and the roof over them become one footprint."""
 
     overhang_m: float = Field(1.6, ge=0, le=5, description="a roof reaches no farther beyond its walls, m")
-    extension_m: float = Field(4.0, ge=0, le=30, description="a wall may go on so far beyond what was seen of it, m")
-    step_m: float = Field(0.25, ge=0, le=2, description="smaller steps in a wall are straightened, m")
-    facade_share: float = Field(
-        0.15, ge=0, le=1, description="what shows façades along less of its border must not be rough"
-    )
-    rough_share: float = Field(0.25, gt=0, le=1, description="of its cells, above which that is foliage")
-    closed_share: float = Field(
-        0.6, gt=0, le=1, description="walls without a roof are a building where façades were seen along this share"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +94,7 @@ def _local_footprints(
     enclosed = (leaves < _ENCLOSED_SHARE) & np.array(
         [bool(min(k.feet.min(), k.wall.foot_m) < _SEEN_DOWN_M) for k in walls], bool
     )
-    pieces = candidate_pieces(walls, roofs, reach, parameters.extension_m, enclosed)
+    pieces = candidate_pieces(walls, roofs, reach, EXTENSION_M, enclosed)
     if not len(pieces.ends):
         return []
     width, height = around.grid.cols * around.grid.cell, around.grid.rows * around.grid.cell
@@ -98,7 +103,7 @@ def _local_footprints(
     left, right = border_costs(faces, pieces)
     chosen = building_faces(faces, integrals(faces, gain, cell), left, right)
     lines = [k.wall for k in walls]
-    return [on_walls(p, lines) for p in _joined(faces.polygons[chosen], parameters.step_m)]
+    return [on_walls(p, lines) for p in _joined(faces.polygons[chosen], STEP_M)]
 
 
 def _frame(width: float, height: float) -> FloatArray:

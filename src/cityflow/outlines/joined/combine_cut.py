@@ -9,7 +9,9 @@ from cityflow.geometry.min_cut import min_cut
 from cityflow.outlines.joined.combine_faces import Faces
 
 _UNITS_PER_M2 = 2000.0
+"""The cut counts in whole numbers: 5 cm² each."""
 _MOST = 200_000_000
+"""What no cut may part."""
 
 
 def building_faces(faces: Faces, gain: FloatArray, inside_left: FloatArray, inside_right: FloatArray) -> BoolArray:

@@ -14,10 +14,15 @@ from cityflow.core.building import OutlineEdge
 from cityflow.outlines.from_walls.wall_line import WallLine
 
 _ASIDE_M = 0.25
+"""A wall beside an edge is no farther from it; set by hand on synthetic towns, as are those below."""
 _PARALLEL_COS = np.cos(np.radians(6.0))
+"""And turned no more."""
 _LEAST_SEEN = 0.1
+"""Share of an edge along which a wall is seen, at least."""
 _INSIDE_M = 0.4
+"""Inner walls stand so far inside."""
 _LEAST_INNER_M = 1.0
+"""And are at least so long."""
 _CELLS_TOGETHER = 3.0
 """Cells beside one another err alike: of so many, one counts."""
 

@@ -17,9 +17,13 @@ from cityflow.outlines.joined.combine_lines import Kind, Pieces
 _FINER = 4
 """Evidence is drawn on cells this much finer than those of the surface: eaves are narrower than these."""
 _STANDS_M = 2.0
+"""What is higher stands above the ground: the least height of a building; set by hand on synthetic towns, as are those below."""
 _BEHIND_M = 0.5
+"""So deep behind a wall is building."""
 _LEAVES_SHARE = 0.6
+"""Share of a wall before which the roof ends, from which what is roof there is its eaves."""
 _ABOVE_FOOT_M = 1.0
+"""What is so much higher than the foot of a wall before it is eaves or a tree, no lower roof."""
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
 _UNKNOWN, _WORN_OFF, _FILLED, _SLOT, _HIDDEN = -0.1, 0.3, -1.0, -1.0, 0.3
@@ -27,6 +31,7 @@ _BEFORE, _FAR_BEFORE, _UNDER_ROOF = -0.5, 0.05, -0.02
 """m² per m²: where nothing is known; at the rim of a region; in small holes of a roof; in narrow gaps; behind a wall
 under foliage; close before a wall, up to where eaves may reach, and along eaves that go on beyond what was seen."""
 _ON_WALL_M = 2.5e-3
+"""A border lies on a line of the lattice, which has millimetres."""
 _COSTS = {
     Kind.SEEN: (0.02, 1.0),
     Kind.ALONG_ROOF: (0.12, 0.6),
@@ -40,6 +45,7 @@ _COSTS = {
 }
 """Metres of border weigh so many m² of area: with the building on the piece's left, and on its right."""
 _COST_OF_UPPER = 0.05, 0.5
+"""The same for a wall that stands above a lower roof."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,17 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_line import Heights, WallLine
 
 SECTION_M = 0.5
+"""The foot of a wall is looked for every so many metres; set by hand on synthetic towns, as are those below."""
 _NEAR_M = 0.4
+"""Among points this near."""
 _SAME_SIDE = 0.7
+"""Whose normals turn less than 45 degrees from the wall's."""
 _LEAST_POINTS = 5
+"""Fewer tell no foot."""
 _LOWEST = 0.05
+"""The quantile of their heights that is the foot: a few stray below it."""
 _BEFORE_M = 0.5
+"""The ground is read so far before the wall."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,11 +15,17 @@ from cityflow.outlines.from_walls.wall_line import CURVE, WallLine
 from cityflow.outlines.joined.combine_feet import KnownWall
 
 _PARALLEL_SIN = np.sin(np.radians(10.0))
+"""Lines that turn less are parallel; set by hand on synthetic towns, as are those below."""
 _SAME_FOOT_M = 0.5
+"""A wall whose foot changes by more is two."""
 _GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
+"""Widths of gaps that are tried before a wall."""
 _GAP_END_M = 1.5
+"""The other side of a gap goes on so far beyond both ends."""
 _BELOW_EAVE_M = 1.5
+"""What is before a wall and lower than its top by more is no eaves of its own."""
 _NEAR_END_M = 1.0
+"""The first metre beyond the end of a wall, where it is likelier to go on than farther out."""
 _ROOF_END_M = 2.5
 """A roof's edge goes on so far: a wall stands behind it and meets the next one there."""
 

@@ -14,12 +14,14 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, Float32Array, IntArray
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
-from cityflow.outlines.from_heights.regions import Region, RegionParameters, RegionSurface, roughness
+from cityflow.outlines.from_heights.regions import ROUGH_M, Region, RegionParameters, RegionSurface, roughness
 from cityflow.outlines.joined.combine_evidence import Surroundings
 from cityflow.outlines.joined.combine_feet import KnownWall
 
 _MARGIN_M = 4.0
+"""Surroundings of a region: as far as a wall may go on beyond what was seen of it."""
 _LEAST_CELLS = 12
+"""Fewer cells tell no roughness; set by hand on synthetic towns."""
 _LOOSE_SHARE = 0.7
 """Along a wall above a lower roof two cells of three are at the step."""
 _SLOT_M, _SLOT_DEPTH_M, _SLOT_SHARE = 2.4, 1.5, 0.7
@@ -45,7 +47,7 @@ class Places:
         self._grid, self._mask, self._height = surface.grid, mask, surface.ndsm
         self._low = np.isfinite(surface.ndsm) & (np.nan_to_num(surface.ndsm) < parameters.minimum_height_m)
         self._low &= ~mask & (surface.klass != HIGH_VEGETATION)
-        self._rough = roughness(surface.ndsm) > parameters.rough_m
+        self._rough = roughness(surface.ndsm) > ROUGH_M
         self._loose = ndimage.uniform_filter(self._rough.astype(np.float32), 3) > _LOOSE_SHARE
         self._slot = slots(surface.ndsm, surface.grid.cell)
         # Between loose cells a single one that passes for a roof is none.

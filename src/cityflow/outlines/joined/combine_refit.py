@@ -14,9 +14,13 @@ from cityflow.outlines.from_heights.refit import edge_directions, intersected
 from cityflow.outlines.from_walls.wall_line import WallLine
 
 _ASIDE_M = 0.35
+"""An edge moves onto walls no farther from it; set by hand on synthetic towns, as are those below."""
 _PARALLEL_COS = np.cos(np.radians(8.0))
+"""And turned no more."""
 _SPACING_M = 0.25
+"""Points of a wall that an edge is fitted to stand so far apart."""
 _FLOOR_M = 0.02
+"""No wall is known better than this."""
 _TURN_SHARE, _TURN_M = 0.4, 2.0
 """An edge turns into its walls where they were seen along so much of it; else it only moves."""
 

@@ -19,6 +19,7 @@ from cityflow.outlines.under_eaves.facades_inside import SeenHouses, facade_besi
 WEIGHT = 5.0
 """What is known of outlines in general counts as so many façades."""
 LEAST_M = 0.03
+"""No source of outlines is held to be more exact than this; set by hand."""
 SHORTEST_M, STOREY_M = 2.0, 3.0
 """Façades count that are seen over a storey: neither gutters nor fences, bays and steep roofs."""
 HALF_NORMAL = float(ndtri(0.75))

@@ -34,6 +34,7 @@ DROP_M, RISE_M = 1.25, 0.5
 """Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves."""
 LEAST_COLUMNS = 0.4
 WALL_SIGMA_M = 0.03
+"""Standard deviation of a façade however many points tell it, as `reconstruct.overhangs.wall_sigma_m`."""
 SMEARED_M, LEANING_M = 0.6, 0.15
 """So far around a line points are looked at; the upper and the lower half of a wall stand no farther apart."""
 
