@@ -103,11 +103,11 @@ def test_parameters_younger_than_the_record_are_no_difference() -> None:
 
 def test_records_of_every_stage_are_told_in_the_same_short_form() -> None:
     windows = WindowParameters().model_dump(mode="json")
-    older = {**windows, "levels_of_before": 48, "margin_m": 0.2}
+    older = {**windows, "levels_of_before": 48, "least_m": 0.5}
     text = said(record("windows", older))
     assert "2 differ from the defaults; --parameters shows all" in text
     assert "      levels_of_before = 48 (no such parameter today)\n" in text
-    assert f"      margin_m = 0.2 (default {windows['margin_m']})\n" in text
+    assert f"      least_m = 0.5 (default {windows['least_m']})\n" in text
     assert "as by the defaults" in said(record("windows", windows))
     assert "as by the defaults" in said(record("ingest", {"index_cell_m": 50.0}))
     assert "parameters: none" in said(record("units", {}))

@@ -22,8 +22,17 @@ from cityflow.windows.edges import (
     strength,
 )
 from cityflow.windows.picture import Picture
-from cityflow.windows.segments import segments
+from cityflow.windows.segments import LEAST_PX, segments
 from cityflow.windows.window_parameters import WindowParameters
+
+ALIGN_M = 0.15
+"""Windows of a row or column agree within this; set by hand on drawn façades."""
+
+LEAST_SEEN = 0.9
+"""Share of a window whose texture is true, not interpolated; set by hand on drawn façades."""
+
+MARGIN_M = 0.15
+"""Wall that remains between a window and the edge of its wall; set by hand on drawn façades."""
 
 LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
 """Completeness of the worst side, and of all four on average, of what is looked at more closely."""
@@ -100,7 +109,7 @@ def candidates(picture: Picture, looks: Sequence[Edges], parameters: WindowParam
         boxes = refined(edges, boxes[rough.sides.mean(axis=1) >= 0.4], reach)
         boxes = np.unique(boxes[sized(boxes, picture, parameters)], axis=0)
         part = judged(picture, looks, k, boxes)
-        found.append(part.of(_sound(part, picture, parameters)))
+        found.append(part.of(_sound(part, picture)))
     return Candidates.joined(found)
 
 
@@ -108,7 +117,7 @@ def sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> Bo
     """(N,) whether boxes have the size and the proportions of windows."""
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
-    least = max(picture.pixels(parameters.least_m), parameters.least_px)
+    least = max(picture.pixels(parameters.least_m), LEAST_PX)
     return np.asarray(
         (shortest >= least)
         & (longest <= picture.pixels(parameters.most_m))
@@ -116,19 +125,17 @@ def sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> Bo
     )
 
 
-def _sound(found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
+def _sound(found: Candidates, picture: Picture) -> BoolArray:
     """Sides complete enough (of what stands on the foot of the wall, three), true texture, wall all around."""
     standing = on_foot(found.boxes, picture)
     sides = np.where(standing[:, None] & (np.arange(4) == 3), 1.0, found.sides)
     complete = (sides.min(axis=1) >= LEAST_SIDE) & (sides.mean(axis=1) >= LEAST_SIDES) & (found.contrast > 0.5)
-    return np.asarray(
-        complete & (found.seen >= parameters.least_seen) & within_wall(found.boxes, picture, parameters, standing)
-    )
+    return np.asarray(complete & (found.seen >= LEAST_SEEN) & within_wall(found.boxes, picture, standing))
 
 
-def within_wall(boxes: IntArray, picture: Picture, parameters: WindowParameters, standing: BoolArray) -> BoolArray:
+def within_wall(boxes: IntArray, picture: Picture, standing: BoolArray) -> BoolArray:
     """Whether wall remains around boxes; below those that stand on its foot it need not."""
-    rim = max(round(picture.pixels(parameters.margin_m)), 1)
+    rim = max(round(picture.pixels(MARGIN_M)), 1)
     wide = boxes + rim * np.array([-1, -1, 1, 1])
     wide[:, 3] = np.where(standing, boxes[:, 3], wide[:, 3])
     area = (wide[:, 2] - wide[:, 0]) * (wide[:, 3] - wide[:, 1])

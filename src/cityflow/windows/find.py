@@ -17,6 +17,9 @@ from cityflow.windows.search import PERHAPS, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters
 
+MOST_GLASS = 0.6
+"""Share of a wall above which what was found is a façade of glass, not windows; set by hand on drawn façades."""
+
 TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
@@ -72,7 +75,7 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     if panelled(found.bounds[telling], JOINT_PX * picture.cell):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
-    if covered > parameters.most_glass * seen_m2 or _is_glass(openings, picture):
+    if covered > MOST_GLASS * seen_m2 or _is_glass(openings, picture):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, GLASS)
     storeys = storeys_of([o.bounds for o in windows], float(face.polygon.bounds[1]))
     ratio = sum(o.area for o in windows) / seen_m2 if seen_m2 >= LEAST_SEEN_SHARE * area else None

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.windows.candidates import Candidates, judged, sized
+from cityflow.windows.candidates import ALIGN_M, Candidates, judged, sized
 from cityflow.windows.edges import Edges, strength
 from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
@@ -19,13 +19,14 @@ MULLIONED_M = 1.9
 LAP_PX = 2
 """Cells by which boxes on both sides of a bar may overlap: each ends at the farther edge of it."""
 FRAME_M = 0.2
+"""Widest frame of a window; set by hand on drawn façades."""
 WHOLE = 0.7
 """Completeness of the worst side from which a box is whole."""
 
 
 def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
     """Pairs of boxes with a bar between them, side by side and equally high or one above the other and equally wide, as one box each."""
-    tolerance = max(picture.pixels(parameters.align_m) / 2, 1.5)
+    tolerance = max(picture.pixels(ALIGN_M) / 2, 1.5)
     parts = [found.of(np.zeros(0, np.int64))]
     for look in range(len(looks)):
         boxes = found.boxes[(found.look == look) & (found.sides.min(axis=1) >= 0.4)]

@@ -9,7 +9,17 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.windows.agreement import completed_heights
-from cityflow.windows.candidates import Candidates, candidates, judged, looks_of, on_foot, sized, within_wall
+from cityflow.windows.candidates import (
+    ALIGN_M,
+    LEAST_SEEN,
+    Candidates,
+    candidates,
+    judged,
+    looks_of,
+    on_foot,
+    sized,
+    within_wall,
+)
 from cityflow.windows.choice import chosen, support
 from cityflow.windows.confidence import confidence, running_on
 from cityflow.windows.edges import Edges
@@ -84,7 +94,7 @@ def strips(picture: Picture) -> list[tuple[Picture, float, float]]:
 
 
 def _found_on(picture: Picture, parameters: WindowParameters) -> Found:
-    looks, tolerance = looks_of(picture, parameters), _tolerance(picture, parameters)
+    looks, tolerance = looks_of(picture, parameters), _tolerance(picture)
     found, company, late = searched(picture, looks, parameters)
     sure = confidence(found, company, late, picture, looks)
     lattice = running_on(looks, found).min(axis=1) >= RUNS_ON
@@ -103,7 +113,7 @@ def searched(
     picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
 ) -> tuple[Candidates, IntArray, FloatArray]:
     """Boxes, their company, and which of them were only looked for because rows and columns ask for them."""
-    tolerance = _tolerance(picture, parameters)
+    tolerance = _tolerance(picture)
     found, company = _first(picture, looks, parameters)
     sure = confidence(found, company, np.zeros(len(found)), picture, looks) >= parameters.least_confidence
     more = _completed(picture, found.of(sure), parameters)
@@ -129,14 +139,14 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     bonus = np.repeat(BONUS, [len(p) for p in parts])
     holding = hold_panes(found.boxes, whole.boxes, picture) & (found.sides.min(axis=1) >= WHOLE)
     bonus = np.where(holding, np.maximum(bonus, BONUS[1]), bonus) + AREA_BONUS * np.minimum(area, 3)
-    fits = (found.seen >= parameters.least_seen) & sized(found.boxes, picture, parameters)
-    fits &= within_wall(found.boxes, picture, parameters, on_foot(found.boxes, picture))
-    return chosen(found.of(fits), bonus[fits], _tolerance(picture, parameters))
+    fits = (found.seen >= LEAST_SEEN) & sized(found.boxes, picture, parameters)
+    fits &= within_wall(found.boxes, picture, on_foot(found.boxes, picture))
+    return chosen(found.of(fits), bonus[fits], _tolerance(picture))
 
 
 def _completed(picture: Picture, found: Candidates, parameters: WindowParameters) -> Candidates:
     """Boxes at the places that rows and columns leave, where the picture shows at least half of the contrast of a window."""
-    tolerance = _tolerance(picture, parameters)
+    tolerance = _tolerance(picture)
     parts = [found.of(np.zeros(0, np.int64))]
     faint = parameters.model_copy(
         update={"edge_sigmas": parameters.edge_sigmas / 2, "least_contrast": parameters.least_contrast / 2}
@@ -146,13 +156,13 @@ def _completed(picture: Picture, found: Candidates, parameters: WindowParameters
         asked = places(found.boxes[found.look == look], tolerance, picture.light.shape[::-1])
         if len(asked) and looks:
             made = judged(picture, looks, int(look), asked)
-            good = (made.sides.mean(axis=1) >= 0.6) & (made.contrast > 1) & (made.seen >= parameters.least_seen)
-            parts.append(made.of(good & within_wall(asked, picture, parameters, np.zeros(len(asked), bool))))
+            good = (made.sides.mean(axis=1) >= 0.6) & (made.contrast > 1) & (made.seen >= LEAST_SEEN)
+            parts.append(made.of(good & within_wall(asked, picture, np.zeros(len(asked), bool))))
     more = Candidates.joined(parts)
     apart = overlap(more.boxes, found.around)[1].max(axis=1, initial=0) < 0.1
     more = more.of(apart)
     return chosen(more, np.zeros(len(more)), tolerance)[0]
 
 
-def _tolerance(picture: Picture, parameters: WindowParameters) -> float:
-    return max(picture.pixels(parameters.align_m), 1.5)
+def _tolerance(picture: Picture) -> float:
+    return max(picture.pixels(ALIGN_M), 1.5)

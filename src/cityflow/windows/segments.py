@@ -10,6 +10,11 @@ from cityflow.windows.edges import DARK, Edges
 from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
+LEAST_PX = 3.0
+"""Pixels across the shortest side; coarser textures show no window; set by hand on drawn façades."""
+LEVELS = 48
+"""Brightnesses at which façades are cut into segments; set by hand on drawn façades."""
+
 LEAST_FILL = 0.6
 """Of its box, that a segment covers; curtains and reflections bite into windows."""
 
@@ -20,18 +25,17 @@ def segments(picture: Picture, edges: Edges, sign: int, parameters: WindowParame
     A window is a segment by itself at some brightness between its own and that of its wall, also where the wall is partly in the shade.
     """
     found = [
-        _boxes(_cut(edges.light, picture, level, sign), picture, parameters)
-        for level in _levels(edges.light, picture, parameters)
+        _boxes(_cut(edges.light, picture, level, sign), picture, parameters) for level in _levels(edges.light, picture)
     ]
     boxes = np.concatenate([np.empty((0, 4), np.int64), *found])
     return np.asarray(np.unique(boxes, axis=0))
 
 
-def _levels(light: Float32Array, picture: Picture, parameters: WindowParameters) -> list[float]:
+def _levels(light: Float32Array, picture: Picture) -> list[float]:
     if not picture.seen.any():
         return []
     low, high = np.quantile(light[picture.seen], [0.002, 0.998])
-    return [float(v) for v in np.linspace(low, high, parameters.levels + 2)[1:-1]]
+    return [float(v) for v in np.linspace(low, high, LEVELS + 2)[1:-1]]
 
 
 def _cut(
@@ -47,7 +51,7 @@ def _boxes(
     _, _, stats, _ = cv2.connectedComponentsWithStats(marks, connectivity=4, ltype=cv2.CV_32S)
     left, top, wide, high, area = (stats[1:, k].astype(np.int64) for k in range(5))
     shortest, longest = np.minimum(wide, high), np.maximum(wide, high)
-    least = max(picture.pixels(parameters.least_m), parameters.least_px)
+    least = max(picture.pixels(parameters.least_m), LEAST_PX)
     good = (shortest >= least - 1) & (longest <= picture.pixels(parameters.most_m) + 1)
     good &= (longest <= parameters.most_aspect * (shortest + 1)) & (area >= LEAST_FILL * wide * high)
     return np.stack([left, top, left + wide, top + high], axis=1)[good]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.windows.candidates import Candidates, judged, sized
+from cityflow.windows.candidates import ALIGN_M, Candidates, judged, sized
 from cityflow.windows.edges import Edges, box_sums, completeness, integral
 from cityflow.windows.picture import Picture
 from cityflow.windows.proposals import WHOLE
@@ -19,6 +19,7 @@ SHARES = np.concatenate([[0.0], np.linspace(0.06, 0.44, 25)])
 """Of the width of both wings and the window, where a wing may end; a frame ends before `WING`, a leaf of the window behind it."""
 WING = (0.165, 0.345)
 WING_PX = 2.0
+"""Narrower wings are not told apart; set by hand on drawn façades."""
 LEAST_STEP = 0.3
 """Mean step from wing to window over all boxes of a size, in thresholds of the façade's edges."""
 OUTER = 0.08
@@ -44,9 +45,7 @@ def between_shutters(
     One window alone seldom says whether it has wings: they may be as dark as its glass, and a curtain looks like one. But shutters are a pair, and the
     same at all windows of a size, so the steps at equal places in all these are looked at together.
     """
-    shut = np.unique(
-        np.concatenate([_around(found, picture, parameters), _between(found, picture, parameters)]), axis=0
-    )
+    shut = np.unique(np.concatenate([_around(found, picture, parameters), _between(found, picture)]), axis=0)
     shut = shut[_filled(shut, picture, looks)]
     if len(shut) == 0:
         return found.of(np.zeros(0, np.int64))
@@ -56,7 +55,7 @@ def between_shutters(
     wing = np.rint(share * wide).astype(np.int64)
     pane = np.stack([shut[:, 0] + wing, shut[:, 1], shut[:, 2] - wing, shut[:, 3]], axis=1)
     good &= (wing >= WING_PX) & sized(pane, picture, parameters)
-    good &= _mean(_holds_a_window(pane, found, picture, parameters), company) < 0.3
+    good &= _mean(_holds_a_window(pane, found, picture), company) < 0.3
     good &= _mean(_ends(pane, looks), company) >= ENDS
     return _with_wings(pane[good], shut[good], picture, looks)
 
@@ -95,10 +94,10 @@ def _mean(values: FloatArray | BoolArray, company: FloatArray) -> FloatArray:
     return np.asarray(company @ values / company.sum(axis=1)[:, *[None] * (values.ndim - 1)])
 
 
-def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture, parameters: WindowParameters) -> BoolArray:
+def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture) -> BoolArray:
     """(N,) whether a whole box as high as the pane stands in it, with wall on both sides: then the wings are windows themselves."""
     whole = found.boxes[found.sides.min(axis=1) >= WHOLE]
-    tolerance = max(picture.pixels(parameters.align_m), 1.5)
+    tolerance = max(picture.pixels(ALIGN_M), 1.5)
     level = (np.abs(pane[:, None, [1, 3]] - whole[None, :, [1, 3]]) <= tolerance).all(axis=2)
     least = max(picture.pixels(APART_M), 2.0)
     apart = (whole[None, :, 0] - pane[:, None, 0] >= least) & (pane[:, None, 2] - whole[None, :, 2] >= least)
@@ -209,9 +208,9 @@ def _around(found: Candidates, picture: Picture, parameters: WindowParameters) -
     ]
 
 
-def _between(found: Candidates, picture: Picture, parameters: WindowParameters) -> IntArray:
+def _between(found: Candidates, picture: Picture) -> IntArray:
     """From wing to wing of pairs of equal narrow boxes, with twice their width between them."""
-    tolerance = max(picture.pixels(parameters.align_m) / 2, 1.0)
+    tolerance = max(picture.pixels(ALIGN_M) / 2, 1.0)
     parts = [np.empty((0, 4), np.int64)]
     for look in np.unique(found.look):
         b = found.boxes[found.look == look]

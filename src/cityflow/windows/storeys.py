@@ -10,7 +10,9 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.windows.picture import Picture
 
 LEAST_STOREY_M, USUAL_STOREY_M, MOST_STOREY_M = 2.2, 2.9, 4.5
+"""Heights of storeys: lowest, usual and highest of houses and shops; set by hand."""
 DOOR_M = 1.8
+"""What stands on the ground and is at least so high is a door."""
 
 
 def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float) -> int:

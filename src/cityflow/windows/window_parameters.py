@@ -18,17 +18,8 @@ class WindowParameters(Parameters):
     least_m: float = Field(0.4, ge=0.2, le=2, description="shortest side of a window, m")
     most_m: float = Field(4.0, ge=1, le=10, description="longest side of a window, m")
     most_aspect: float = Field(4.0, ge=1, le=20, description="long by short side of a window")
-    margin_m: float = Field(
-        0.15, ge=0, le=2, description="wall that remains between a window and the edge of its wall, m"
-    )
-    least_px: float = Field(
-        3.0, ge=2, le=20, description="pixels across the shortest side; coarser textures show no window"
-    )
     coarsest_m: float = Field(0.2, gt=0, le=1, description="pixel of a texture above which nobody looks for windows, m")
     finest_m: float = Field(0.04, gt=0, le=0.5, description="finer textures are looked at on cells of this size, m")
-    least_seen: float = Field(0.9, gt=0, le=1, description="share of a window whose texture is true, not interpolated")
-    levels: int = Field(48, ge=8, le=128, description="brightnesses at which façades are cut into segments")
-    bars_m: float = Field(0.13, ge=0, le=0.5, description="bars up to this width do not part a window, m")
     least_contrast: float = Field(
         0.05,
         gt=0,
@@ -37,9 +28,5 @@ class WindowParameters(Parameters):
     )
     edge_sigmas: float = Field(
         2.5, gt=0, le=10, description="difference across an edge pixel by the scatter of the wall beside it"
-    )
-    align_m: float = Field(0.15, ge=0, le=1, description="windows of a row or column agree within this, m")
-    most_glass: float = Field(
-        0.6, gt=0, le=1, description="share of a wall above which what was found is a façade of glass, not windows"
     )
     least_confidence: float = Field(0.5, ge=0, le=1, description="windows that are less sure are left out")
