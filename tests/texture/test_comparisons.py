@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from cityflow.texture.comparisons import FaceSamples, UnitCells, comparisons, spanning_trees
-from cityflow.texture.linear_fit import RadiometryParameters
 
 EXPOSURES = {0: (1.0, 0.0), 1: (0.25, 2.0), 2: (1.25, -8.0), 3: (0.9, 6.0), 4: (1.1, 0.0)}
 
@@ -45,11 +44,11 @@ def test_grey_images_are_known() -> None:
 
 
 def test_too_few_cells_are_no_comparison() -> None:
-    assert comparisons(UnitCells.of([face(7, {0: slice(0, 105), 1: slice(100, 300)})]), RadiometryParameters()) == []
+    assert comparisons(UnitCells.of([face(7, {0: slice(0, 105), 1: slice(100, 300)})])) == []
 
 
 def test_a_comparison_says_what_a_colour_would_be_in_the_other_image() -> None:
-    (one,) = comparisons(UnitCells.of([face(8, {1: slice(0, 400), 2: slice(100, 500)})]), RadiometryParameters())
+    (one,) = comparisons(UnitCells.of([face(8, {1: slice(0, 400), 2: slice(100, 500)})]))
     assert (one.first, one.second, one.cells) == (1, 2, 300)
     assert one.model.gain == pytest.approx([0.25 / 1.25] * 3, rel=0.08)
 
@@ -57,7 +56,7 @@ def test_a_comparison_says_what_a_colour_would_be_in_the_other_image() -> None:
 def test_trees_take_the_shortest_edges() -> None:
     whole = slice(0, 500)
     faces = [face(9, dict.fromkeys(range(4), whole), outliers=0.0), face(10, {0: whole, 3: whole})]
-    edges = comparisons(UnitCells.of(faces), RadiometryParameters())
+    edges = comparisons(UnitCells.of(faces))
     trees = spanning_trees([0, 1, 2, 3, 8], edges)
     assert len(trees) == 2
     used = {tuple(sorted((a, b))) for a, near in trees[0].items() for b, _ in near}

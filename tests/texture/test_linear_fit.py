@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.texture.linear_fit import RadiometryParameters, fitted
+from cityflow.texture.linear_fit import MOST_GAIN, MOST_OFFSET, fitted
 
-PARAMETERS = RadiometryParameters()
 GREYS = np.array([60.0, 110.0, 160.0])
 
 
@@ -18,7 +17,7 @@ def error(gain: float, offset: float, contrast: float, outliers: float, seed: in
     y = gain * truth + offset + rng.normal(0, 3 * min(max(gain, 0.3), 1), 300)
     wrong = rng.random(300) < outliers
     y[wrong] = rng.uniform(0, 255, wrong.sum())
-    found = fitted(x, y, PARAMETERS)
+    found = fitted(x, y)
     at = GREYS / max(gain, 1)
     return float(np.abs(found[0] * at + found[1] - gain * at - offset).max())
 
@@ -43,10 +42,10 @@ def test_what_chance_explains_is_no_difference(cells: int) -> None:
     off, runs = [], []
     for _ in range(40):
         truth = rng.normal(110, 4, cells)
-        gain, offset, _ = fitted(truth + rng.normal(0, 3, cells), truth + rng.normal(0, 3, cells), PARAMETERS)
+        gain, offset, _ = fitted(truth + rng.normal(0, 3, cells), truth + rng.normal(0, 3, cells))
         off.append(np.abs(gain * GREYS + offset - GREYS).max())
         alike = np.repeat(rng.normal(0, 4, -(-cells // 10)), 10)[:cells]
-        gain, offset, _ = fitted(truth, truth + alike, PARAMETERS)
+        gain, offset, _ = fitted(truth, truth + alike)
         runs.append(np.abs(gain * GREYS + offset - GREYS).max())
     assert np.median(off) < 1.0
     assert np.median(runs) < 2.0
@@ -56,7 +55,7 @@ def test_both_directions_give_the_same_line() -> None:
     rng = np.random.default_rng(1)
     x = rng.uniform(20, 120, 400)
     y = 1.7 * x - 12 + rng.normal(0, 4, 400)
-    there, back = fitted(x, y, PARAMETERS), fitted(y, x, PARAMETERS)
+    there, back = fitted(x, y), fitted(y, x)
     assert 1 / back[0] == pytest.approx(there[0], rel=2e-3)
     assert -back[1] / back[0] == pytest.approx(there[1], abs=0.3)
     assert back[2] == pytest.approx(there[2], rel=0.02)
@@ -64,6 +63,6 @@ def test_both_directions_give_the_same_line() -> None:
 
 def test_black_and_constant_samples_stay_within_bounds() -> None:
     for x, y in ((np.zeros(50), np.zeros(50)), (np.zeros(50), np.full(50, 200.0)), (np.full(50, 255.0), np.zeros(50))):
-        gain, offset, _ = fitted(x, y, PARAMETERS)
-        assert 1 / PARAMETERS.most_gain <= gain <= PARAMETERS.most_gain
-        assert abs(offset) <= PARAMETERS.most_offset
+        gain, offset, _ = fitted(x, y)
+        assert 1 / MOST_GAIN <= gain <= MOST_GAIN
+        assert abs(offset) <= MOST_OFFSET

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.texture.linear_fit import RadiometryParameters, fitted
+from cityflow.texture.linear_fit import LEAST_CELLS, fitted
 from cityflow.texture.source import LinearModel
 
 PARTNERS = 6
@@ -102,17 +102,17 @@ class Comparison:
         return float((self.spread + 1.0) / np.sqrt(self.cells))
 
 
-def comparisons(cells: UnitCells, parameters: RadiometryParameters) -> list[Comparison]:
+def comparisons(cells: UnitCells) -> list[Comparison]:
     """Pairs of images with enough cells in common; of images with many partners those that share most."""
     seen = cells.seen
     common = _counts(seen)
-    first, second = np.nonzero(np.triu(common, 1) >= parameters.least_cells)
+    first, second = np.nonzero(np.triu(common, 1) >= LEAST_CELLS)
     found, sets, partners = [], _Sets(), np.zeros(len(cells.images), np.int64)
     for k in np.lexsort((second, first, -common[first, second])):
         a, b = int(first[k]), int(second[k])
         few = min(partners[a], partners[b]) < PARTNERS
         if sets.joined(a, b) or few:
-            found.append(_compared(cells, np.flatnonzero(seen[a] & seen[b]), (a, b), parameters))
+            found.append(_compared(cells, np.flatnonzero(seen[a] & seen[b]), (a, b)))
             partners[[a, b]] += 1
     return found
 
@@ -123,10 +123,10 @@ def _counts(seen: BoolArray) -> FloatArray:
     return np.asarray(values @ values.T, np.float64)
 
 
-def _compared(cells: UnitCells, both: IntArray, pair: tuple[int, int], parameters: RadiometryParameters) -> Comparison:
+def _compared(cells: UnitCells, both: IntArray, pair: tuple[int, int]) -> Comparison:
     chosen = both[:: max(1, -(-len(both) // CELLS_OF_PAIR))]
     y, x = (cells.colours[k, chosen].astype(np.float64) for k in pair)
-    bands = np.array([fitted(x[:, b], y[:, b], parameters) for b in range(x.shape[1])])
+    bands = np.array([fitted(x[:, b], y[:, b]) for b in range(x.shape[1])])
     model = LinearModel(bands[:, 0].copy(), bands[:, 1].copy())
     return Comparison(cells.images[pair[0]], cells.images[pair[1]], model, float(bands[:, 2].mean()), len(both))
 

@@ -3,39 +3,35 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.parameters import Parameters
 
 ROUNDS = 20
+"""Of re-weighting, at most."""
 SETTLED = 1e-4
+"""Share by which a gain changes no more when weights have settled."""
 GAINS = 201
 """Gains that are tried, at equal ratios; the best lies between two of them."""
 TUKEY = 4.685
 """Residuals beyond so many standard deviations have no weight."""
 
-
-class RadiometryParameters(Parameters):
-    """How the images of a unit are made alike."""
-
-    least_cells: int = Field(12, ge=3, description="cells that two images see in common, from which they are compared")
-    offset_sigma: float = Field(
-        8.0,
-        gt=0,
-        description="offsets expected between images, values of 0 to 255; where there is little contrast they decide",
-    )
-    gain_sigma: float = Field(1.0, gt=0, description="how far gains are expected to differ from 1")
-    noise: float = Field(3.0, gt=0, description="how well cells of two images agree at best, values of 0 to 255")
-    most_weight: float = Field(
-        60.0, ge=1, description="cells that a comparison counts as at most, since neighbours err alike"
-    )
-    most_gain: float = Field(8.0, gt=1, description="gains stay between 1 / this and this")
-    most_offset: float = Field(60.0, ge=0, description="greatest offset, values of 0 to 255")
-    sweeps: int = Field(3, ge=0, le=20, description="comparisons of every image with the middle of all, after the tree")
+LEAST_CELLS = 12
+"""Cells that two images see in common, from which they are compared; set by hand on textures of synthetic towns, as are the next six."""
+OFFSET_SIGMA = 8.0
+"""Offsets expected between images, values of 0 to 255; where there is little contrast they decide."""
+GAIN_SIGMA = 1.0
+"""How far gains are expected to differ from 1, natural logarithm."""
+NOISE = 3.0
+"""How well cells of two images agree at best, values of 0 to 255."""
+MOST_WEIGHT = 60.0
+"""Cells that a comparison counts as at most, since neighbours err alike."""
+MOST_GAIN = 8.0
+"""Gains stay between 1 / this and this."""
+MOST_OFFSET = 60.0
+"""Greatest offset, values of 0 to 255."""
 
 
-def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tuple[float, float, float]:
+def fitted(x: FloatArray, y: FloatArray) -> tuple[float, float, float]:
     """Gain, offset and spread of y = gain · x + offset, of one band, robustly and the same in both directions.
 
     Starts from the median ratio, a gain alone, and weighs by Tukey's function of what remains, which is measured between the two images' values, divided
@@ -47,23 +43,20 @@ def fitted(x: FloatArray, y: FloatArray, parameters: RadiometryParameters) -> tu
     gain ; offset ; standard deviation of what remains (1.4826 · MAD)
     """
     start = float(np.median(np.log(np.maximum(y, 1.0) / np.maximum(x, 1.0))))
-    most = np.log(parameters.most_gain)
-    gain, offset, spread = float(np.exp(np.clip(start, -most, most))), 0.0, parameters.noise
+    most = np.log(MOST_GAIN)
+    gain, offset, spread = float(np.exp(np.clip(start, -most, most))), 0.0, NOISE
     for _ in range(ROUNDS):
         rest = np.abs(y - gain * x - offset) / np.sqrt(gain)
-        spread = max(1.4826 * float(np.median(rest)), parameters.noise)
+        spread = max(1.4826 * float(np.median(rest)), NOISE)
         weight = np.clip(1.0 - (rest / (TUKEY * spread)) ** 2, 0.0, None) ** 2
-        before, (gain, offset) = gain, _line(x, y, weight, spread, parameters)
+        before, (gain, offset) = gain, _line(x, y, weight, spread)
         if abs(gain - before) < SETTLED * gain:
             break
-    return *_as_far_as_shown((x, y, weight), (gain, offset), spread, parameters), spread
+    return *_as_far_as_shown((x, y, weight), (gain, offset), spread), spread
 
 
 def _as_far_as_shown(
-    cells: tuple[FloatArray, FloatArray, FloatArray],
-    line: tuple[float, float],
-    spread: float,
-    parameters: RadiometryParameters,
+    cells: tuple[FloatArray, FloatArray, FloatArray], line: tuple[float, float], spread: float
 ) -> tuple[float, float]:
     """Gain and offset, drawn towards a gain alone, and that towards none, by what each step explains beyond chance.
 
@@ -80,7 +73,7 @@ def _as_far_as_shown(
     def misfit(gain: float, offset: float) -> float:
         return trust * float(weight @ (y - gain * x - offset) ** 2) / gain
 
-    most = np.log(parameters.most_gain)
+    most = np.log(MOST_GAIN)
     squares = [max(float(weight @ v**2), 1e-9) for v in (x, y)]
     alone = float(np.clip(0.5 * np.log(squares[1] / squares[0]), -most, most))
     none, one, both = misfit(1.0, 0.0), misfit(float(np.exp(alone)), 0.0), misfit(*line)
@@ -101,23 +94,21 @@ def _true_share(explained: float) -> float:
     return max(1.0 - 1.0 / max(explained, 1.0), 0.0)
 
 
-def _line(
-    x: FloatArray, y: FloatArray, weight: FloatArray, spread: float, parameters: RadiometryParameters
-) -> tuple[float, float]:
+def _line(x: FloatArray, y: FloatArray, weight: FloatArray, spread: float) -> tuple[float, float]:
     """Gain and offset with the least sum of squares (y - gain · x - offset)² / gain, expectations included; offsets follow from gains."""
     total = max(float(weight.sum()), 1e-9)
     x_0, y_0 = float(weight @ x) / total, float(weight @ y) / total
     dx, dy = x - x_0, y - y_0
     xx, xy, yy = (float(weight @ v) / total for v in (dx * dx, dx * dy, dy * dy))
-    trust = min(total, parameters.most_weight) / spread**2
-    sigma2 = parameters.offset_sigma**2
-    logs = np.linspace(-1.0, 1.0, GAINS) * np.log(parameters.most_gain)
+    trust = min(total, MOST_WEIGHT) / spread**2
+    sigma2 = OFFSET_SIGMA**2
+    logs = np.linspace(-1.0, 1.0, GAINS) * np.log(MOST_GAIN)
     gain = np.exp(logs)
     contrast = trust * (yy / gain - 2 * xy + gain * xx)
     middle = (y_0 - gain * x_0) ** 2 / gain / (sigma2 + 1.0 / trust)
-    best = _lowest(logs, contrast + middle + (logs / parameters.gain_sigma) ** 2)
+    best = _lowest(logs, contrast + middle + (logs / GAIN_SIGMA) ** 2)
     offset = (y_0 - best * x_0) * sigma2 / (sigma2 + 1.0 / trust)
-    return best, float(np.clip(offset, -parameters.most_offset, parameters.most_offset))
+    return best, float(np.clip(offset, -MOST_OFFSET, MOST_OFFSET))
 
 
 def _lowest(logs: FloatArray, costs: FloatArray) -> float:

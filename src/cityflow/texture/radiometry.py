@@ -15,12 +15,14 @@ from contextlib import suppress
 
 import cv2
 import numpy as np
+from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.parameters import Parameters
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.comparisons import Comparison, FaceSamples, Tree, UnitCells, comparisons, spanning_trees
-from cityflow.texture.linear_fit import RadiometryParameters, fitted
+from cityflow.texture.linear_fit import LEAST_CELLS, MOST_GAIN, fitted
 from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 
 __all__ = ["FaceSamples", "RadiometryParameters", "balance", "face_samples"]
@@ -69,6 +71,12 @@ def _inside(mask: BoolArray) -> BoolArray:
     return cv2.erode(mask.astype(np.uint8), square, borderType=cv2.BORDER_CONSTANT, borderValue=0).astype(bool)
 
 
+class RadiometryParameters(Parameters):
+    """How the images of a unit are made alike."""
+
+    sweeps: int = Field(3, ge=0, le=20, description="comparisons of every image with the middle of all, after the tree")
+
+
 def balance(
     faces: Sequence[FaceSamples], parameters: RadiometryParameters | None = None, followers: Container[int] = ()
 ) -> dict[int, LinearModel]:
@@ -87,14 +95,14 @@ def balance(
     grey = {image for image, is_grey in zip(cells.images, cells.grey, strict=True) if is_grey}
     pixels = dict(zip(cells.images, cells.pixels.tolist(), strict=True))
     models: dict[int, LinearModel] = {}
-    compared = comparisons(cells, asked)
+    compared = comparisons(cells)
     free = [image for image in cells.images if image not in followers] or list(cells.images)
     for tree in spanning_trees(free, [c for c in compared if c.first in free and c.second in free]):
         # colours made like grey would be none
         leading = {image: pixels[image] for image in tree if image not in grey} or {i: pixels[i] for i in tree}
         root = max(leading, key=lambda image: (leading[image], -image))
         found = _settled(cells, _handed_on(root, tree), set(leading), root, asked)
-        models.update(_like_the_middle(found, leading, asked))
+        models.update(_like_the_middle(found, leading))
     return {**models, **_following(models, compared)}
 
 
@@ -141,7 +149,7 @@ def _settled(
     known &= (~np.isnan(colours[leads][..., 0])).any(axis=0)
     for _ in range(parameters.sweeps if len(rows) > 2 and known.any() else 0):
         middle = _middle([found[name].applied(c[known]) for name, c in zip(leading_names, colours[leads], strict=True)])
-        found = {n: _refitted(c[known], middle, found[n], parameters) for n, c in zip(names, colours, strict=True)}
+        found = {n: _refitted(c[known], middle, found[n]) for n, c in zip(names, colours, strict=True)}
         back = found[root].inverse
         found = {name: SAME if name == root else back.after(model) for name, model in found.items()}
     return found
@@ -152,22 +160,18 @@ def _middle(colours: Sequence[Float32Array]) -> Float32Array:
     return np.asarray(np.nanmedian(np.stack(colours), axis=0), np.float32)
 
 
-def _refitted(
-    colours: Float32Array, middle: Float32Array, before: LinearModel, parameters: RadiometryParameters
-) -> LinearModel:
+def _refitted(colours: Float32Array, middle: Float32Array, before: LinearModel) -> LinearModel:
     """The model that makes an image like the middle; the one before where too few cells tell."""
     seen = np.flatnonzero(~np.isnan(colours[:, 0]))
-    if len(seen) < parameters.least_cells:
+    if len(seen) < LEAST_CELLS:
         return before
     seen = seen[:: max(1, len(seen) // CELLS_OF_IMAGE)]
     x, y = colours[seen].astype(np.float64), middle[seen].astype(np.float64)
-    bands = np.array([fitted(x[:, b], y[:, b], parameters) for b in range(3)])
-    return _bounded(LinearModel(bands[:, 0].copy(), bands[:, 1].copy()), parameters)
+    bands = np.array([fitted(x[:, b], y[:, b]) for b in range(3)])
+    return _bounded(LinearModel(bands[:, 0].copy(), bands[:, 1].copy()))
 
 
-def _like_the_middle(
-    models: Models, leading: Mapping[int, float], parameters: RadiometryParameters
-) -> dict[int, LinearModel]:
+def _like_the_middle(models: Models, leading: Mapping[int, float]) -> dict[int, LinearModel]:
     """The models, brighter or darker and with more or less contrast, so that the middle one of the leading images (image → pixels) stays as it is.
 
     A unit then looks as the survey's balance has most of its images, and like its neighbours, which have other roots; and an odd root gives way. Brightness
@@ -178,7 +182,7 @@ def _like_the_middle(
     dark, bright = (_weighted_median(gain * value + offset, weight) for value in (DARK, BRIGHT))
     steeper = (BRIGHT - DARK) / np.maximum(bright - dark, 1.0)
     level = LinearModel(steeper, DARK - steeper * dark)
-    return {image: _bounded(level.after(model), parameters) for image, model in models.items()}
+    return {image: _bounded(level.after(model)) for image, model in models.items()}
 
 
 def _weighted_median(values: FloatArray, weight: FloatArray) -> FloatArray:
@@ -189,6 +193,5 @@ def _weighted_median(values: FloatArray, weight: FloatArray) -> FloatArray:
     return np.asarray(np.take_along_axis(np.take_along_axis(values, order, axis=0), at[None], axis=0)[0])
 
 
-def _bounded(model: LinearModel, parameters: RadiometryParameters) -> LinearModel:
-    most = parameters.most_gain
-    return LinearModel(np.clip(model.gain, 1 / most, most), np.clip(model.offset, -WHITE, WHITE))
+def _bounded(model: LinearModel) -> LinearModel:
+    return LinearModel(np.clip(model.gain, 1 / MOST_GAIN, MOST_GAIN), np.clip(model.offset, -WHITE, WHITE))

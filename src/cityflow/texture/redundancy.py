@@ -18,15 +18,15 @@ from cityflow.core.texture import SeenFace
 
 CELLS_AT_ONCE = 1 << 16
 
+LEAST_NEW = 0.002
+"""What is new in an image is at least this share of all that is seen of the face; set by hand on textures of synthetic towns."""
+
 
 class RedundancyParameters(Parameters):
     """Which images of a face go because others show the same."""
 
     least_gain: float = Field(
         0.05, ge=0, le=1, description="an image stays if at least this share of what it sees of a face is new"
-    )
-    least_new: float = Field(
-        0.002, ge=0, le=1, description="and if that is at least this share of all that is seen of the face"
     )
     least_covered: float = Field(
         0.995, ge=0, le=1, description="images that went come back until this share of what all see together is seen"
@@ -130,7 +130,7 @@ def _adding(graph: OverlapGraph, root: int, others: Sequence[int], asked: Redund
     An edge to one of them that carries nearly all pixels of an image already says that it goes; else what they see together tells.
     """
     visible, common = graph.visible, graph.common
-    least = max(asked.least_new * int(graph.seen_by([root, *others]).sum()), 1.0)
+    least = max(LEAST_NEW * int(graph.seen_by([root, *others]).sum()), 1.0)
     covered, found = graph.masks[root].copy(), list[int]()
     for i in others:
         if int(visible[i] - common[i, [root, *found]].max()) < asked.least_gain * int(visible[i]):

@@ -37,6 +37,9 @@ from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 
+COARSE_CELLS = 1500
+"""Cells of a face, at most, on which all images are tried before a few are kept; set by hand, to save time."""
+
 NO_IMAGE = "no image has it in its frame"
 HIDDEN = "no image sees it: something stands between"
 USUAL: Mapping[Semantic, Colour] = {
@@ -165,7 +168,7 @@ def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, paramet
     images = [s.image for s in sources]
     views = views_of(face, images)
     finest = min((v.gsd_m for v in views), default=1.0)
-    grid = coarse_grid(face, finest, parameters.visibility.coarse_cells)
+    grid = coarse_grid(face, finest, COARSE_CELLS)
     facing = [v for v in views if v.incidence_deg <= parameters.rank.steepest_deg]
     seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
     chosen = _kept(face, seen, parameters)

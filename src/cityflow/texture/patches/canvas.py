@@ -18,6 +18,9 @@ from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.patches.pixel_set import depth_inside
 
+MOST_DISTORTION_PX = 0.5
+"""What the lens may bend a face before it is rectified: half a pixel is not seen; set by hand."""
+
 FAR_PX = 1e6
 LEAST_DEPTH = 1e-3
 """Metres in front of a camera below which a vertex counts as behind it."""
@@ -91,7 +94,7 @@ def root_canvas(face: FacePlane, root: OrientedImage, gsd_m: float, parameters: 
     if min(float(depth.min()) for _, depth in projected) < LEAST_DEPTH or not _in_reach(projected, root, parameters):
         return None
     uv = [p for p, _ in projected]
-    if not root.camera.is_pinhole and bending_px(face, root) > parameters.most_distortion_px:
+    if not root.camera.is_pinhole and bending_px(face, root) > MOST_DISTORTION_PX:
         return None
     pad = parameters.padding_px + 1
     first = np.floor(np.min([p.min(axis=0) for p in uv], axis=0)).astype(np.int64) - pad

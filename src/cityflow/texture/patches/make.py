@@ -21,6 +21,9 @@ from cityflow.texture.patches.fill import interpolated, nearest
 from cityflow.texture.patches.parameters import PatchParameters
 from cityflow.texture.source import UnitSources
 
+SUPERSAMPLING = 4
+"""Samples per pixel and axis at most where a patch is scaled down; set by hand, to save time."""
+
 ALONG_PX = 8.0
 """Over so much of a slim face its colours are averaged (standard deviation)."""
 
@@ -71,7 +74,7 @@ def make_patches(
     notes = (*_scaled(cell, front), *(f"an image could not be read: {what}" for what in lost))
     if canvas is None:
         return FacePatches(raw, raw, ("not in the geometry of its root image", *notes))
-    finer = int(np.clip(np.rint(front.gsd_m / cell), 1, asked.supersampling))
+    finer = int(np.clip(np.rint(front.gsd_m / cell), 1, SUPERSAMPLING))
     return FacePatches(raw, _Warp(root, canvas, front, finer).patch(raw, asked), notes)
 
 

@@ -30,9 +30,6 @@ class PatchParameters(Parameters):
     slim_px: float = Field(
         3.0, ge=0, le=10, description="faces narrower than this in their root image get colours averaged along them, as each pixel shows what is beside, too"
     )  # fmt: skip
-    most_distortion_px: float = Field(
-        0.5, gt=0, le=10, description="what the lens may bend a face before it is rectified, pixels"
-    )
     most_outside: float = Field(
         0.5, ge=0, le=1, description="share of a face outside its root image from which it is rectified"
     )
@@ -44,9 +41,6 @@ class PatchParameters(Parameters):
         description="and its greatest area, million pixels; at work each of them takes some 65 bytes",
     )
     finest_m: float = Field(0.005, gt=0, le=1, description="finest cell of a rectified patch, metres")
-    supersampling: int = Field(
-        4, ge=1, le=8, description="samples per pixel and axis at most where a patch is scaled down"
-    )
 
     @property
     def most_px(self) -> int:

@@ -14,11 +14,13 @@ HOPED_FOR = 0.92
 """Share of a page that patches take at best; a page that is smaller than that allows is not tried."""
 
 EXPECTED = 0.86
+"""Share of a page that patches usually take; set by hand."""
 
 SPREAD = 0.25
 """Standard deviation, as a natural logarithm, by which weights are shaken."""
 
 SEED = 20170
+"""Any number: the same one, so that the same patches are placed alike."""
 
 
 class Trial(NamedTuple):

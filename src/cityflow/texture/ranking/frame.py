@@ -15,6 +15,7 @@ from cityflow.core.camera import Camera, OrientedImage
 NEAR_M = 0.05
 """What is nearer to the camera, or behind it, is not in the image."""
 RIM_POINTS = 17
+"""Points along each side of the frame, so that a lens bends it."""
 BEYOND = 0.05
 """The pyramid is wider than the frame by this share, so that the frame and not the pyramid cuts."""
 

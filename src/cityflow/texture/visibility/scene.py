@@ -17,6 +17,9 @@ from cityflow.texture.visibility.obstacle_heights import obstacle_heights
 from cityflow.texture.visibility.triangle_tree import TriangleTree, meets_triangle, triangle_tree
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
 
+BIAS_M = 0.02
+"""Rays start this far in front of the face; set by hand."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
@@ -73,7 +76,7 @@ class Scene:
         camera = np.asarray(centre, np.float64) - self.origin
         p = self.parameters
         return np.asarray(
-            _visible(points, np.asarray(normal, np.float64), camera, self.columns, self.tree, (p.bias_m, p.dip_m))
+            _visible(points, np.asarray(normal, np.float64), camera, self.columns, self.tree, (BIAS_M, p.dip_m))
         )
 
 

@@ -23,10 +23,6 @@ class VisibilityParameters(Parameters):
     margin_m: float = Field(
         0.15, ge=0, le=2, description="what hides is widened by this, at least by a cell of the surface; metres, 0 widens nothing"
     )  # fmt: skip
-    bias_m: float = Field(0.02, ge=1e-4, le=0.5, description="rays start this far in front of the face, metres")
     dip_m: float = Field(
         0.05, ge=0, le=1, description="rays may run this deep below the surface; its noise hides nothing then; metres"
-    )  # fmt: skip
-    coarse_cells: int = Field(
-        1500, ge=16, le=100000, description="cells of a face, at most, on which all images are tried before a few are kept"
     )  # fmt: skip
