@@ -5,6 +5,7 @@ import pytest
 
 from cityflow.windows.edges import BRIGHT, DARK, without_bars
 from cityflow.windows.picture import Picture
+from cityflow.windows.window_parameters import WindowParameters
 
 
 def picture(light: np.ndarray, cell: float) -> Picture:
@@ -18,7 +19,7 @@ def test_taking_out_bars_moves_nothing(cell: float, sign: int) -> None:
     """Squares of even size have no middle cell; what is wider than a bar stays where it is, all the same."""
     light = np.full((60, 70), 0.5, np.float32)
     light[20:40, 30:50] += sign * 0.3
-    out = without_bars(picture(light, cell), light, sign)
+    out = without_bars(picture(light, cell), light, sign, WindowParameters())
     inner = np.zeros(light.shape, bool)
     inner[21:39, 31:49] = True
     outer = np.ones(light.shape, bool)
@@ -32,5 +33,5 @@ def test_a_bar_is_taken_out(sign: int) -> None:
     light = np.full((60, 70), 0.5, np.float32)
     light[10:50, 20:50] += sign * 0.3
     light[10:50, 34:36] = 0.5
-    out = without_bars(picture(light, 0.05), light, sign)
+    out = without_bars(picture(light, 0.05), light, sign, WindowParameters())
     assert np.allclose(out[12:48, 22:48], 0.5 + sign * 0.3)

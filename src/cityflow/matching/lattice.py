@@ -20,6 +20,11 @@ Block = tuple[int, int]
 Range = tuple[int, int]
 """Half-open range of disparities, pixels of the level."""
 
+MARGIN_PX = 4.0
+"""What a range of disparities goes beyond the coarser level's, in its pixels; set by hand on images of the synthetic town."""
+TRIM = 0.002
+"""Share of the coarser level's disparities left out at either end of a range, as outliers; set by hand on images of the synthetic town."""
+
 
 class LatticeParameters(Parameters):
     """Levels, blocks and ranges of disparities."""
@@ -28,12 +33,6 @@ class LatticeParameters(Parameters):
     halo_px: int = Field(32, ge=8, le=512, description="pixels around a block that take part in its matching")
     coarsest_px: int = Field(
         128, ge=32, le=1024, description="the coarsest level is the last whose shorter side has as many pixels"
-    )
-    margin_px: float = Field(
-        4.0, ge=1, le=64, description="what a range of disparities goes beyond the coarser level's, in its pixels"
-    )
-    trim: float = Field(
-        0.002, ge=0, le=0.1, description="share of the coarser level's disparities left out at either end of a range"
     )
     most_disparities: int = Field(256, ge=64, le=4096, description="bound of a block's range: bounds memory")
     sgm: SgmParameters = SgmParameters()
@@ -144,10 +143,8 @@ class PairLattice:
         guide = self._guide(level, block)
         if guide.size < 20:
             return widest
-        least, most = (
-            2 * float(d) for d in np.percentile(guide, [100 * self.parameters.trim, 100 - 100 * self.parameters.trim])
-        )
-        margin = 2 * self.parameters.margin_px
+        least, most = (2 * float(d) for d in np.percentile(guide, [100 * TRIM, 100 - 100 * TRIM]))
+        margin = 2 * MARGIN_PX
         low, high = max(least - margin, widest[0]), min(most + margin, widest[1])
         return self._rounded(low, high) if low < high else widest
 

@@ -27,7 +27,14 @@ from cityflow.matching.smoothing import SmoothingParameters, mixed_pixels, smoot
 STRIP_PARTS = 8
 """Pixels are merged in squares of so many parts: bounds memory."""
 PARALLAX_LEVEL = 2
+"""Vertical parallax is measured at a quarter of the size, over the whole image; set by hand, to save time."""
 UNMEASURED_SHARE = 0.3
+"""Share of matched pixels from which a pair is taken whose parallax cannot be measured; set by hand."""
+
+PLANE_LEAN = 1.0
+"""Reference plane: 0 level, 1 parallel to the base image, which is kinder to façades (docs/matching.md)."""
+LEAST_MATCHED = 0.05
+"""A pair with a smaller share of matched pixels at the coarse level is refused; set by hand."""
 
 
 class MatchParameters(Parameters):
@@ -37,16 +44,11 @@ class MatchParameters(Parameters):
     merge: MergeParameters = MergeParameters()
     edges: EdgeParameters = EdgeParameters()
     smoothing: SmoothingParameters = SmoothingParameters()
-    plane_lean: float = Field(1.0, ge=0, le=1, description="reference plane: 0 level, 1 parallel to the base image")
     most_parallax_px: float = Field(
         4.0,
         gt=0,
         le=50,
         description="a pair whose rows are further apart (90 %), or that keeps a quarter of it after correction, is refused",
-    )
-    correct_parallax: bool = Field(True, description="correct constant and linear vertical parallax of a pair")
-    least_matched: float = Field(
-        0.05, ge=0, le=1, description="a pair with a smaller share of matched pixels at the coarse level is refused"
     )
     memory_mb: int = Field(400, ge=50, le=100_000, description="bound of decoded image tiles kept, megabytes")
 
@@ -140,13 +142,13 @@ def _prepared(
     """A pair's lattice with its vertical parallax corrected, or None; and what was found."""
     low, high = heights
     try:
-        pair = rectify(base, partner, low + 0.2 * (high - low), parameters.plane_lean)
+        pair = rectify(base, partner, low + 0.2 * (high - low), PLANE_LEAN)
     except UnusablePair as error:
         return None, PairReport(partner.name, False, error.problem)
     draft = PairLattice(pair, images, heights, parameters.lattice, clock)
     level = min(PARALLAX_LEVEL, draft.coarsest)
     share = _matched_share(draft, level)
-    if share < parameters.least_matched:
+    if share < LEAST_MATCHED:
         return None, PairReport(partner.name, False, f"only {share:.1%} of the pixels could be matched", matched=share)
     parallax = vertical_parallax(draft, level)
     if parallax is None:
@@ -158,8 +160,6 @@ def _prepared(
     if _too_far(parallax, parameters):
         reason = f"vertical parallax {parallax.ninety_px:.2f} px (90 %), {parallax.rest_px:.2f} px after correction"
         return None, replace(report, used=False, reason=reason)
-    if not parameters.correct_parallax:
-        return draft, report
     # coarse levels stay as they were matched: the correction is a fraction of their pixels
     blocks = {key: found for key, found in draft.blocks.items() if key[0] >= level}
     ranges = {key: found for key, found in draft.ranges.items() if key[0] >= level}
@@ -167,8 +167,8 @@ def _prepared(
 
 
 def _too_far(parallax: VerticalParallax, parameters: MatchParameters) -> bool:
-    rest = parallax.rest_px if parameters.correct_parallax else parallax.median_px
-    return parallax.ninety_px > parameters.most_parallax_px or rest > 0.25 * parameters.most_parallax_px
+    most = parameters.most_parallax_px
+    return parallax.ninety_px > most or parallax.rest_px > 0.25 * most
 
 
 def _matched_share(lattice: PairLattice, level: int) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.ground_cells import GroundCells
-from cityflow.matching.lattice import PairLattice
+from cityflow.matching.lattice import MARGIN_PX, PairLattice
 
 PART_PX = 64
 """Edge of the squares of the base image that are looked at or left out."""
@@ -113,7 +113,7 @@ def _search_range(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray
     known = [r for r in ranges if r is not None]
     if not known:
         return np.nan, np.nan
-    step, margin = 1 << level, lattice.parameters.margin_px
+    step, margin = 1 << level, MARGIN_PX
     return (min(r[0] for r in known) - margin) * step, (max(r[1] for r in known) + margin) * step
 
 

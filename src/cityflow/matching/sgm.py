@@ -25,6 +25,13 @@ SUB_STEPS = 16
 """OpenCV gives disparities in sixteenths of a pixel."""
 NOTHING = np.int16(-32768)
 
+COARSE_PENALTIES = 0.8
+"""Penalties of a level by those of the next finer one. Lower on coarse levels: Nex 2013 §2.1; how much is set by hand."""
+UNIQUENESS = 0
+"""Margin of the best cost over the second best, per cent: none, as the way back tells doubtful disparities."""
+CLIP = 63
+"""Bound of the horizontal gradients that are compared, grey values: that of OpenCV's sample of stereo matching."""
+
 
 class SgmParameters(Parameters):
     """What StereoSGBM is called with."""
@@ -38,11 +45,6 @@ class SgmParameters(Parameters):
         8.0, gt=0, le=100, description="penalty of a disparity step of one pixel, times window area"
     )
     large_step: float = Field(32.0, gt=0, le=400, description="penalty of a larger step, times window area")
-    coarse_penalties: float = Field(
-        0.8, gt=0, le=1, description="penalties of a level by those of the next finer one (Nex 2013, 2.1)"
-    )
-    uniqueness: int = Field(0, ge=0, le=50, description="margin of the best cost over the second best, per cent")
-    clip: int = Field(63, ge=1, le=127, description="bound of the horizontal gradients that are compared, grey values")
     left_right_px: float = Field(
         1.0, gt=0, le=4, description="largest difference of the disparities found from either side"
     )
@@ -88,11 +90,11 @@ def matched_block(
 
 def _matcher(count: int, level: int, p: SgmParameters) -> cv2.StereoSGBM:
     area = p.window_px**2
-    softness = p.coarse_penalties**level
+    softness = COARSE_PENALTIES**level
     return cv2.StereoSGBM.create(
         minDisparity=0, numDisparities=count, blockSize=p.window_px, P1=max(int(p.small_step * area * softness), 1),
-        P2=max(int(p.large_step * area * softness), 2), disp12MaxDiff=-1, preFilterCap=p.clip,
-        uniquenessRatio=p.uniqueness, speckleWindowSize=0, speckleRange=0, mode=MODES[p.mode],
+        P2=max(int(p.large_step * area * softness), 2), disp12MaxDiff=-1, preFilterCap=CLIP,
+        uniquenessRatio=UNIQUENESS, speckleWindowSize=0, speckleRange=0, mode=MODES[p.mode],
     )  # fmt: skip
 
 

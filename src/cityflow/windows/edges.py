@@ -12,9 +12,6 @@ from cityflow.core.arrays import Float32Array, FloatArray, IntArray
 from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
-BARS_M = 0.13
-"""Bars up to this width do not part a window; set by hand on drawn façades."""
-
 DARK, BRIGHT = -1, 1
 """Of a window beside its wall."""
 
@@ -47,7 +44,7 @@ class Edges:
 
 def edges_of(picture: Picture, values: Float32Array, sign: int, parameters: WindowParameters) -> Edges:
     """Edges that windows of one sign (`DARK`, `BRIGHT`) can have in the picture's brightness or hue (`values`)."""
-    light = without_bars(picture, values, sign)
+    light = without_bars(picture, values, sign, parameters)
     width = 2 if picture.cell < 0.1 else 1
     across, along = _steps(light, width), _steps(np.ascontiguousarray(light.T), width).T
     seen = picture.seen
@@ -77,10 +74,10 @@ def edges_of(picture: Picture, values: Float32Array, sign: int, parameters: Wind
     )
 
 
-def without_bars(picture: Picture, values: Float32Array, sign: int) -> Float32Array:
+def without_bars(picture: Picture, values: Float32Array, sign: int, parameters: WindowParameters) -> Float32Array:
     """Brightness without thin bright things within dark windows, or thin dark ones within bright windows."""
     light: Float32Array = np.asarray(cv2.medianBlur(values, 3), np.float32)
-    size = round(picture.pixels(BARS_M))
+    size = round(picture.pixels(parameters.bars_m))
     if size < 1:
         return light
     return np.asarray(_opened(light, size + 1) if sign == DARK else -_opened(-light, size + 1))
