@@ -76,8 +76,8 @@ def test_wall_remains_around_a_window() -> None:
     """0.15 m are two cells; below a door there need be none."""
     picture = wall()
     boxes = np.array([(2, 2, 20, 30), (1, 20, 20, 40), (140, 60, 158, 98), (140, 60, 158, 100)])
-    assert within_wall(boxes, picture, P, np.zeros(4, bool)).tolist() == [True, False, True, False]
-    assert within_wall(boxes, picture, P, np.ones(4, bool)).tolist() == [True, False, True, True]
+    assert within_wall(boxes, picture, np.zeros(4, bool)).tolist() == [True, False, True, False]
+    assert within_wall(boxes, picture, np.ones(4, bool)).tolist() == [True, False, True, True]
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ class WindowParameters(Parameters):
     most_aspect: float = Field(4.0, ge=1, le=20, description="long by short side of a window")
     coarsest_m: float = Field(0.2, gt=0, le=1, description="pixel of a texture above which nobody looks for windows, m")
     finest_m: float = Field(0.04, gt=0, le=0.5, description="finer textures are looked at on cells of this size, m")
+    bars_m: float = Field(0.13, ge=0, le=0.5, description="bars up to this width do not part a window, m")
     least_contrast: float = Field(
         0.05,
         gt=0,
