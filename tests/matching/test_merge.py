@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
+from cityflow.matching.merge import LONE_FACTOR, MergeParameters, depths_of_pair, merged
 from cityflow.matching.rectification import rectify
 from plain_scene import BASE_M, CAMERA, DISPARITY_PX, FLIGHT_M, FOCAL_PX, PLAIN_M, views
 
 P = MergeParameters()
-LONE, ASKED = P.lone_factor, MergeParameters(views_at_least=2)
+LONE, ASKED = LONE_FACTOR, MergeParameters(views_at_least=2)
 
 
 def of_pixel(depths: list[float], sigmas: list[float], parameters: MergeParameters = P) -> tuple[float, float, int]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.matching.subpixel import SubpixelParameters, refined
+from cityflow.matching.subpixel import MOST_SHIFT_PX, SubpixelParameters, refined
 from plain_scene import grey
 
 ROWS, COLS = 60, 120
@@ -81,7 +81,7 @@ def test_without_texture_disparities_stay() -> None:
 
 def test_corrections_are_bounded() -> None:
     start = np.full((ROWS, COLS), 2.0, np.float32)
-    assert np.abs(error_px(4.4, start) + 2.4).max() <= P.most_shift_px + 1e-6
+    assert np.abs(error_px(4.4, start) + 2.4).max() <= MOST_SHIFT_PX + 1e-6
 
 
 def test_what_is_unknown_stays_unknown_and_no_steps_change_nothing() -> None:

@@ -17,7 +17,7 @@ from cityflow.core.pixels import Pixels
 from cityflow.matching.edges import EdgeParameters, at_image_edges
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
-from cityflow.matching.merge import MergeParameters, depths_of_pair, merged
+from cityflow.matching.merge import DISPARITY_SIGMA_PX, MOST_SIGMA_GSD, MergeParameters, depths_of_pair, merged
 from cityflow.matching.needed import PART_PX, Window, compute_blocks, parts_of_pair, parts_shape, window_of
 from cityflow.matching.parallax import VerticalParallax, vertical_parallax
 from cityflow.matching.rectification import UnusablePair, rectify
@@ -234,7 +234,7 @@ def _merged_square(
     around = _widened(square, base.camera, parameters)
     rows, cols = np.arange(around[0], around[1]) + 0.5, np.arange(around[2], around[3]) + 0.5
     normal = base.camera.undistort(np.stack(np.meshgrid(cols, rows), axis=-1))
-    depths, sigmas = zip(*(_of_pair(lattice, normal, parameters) for lattice in lattices), strict=True)
+    depths, sigmas = zip(*(_of_pair(lattice, normal) for lattice in lattices), strict=True)
     depth, sigma, views = merged(depths, sigmas, parameters.merge)
     gsd = _middle_gsd(base, lattices[0].heights)
     grey = lattices[0].images[0].window((around[0], around[1]), (around[2], around[3]), 0)
@@ -259,16 +259,13 @@ def _widened(square: Window, camera: Camera, parameters: MatchParameters) -> Win
     )  # fmt: skip
 
 
-def _of_pair(
-    lattice: PairLattice, normal: FloatArray, parameters: MatchParameters
-) -> tuple[Float32Array, Float32Array]:
+def _of_pair(lattice: PairLattice, normal: FloatArray) -> tuple[Float32Array, Float32Array]:
     x, y = lattice.pair.rectified(normal)
     row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
     ends = (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3)
     region = lattice.region(0, *ends, known_only=True)
-    p = parameters.merge
-    most = p.most_sigma_gsd * _middle_gsd(lattice.pair.base, lattice.heights)
-    return depths_of_pair(lattice.pair, normal, region, (row, col), p.disparity_sigma_px, most)
+    most = MOST_SIGMA_GSD * _middle_gsd(lattice.pair.base, lattice.heights)
+    return depths_of_pair(lattice.pair, normal, region, (row, col), DISPARITY_SIGMA_PX, most)
 
 
 def _middle_gsd(base: OrientedImage, heights: tuple[float, float]) -> float:

@@ -13,24 +13,20 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 from cityflow.matching.rectification import LEAST_FAN, Rectification
 
+DISPARITY_SIGMA_PX = 0.35
+"""Standard deviation of a disparity; depths of the rendered town scatter by 0.38 ground pixels (docs/matching.md)."""
+AGREEMENT_SIGMAS = 3.0
+"""Depths agree within so many of their common standard deviations: the usual bound of gross errors."""
+MOST_SIGMA_GSD = 8.0
+"""Depths of a pair that are expected to be less precise are left out, ground pixels; set by hand on images of the synthetic town."""
+LONE_FACTOR = 2.0
+"""A depth of one partner only is expected to be so many times less precise; set by hand on images of the synthetic town."""
+
 
 class MergeParameters(Parameters):
     """How depths of several partners become one."""
 
-    disparity_sigma_px: float = Field(0.35, gt=0, le=5, description="standard deviation of a disparity, pixels")
-    agreement_sigmas: float = Field(
-        3.0, gt=0, le=10, description="depths agree within so many of their common standard deviations"
-    )
     views_at_least: int = Field(1, ge=1, le=8, description="partners that must agree where as many see the pixel")
-    most_sigma_gsd: float = Field(
-        8.0,
-        gt=0,
-        le=1000,
-        description="depths of a pair that are expected to be less precise are left out, ground pixels",
-    )
-    lone_factor: float = Field(
-        2.0, ge=1, le=10, description="a depth of one partner only is expected to be so many times less precise"
-    )
 
 
 class _Geometry(NamedTuple):
@@ -136,7 +132,7 @@ def merged(
     Of sets of the same size the one with the smaller sigma is taken.
     """
     p = parameters
-    return _merged(np.stack(depths), np.stack(sigmas), p.agreement_sigmas, p.views_at_least, p.lone_factor)
+    return _merged(np.stack(depths), np.stack(sigmas), AGREEMENT_SIGMAS, p.views_at_least, LONE_FACTOR)
 
 
 @njit(cache=True, nogil=True)

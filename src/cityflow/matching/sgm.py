@@ -32,6 +32,15 @@ UNIQUENESS = 0
 CLIP = 63
 """Bound of the horizontal gradients that are compared, grey values: that of OpenCV's sample of stereo matching."""
 
+WINDOW_PX = 3
+"""Edge of the window that costs are summed over: what OpenCV's sample of stereo matching takes."""
+SMALL_STEP = 8.0
+"""Penalty of a disparity step of one pixel, times window area: what OpenCV's documentation of StereoSGBM advises."""
+LARGE_STEP = 32.0
+"""Penalty of a larger step, times window area: from there as well."""
+LEFT_RIGHT_PX = 1.0
+"""Largest difference of the disparities found from either side: that of OpenCV's sample."""
+
 
 class SgmParameters(Parameters):
     """What StereoSGBM is called with."""
@@ -39,14 +48,6 @@ class SgmParameters(Parameters):
     mode: Mode = Field(
         "hh4",
         description="paths that costs are summed over: 3way three (fastest), hh4 four, sgbm five in one pass, hh eight",
-    )
-    window_px: int = Field(3, ge=1, le=11, description="edge of the window that costs are summed over, odd, pixels")
-    small_step: float = Field(
-        8.0, gt=0, le=100, description="penalty of a disparity step of one pixel, times window area"
-    )
-    large_step: float = Field(32.0, gt=0, le=400, description="penalty of a larger step, times window area")
-    left_right_px: float = Field(
-        1.0, gt=0, le=4, description="largest difference of the disparities found from either side"
     )
     speckle_px: int = Field(
         60, ge=0, le=2000, description="patches of fewer pixels that stand apart from their surroundings go"
@@ -82,18 +83,18 @@ def matched_block(
     ahead = matcher.compute(ahead_left, ahead_right)
     back = matcher.compute(*mirrored)
     clock.seconds += time.perf_counter() - begin
-    kept = _checked(ahead, back, count, parameters.left_right_px * SUB_STEPS)
+    kept = _checked(ahead, back, count, LEFT_RIGHT_PX * SUB_STEPS)
     if parameters.speckle_px:
         cv2.filterSpeckles(kept, int(NOTHING), max(parameters.speckle_px >> level, 8), SUB_STEPS)
     return _as_float(kept)
 
 
 def _matcher(count: int, level: int, p: SgmParameters) -> cv2.StereoSGBM:
-    area = p.window_px**2
+    area = WINDOW_PX**2
     softness = COARSE_PENALTIES**level
     return cv2.StereoSGBM.create(
-        minDisparity=0, numDisparities=count, blockSize=p.window_px, P1=max(int(p.small_step * area * softness), 1),
-        P2=max(int(p.large_step * area * softness), 2), disp12MaxDiff=-1, preFilterCap=CLIP,
+        minDisparity=0, numDisparities=count, blockSize=WINDOW_PX, P1=max(int(SMALL_STEP * area * softness), 1),
+        P2=max(int(LARGE_STEP * area * softness), 2), disp12MaxDiff=-1, preFilterCap=CLIP,
         uniquenessRatio=UNIQUENESS, speckleWindowSize=0, speckleRange=0, mode=MODES[p.mode],
     )  # fmt: skip
 

@@ -9,15 +9,16 @@ from cityflow.core.arrays import BoolArray, Float32Array
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
+DISTANCE_PX = 3.0
+"""Standard deviation of the bilateral filter's weights over pixel distance, half of its radius; set by hand on images of the synthetic town."""
+DEPTH_GSD = 2.5
+"""And over depth difference, ground pixels; set by hand on images of the synthetic town."""
+
 
 class SmoothingParameters(Parameters):
     """Bilateral filter (Frommholz 2017, section 2) and mixed pixels (Nex 2013, section 2.2)."""
 
     radius_px: int = Field(6, ge=0, le=10, description="radius of the bilateral filter; 0 switches it off")
-    distance_px: float = Field(3.0, gt=0, le=20, description="standard deviation of its weights over pixel distance")
-    depth_gsd: float = Field(
-        2.5, gt=0, le=50, description="standard deviation of its weights over depth difference, ground pixels"
-    )
     grazing_deg: float = Field(
         20.0,
         ge=0,
@@ -34,7 +35,7 @@ def smoothed(depth: Float32Array, gsd: float, parameters: SmoothingParameters) -
     p = parameters
     if not p.radius_px:
         return depth
-    return _bilateral(depth, p.radius_px, p.distance_px, np.float32(p.depth_gsd * gsd))
+    return _bilateral(depth, p.radius_px, DISTANCE_PX, np.float32(DEPTH_GSD * gsd))
 
 
 def mixed_pixels(depth: Float32Array, gsd: float, parameters: SmoothingParameters) -> BoolArray:

@@ -14,6 +14,17 @@ from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
+AVERAGE_PX = 3
+"""Radius of the window that disparities are averaged in; set by hand on images of the synthetic town, as are the next four."""
+WINDOW_PX = 5
+"""Radius of the window that grey values are compared in."""
+SAME_SURFACE_PX = 1.0
+"""Disparities this near to each other belong to one surface."""
+DAMPING = 8.0
+"""Mean square gradient at which a window's shift is halved, grey values squared."""
+MOST_SHIFT_PX = 0.75
+"""Largest correction."""
+
 
 class SubpixelParameters(Parameters):
     """Least-squares refinement of disparities at the finest level."""
@@ -21,15 +32,6 @@ class SubpixelParameters(Parameters):
     steps: int = Field(
         2, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
     )
-    average_px: int = Field(3, ge=0, le=8, description="radius of the window that disparities are averaged in, pixels")
-    window_px: int = Field(5, ge=1, le=12, description="radius of the window that grey values are compared in, pixels")
-    same_surface_px: float = Field(
-        1.0, gt=0, le=5, description="disparities this near to each other belong to one surface"
-    )
-    damping: float = Field(
-        8.0, ge=0.1, le=100, description="mean square gradient at which a window's shift is halved, grey values squared"
-    )
-    most_shift_px: float = Field(0.75, gt=0, le=2, description="largest correction")
 
 
 def refined(
@@ -45,33 +47,31 @@ def refined(
     p = parameters
     if not p.steps:
         return disparity
-    smooth = _averaged(disparity, p.average_px, p.same_surface_px)
+    smooth = _averaged(disparity, AVERAGE_PX, SAME_SURFACE_PX)
     known = np.isfinite(smooth)
-    one = _one_surface(smooth, known, p)
+    one = _one_surface(smooth, known)
     start = smooth.copy()
     for _ in range(p.steps):
-        shift = _shift(base, partner, smooth, known, p)
+        shift = _shift(base, partner, smooth, known)
         shift[~one] = 0.0
-        smooth = np.clip(smooth + shift, start - np.float32(p.most_shift_px), start + np.float32(p.most_shift_px))
+        smooth = np.clip(smooth + shift, start - np.float32(MOST_SHIFT_PX), start + np.float32(MOST_SHIFT_PX))
     return smooth
 
 
-def _one_surface(disparity: Float32Array, known: BoolArray, p: SubpixelParameters) -> BoolArray:
+def _one_surface(disparity: Float32Array, known: BoolArray) -> BoolArray:
     """Where all known disparities of a window belong to one surface, be it a slanted one."""
-    kernel = np.ones((2 * p.window_px + 1,) * 2, np.uint8)
+    kernel = np.ones((2 * WINDOW_PX + 1,) * 2, np.uint8)
     low = cv2.erode(np.where(known, disparity, np.float32(1e6)), kernel)
     high = cv2.dilate(np.where(known, disparity, np.float32(-1e6)), kernel)
-    return np.asarray(high - low < p.same_surface_px * (1 + p.window_px))
+    return np.asarray(high - low < SAME_SURFACE_PX * (1 + WINDOW_PX))
 
 
-def _shift(
-    base: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray, p: SubpixelParameters
-) -> Float32Array:
+def _shift(base: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray) -> Float32Array:
     """What is left between the two images, per pixel."""
     terms = _terms(base, partner, disparity)
-    size = (2 * p.window_px + 1,) * 2
+    size = (2 * WINDOW_PX + 1,) * 2
     count, g, e, gg, ge = (cv2.boxFilter(t, -1, size, borderType=cv2.BORDER_REPLICATE) for t in terms)
-    shift = _solved(count, g, e, gg, ge, np.float32(p.damping))
+    shift = _solved(count, g, e, gg, ge, np.float32(DAMPING))
     shift[~known] = 0.0
     return shift
 
