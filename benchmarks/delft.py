@@ -25,12 +25,12 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building, Lod, Semantic
 from cityflow.core.points import BUILDING
 from cityflow.evaluation.roof_points import unit_distances
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.city_models.cityjson import Transform, read_feature
+from cityflow.io.crs import resolve
 from cityflow.io.points.las import read_points
-from cityflow.io.reference import resolve
 from cityflow.io.tables.vector import read_outlines
 
 ROOT = Path(__file__).parents[1]

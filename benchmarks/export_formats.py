@@ -23,7 +23,7 @@ from cityflow.io.city_models.citygml import write_citygml
 from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
 from cityflow.io.city_models.cityjson_sequence import extent_of
 from cityflow.io.city_models.obj import write_obj
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.io.tables.outlines_gpkg import outline_layer, unit_layer, write_geopackage
 from cityflow.reconstruction.extruded import extrude
 

@@ -18,7 +18,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.grid import Bounds
-from cityflow.stages.synth.survey import town_of
+from cityflow.stages.synth.synthetic_survey import town_of
 from cityflow.synthetic.town_truth import TruthRasters, judged_cells
 from town_figures import GROUND, Judge, read_points, read_surface
 from town_images import parameters_cell, parameters_of

@@ -34,6 +34,7 @@ from cityflow.errors import CityflowError
 from cityflow.flow.records import decode, encode
 from cityflow.flow.task import Record
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.crs import resolve
 from cityflow.io.images.image_header import image_header
 from cityflow.io.orientation.bundler import read_bundler
 from cityflow.io.orientation.camera_table import read_camera_table
@@ -43,7 +44,6 @@ from cityflow.io.points.las import read_points
 from cityflow.io.points.las_header import read_header
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.reference import resolve
 from cityflow.io.tables.vector import read_outlines
 from cityflow.runs.run_folder import open_run, workflow_tree
 from cityflow.runs.settings import Workflow, load_workflow

@@ -24,7 +24,7 @@ from shapely import Polygon
 from cityflow.core.grid import grown
 from cityflow.evaluation.outlines import compare_outlines, united_by_adjacency
 from cityflow.io.tables.vector import read_layer
-from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_terraces import RowGaps

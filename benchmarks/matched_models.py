@@ -23,7 +23,7 @@ from cityflow.core.points import BUILDING, UNCLASSIFIED, PointCloud, concatenate
 from cityflow.core.reconstruction import Evidence, HeightRaster, Picture
 from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.handover.array_file import decode_arrays
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.town import make_town
 from cityflow.synthetic.town_units import Unit
 from town_models import CACHE, true_model

@@ -19,7 +19,7 @@ import shapely
 import zarr
 
 from cityflow.core.arrays import FloatArray
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.roofs import CHIMNEY
 from cityflow.synthetic.town_units import Unit
 from verdict_cases import height_of

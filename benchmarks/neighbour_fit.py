@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from cityflow.core.building import Polyhedron
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.validity import is_valid
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls
 

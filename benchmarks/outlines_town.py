@@ -30,7 +30,7 @@ from cityflow.outlines.find import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
-from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.town import Town
 from drawn_town import GSD_M, SEEDS, drawn_town, seen_walls, table
 

@@ -35,7 +35,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.drawn_frames import NADIR_NOISE
 from cityflow.synthetic.drawn_heights import FLAT, LEAVES, TrueView, matched_heights
 from cityflow.synthetic.mesh import Part

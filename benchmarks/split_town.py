@@ -26,7 +26,7 @@ from cityflow.io.tables.vector import Layer, read_layer
 from cityflow.outlines.find import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.splitting.split import SplitParameters, split
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.drawn_evidence import split_evidence
 from drawn_town import SEEDS, DrawnTown, Layers, drawn_town, table, true_borders
 

@@ -26,7 +26,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.texture import FacePlane
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic import caster
 from cityflow.synthetic.mesh import Part, TownMesh
 from cityflow.synthetic.town import Town, make_town

@@ -19,7 +19,7 @@ from cityflow.core.pixels import PixelArray, PixelsOf
 from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.images.tiled_images import open_image
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, make_town
 from cityflow.texture.planes import face_planes

@@ -33,7 +33,7 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.runs.settings import load_workflow
-from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.survey.area import parse_area
 from cityflow.workflow.run import execute
 from town_figures import (

@@ -32,7 +32,7 @@ from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.runs.settings import load_workflow
 from cityflow.survey.area import parse_area
-from cityflow.survey.images import ImageSurvey
+from cityflow.survey.image_survey import ImageSurvey
 from cityflow.workflow.run import execute
 from town_figures import stage_figures
 
@@ -61,7 +61,7 @@ def central_flight_tile(images: ImageSurvey) -> FlightTile:
     x, y = np.median(centres, axis=0)
     tile = images.tiles[tile_at(float(x), float(y), images.parameters.tiles.tile_m).name]
     found = sorted(images.flight_tiles(tile), key=lambda f: f.name)
-    level = [f for f in found if images.views[f.base].image.tilt < MOST_TILT]
+    level = [f for f in found if images.views[f.reference].image.tilt < MOST_TILT]
     return max(level or found, key=lambda f: (len(f.partners), len(f.cells.chosen)))
 
 
@@ -72,10 +72,10 @@ def _ground_point(view: View) -> tuple[float, float]:
 
 
 def enlarged_survey(survey: Path, out: Path, factor: int) -> None:
-    """A catalog of one base image and its partners, `factor` times as wide and as high, in a world as many times as large."""
+    """A catalog of one reference image and its partners, `factor` times as wide and as high, in a world as many times as large."""
     catalog = read_catalog(str(survey / "catalog"))
     chosen = central_flight_tile(ImageSurvey(catalog, CityParameters()))
-    names = {chosen.base, *chosen.partners}
+    names = {chosen.reference, *chosen.partners}
     model = read_colmap(survey / "orientation")
     images = [i for i in model.images if Path(i.name).stem in names]
     (out / "images").mkdir(parents=True, exist_ok=True)

@@ -31,7 +31,7 @@ from cityflow.geometry.roof_type import roof_type
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.io.city_models.cityjson import Transform, read_feature
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.sample import sample
 from cityflow.synthetic.drawn_evidence import split_evidence
 from cityflow.synthetic.drawn_points import drawn_wall_points

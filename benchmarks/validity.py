@@ -14,7 +14,7 @@ import manifold3d
 import numpy as np
 
 from cityflow.core.building import Polyhedron
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import Mesh, triangulate
 from cityflow.geometry.validity import check_polyhedron
 

@@ -16,7 +16,7 @@ import shapely
 
 from cityflow.core.building import Building, Lod
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.town import make_town
 from cityflow.synthetic.town_units import Unit
 from town_models import buildings_of

@@ -19,9 +19,9 @@ from cityflow.flow.store import Store
 from cityflow.io.city_models.cityjson import Transform, read_feature
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW, About, Scene, tile_files
 from cityflow.io.city_models.tiles3d_tree import city_tilesets
+from cityflow.io.crs import resolve
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.reference import resolve
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.stages.export.textures import texture_sets
 from cityflow.viewer.view_page import page_files

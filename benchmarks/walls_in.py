@@ -31,7 +31,7 @@ from cityflow.evaluation.models_overhangs import true_overhang
 from cityflow.geometry.polyhedron import rings_of
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.geometry.validity import check_polygons, check_polyhedron
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.town import make_town
 from cityflow.synthetic.town_units import Unit
 from drawn_town import table

@@ -35,7 +35,7 @@ from cityflow.reconstruction.verdicts.judge import judged_model
 from cityflow.runs.known_keys import CITY, SYNTH, known_keys
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth import SynthSource, run_picture
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho

@@ -91,7 +91,7 @@ def view(
 
 
 def nadir_views(distortion: tuple[float, ...] = ()) -> list[OrientedImage]:
-    """A base image and partners to the left, to the right and across, GSD 8 cm, turned a little each."""
+    """A reference image and partners to the left, to the right and across, GSD 8 cm, turned a little each."""
     places = [(0, 0), (24, 1), (-24, -1), (2, 26)]
     return [
         view(f"nadir{i}", (x, y, 120.0), (0.8 * i - 1, 0.3, 0.0), distortion=distortion, up=(0.03 * i, 1, 0))

@@ -11,7 +11,7 @@ from cityflow.core.depth_map import ImagePoints
 
 GSD_M = 0.08
 AWAY_M = 300.0
-"""Base images stand so far off and as high: they look down at 45 degrees."""
+"""Reference images stand so far off and as high: they look down at 45 degrees."""
 ORIGIN = np.array([85_000.0, 447_000.0])
 DIRECTIONS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 

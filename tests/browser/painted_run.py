@@ -15,8 +15,8 @@ from cityflow.flow.records import write_record
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 from cityflow.reporting.report import report_data
 from cityflow.reporting.view import write_run_view
 from cityflow.runs.current import CurrentRecords

@@ -77,7 +77,7 @@ def test_other_leaves_and_formats_leave_nothing_stale(
 ) -> None:
     run = tmp_path / "run"
     shutil.copytree(town_run, run)
-    more = ("--set", "export.formats=[obj,tiles3d]", "--set", "atlas.leaf_m=20", "--set", "atlas.form=png")
+    more = ("--set", "export.formats=[obj,tiles3d]", "--set", "atlas.cell_m=20", "--set", "atlas.form=png")
     again = redone(run, lambda: cityflow.run(town, run, *more))
     assert {s for s, _ in again} == {"atlas", "export"}
     cityflow.run(town, tmp_path / "fresh", *more)

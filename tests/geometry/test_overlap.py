@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cityflow.core.building import Polyhedron
-from cityflow.geometry.overlap import overlap_faults, overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_faults, overlap_volume
 from cityflow.geometry.polyhedron import triangulate, volume
 from geometry_shapes import L_SHAPE, SQUARE, VALID, YARD, box, extrude, gable
 

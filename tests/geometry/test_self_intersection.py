@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from cityflow.core.building import Polyhedron
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import triangulate, volume
 from cityflow.geometry.self_intersection import meeting_groups, triangles_meet
 from geometry_shapes import polyhedron

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.camera import Camera
-from cityflow.imagery.calibration import (
+from cityflow.imagery.raw_calibration import (
     CalibrationParameters,
     bad_pixels,
     calibration_of,

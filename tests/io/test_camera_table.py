@@ -8,7 +8,7 @@ import yaml
 
 from cityflow.core.camera import Camera
 from cityflow.errors import CatalogError
-from cityflow.io.orientation.calibration import australis_camera, metashape_camera
+from cityflow.io.orientation.camera_calibration import australis_camera, metashape_camera
 from cityflow.io.orientation.camera_table import read_camera_table
 
 BASE = {"id": "c", "width": 6000, "height": 4000}

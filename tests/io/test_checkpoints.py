@@ -10,7 +10,7 @@ import pytest
 import shapely
 
 from cityflow.errors import CatalogError
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.io.tables.checkpoints import read_checkpoints
 
 RD = resolve("EPSG:7415")

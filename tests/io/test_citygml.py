@@ -15,7 +15,7 @@ from cityflow.core.building import Building, Lod, Status
 from cityflow.core.reference import Reference
 from cityflow.io.city_models.citygml import Tin, srs_name, write_citygml
 from cityflow.io.city_models.cityjson_sequence import extent_of
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from citygml_schema import citygml_schema
 
 NS = {

@@ -21,7 +21,7 @@ from cityflow.io.city_models.cityjson_sequence import (
     join,
     terrain_feature_line,
 )
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 
 SCHEMAS = Path(__file__).parents[1] / "data" / "schemas" / "cityjson-2.0.2"
 SURVEY = Transform(84000, 447000, 0)

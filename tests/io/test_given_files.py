@@ -18,6 +18,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError, CityflowError
+from cityflow.io.crs import resolve
 from cityflow.io.given_files import json_of, yaml_of
 from cityflow.io.images.image_header import image_header
 from cityflow.io.orientation.bundler import read_bundler
@@ -28,7 +29,6 @@ from cityflow.io.orientation.oriented_images import in_order
 from cityflow.io.points.las_header import read_header
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.reference import resolve
 from cityflow.io.tables.vector import read_layer, read_outlines
 from cityflow.runs.setting_text import read_tree
 

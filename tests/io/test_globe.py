@@ -13,10 +13,10 @@ import pytest
 from pyproj import Transformer
 
 from cityflow.errors import CatalogError
+from cityflow.io.crs import resolve
 from cityflow.io.geoid import shipped_geoid
 from cityflow.io.globe import Globe, globe_of
 from cityflow.io.globe_frame import frame_at
-from cityflow.io.reference import resolve
 
 DELFT = (84500.0, 446900.0, 85500.0, 447900.0)
 
@@ -132,7 +132,7 @@ import struct, sys
 import numpy as np, pyproj
 pyproj.datadir.append_data_dir(sys.argv[1])
 from cityflow.io.globe import globe_of
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 globe = globe_of(resolve("EPSG:25832+5773"), (360000.0, 5500000.0, 361000.0, 5501000.0))
 lon, lat, height = globe.geodetic(np.array([[360500.0, 5500500.0, 100.0]]))[0]
 print(repr(float(height)), globe.placing.geoid)

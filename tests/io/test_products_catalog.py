@@ -12,7 +12,7 @@ from pystac.validation.local_validator import get_local_schema_cache
 
 from cityflow.core.reference import Reference
 from cityflow.io.catalog.products_catalog import ProductFile, ProductItem, Source, products_catalog
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 
 SOURCE = Source("Delft", "LoD2.2 of two blocks", "CC0-1.0", "AHN3; BGT: Kadaster", "2014-01-20")
 

@@ -15,8 +15,8 @@ from rasterio.transform import Affine
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.crs import horizontal_transform, resolve
 from cityflow.io.rasters.raster import read_window, write_cog, write_vrt
-from cityflow.io.reference import horizontal_transform, resolve
 
 GRID = Grid(85000.0, 447500.0, 0.5, 600, 700)
 

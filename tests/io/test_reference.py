@@ -5,7 +5,7 @@ import pytest
 from pyproj import CRS
 
 from cityflow.errors import CatalogError
-from cityflow.io.reference import (
+from cityflow.io.crs import (
     contradiction,
     crs_of,
     fits,

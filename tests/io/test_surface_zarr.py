@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from cityflow.core.grid import Grid, Tile
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.surface_zarr import (
     LAYERS,
     chunk_paths,
@@ -32,7 +33,6 @@ from cityflow.io.rasters.surface_zarr import (
     window_of,
     write_tile,
 )
-from cityflow.io.reference import resolve
 
 CELL, TILE_CELLS = 0.5, 40
 CITY = Grid(85000.0, 447560.0, CELL, 3 * TILE_CELLS, 4 * TILE_CELLS)

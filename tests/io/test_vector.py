@@ -14,7 +14,7 @@ import shapely
 
 from cityflow.core.building import Scalar
 from cityflow.errors import CatalogError
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.io.tables.feature_ids import format_id
 from cityflow.io.tables.vector import read_layer, read_outlines, read_polygons
 from survey_files import DELFT, houses, write_outlines

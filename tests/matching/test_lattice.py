@@ -24,7 +24,7 @@ def at_height(height: float) -> float:
 
 
 def test_blocks_cover_each_level_once() -> None:
-    """The base image looks straight down and the partner stands to its right: the lattice is the image, 240 x 320 and half of it."""
+    """The reference image looks straight down and the partner stands to its right: the lattice is the image, 240 x 320 and half of it."""
     assert lattice().coarsest == 1
     for level, shape in ((0, (240, 320)), (1, (120, 160))):
         assert lattice().shape(level) == shape
@@ -61,7 +61,7 @@ def test_a_coarser_level_has_half_the_disparity() -> None:
 
 
 def test_what_the_partner_does_not_show_is_unknown() -> None:
-    """The partner stands 8 m to the right, so the ground under the base's first columns is not in it: 84 px at 38 m."""
+    """The partner stands 8 m to the right, so the ground under the reference image's first columns is not in it: 84 px at 38 m."""
     assert np.isnan(lattice().region(0, (20, 220), (0, 80))).all()
 
 
@@ -87,5 +87,5 @@ def test_positions_are_those_of_the_middles_of_the_pixels() -> None:
     x, y = positions((2, 4, 10, 13), 2)
     assert x[0].tolist() == [42.0, 46.0, 50.0]
     assert y[:, 0].tolist() == [10.0, 14.0]
-    middle = lattice().pair.base_pixels(np.array([[CAMERA.cx]]), np.array([[CAMERA.cy]]))
+    middle = lattice().pair.reference_pixels(np.array([[CAMERA.cx]]), np.array([[CAMERA.cy]]))
     np.testing.assert_allclose(middle, [[[CAMERA.cx, CAMERA.cy]]], atol=1e-9)

@@ -94,7 +94,7 @@ def test_another_cut_of_the_ground_gives_the_same_depths() -> None:
 
 def test_vertical_parallax_is_measured_corrected_and_in_the_end_refused() -> None:
     views, pixels = pictures("nadir")
-    base, partner = views[:2]
+    reference, partner = views[:2]
 
     def turned(pixels_down: float) -> OrientedImage:
         angle = pixels_down / partner.camera.fx
@@ -103,7 +103,7 @@ def test_vertical_parallax_is_measured_corrected_and_in_the_end_refused() -> Non
 
     reports = []
     for down in (0.0, 1.2, 9.0):
-        result = match(base, pixels[0], [(turned(down), pixels[1])], EVERYWHERE, HEIGHTS, PARAMETERS)
+        result = match(reference, pixels[0], [(turned(down), pixels[1])], EVERYWHERE, HEIGHTS, PARAMETERS)
         reports.append(result.pairs[0])
     assert reports[0].parallax_px < 0.3
     assert reports[1].used

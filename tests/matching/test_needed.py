@@ -50,13 +50,16 @@ def test_what_stands_above_the_camera_has_no_window() -> None:
 
 @pytest.mark.parametrize("distortion", [(), (-0.1, 0.02, 1e-3, 1e-3)])
 def test_every_point_between_the_heights_is_in_the_window(distortion: tuple[float, ...]) -> None:
-    base, keep = replace(BASE, camera=replace(BASE.camera, distortion=distortion)), cells((-3, 2), (-2, 2), (3, -4))
-    window = window_of(base, keep, (-2.0, 6.0), 0.0)
+    reference, keep = (
+        replace(BASE, camera=replace(BASE.camera, distortion=distortion)),
+        cells((-3, 2), (-2, 2), (3, -4)),
+    )
+    window = window_of(reference, keep, (-2.0, 6.0), 0.0)
     assert window is not None
     x_0, y_0, x_1, y_1 = keep.bounds
     xyz = np.random.default_rng(1).uniform((x_0, y_0, -2.0), (x_1, y_1, 6.0), (500, 3))
-    uv, _ = base.project(xyz)
-    uv = uv[base.holds(uv)]
+    uv, _ = reference.project(xyz)
+    uv = uv[reference.holds(uv)]
     assert len(uv) > 400
     assert (uv[:, 1] >= window[0]).all() and (uv[:, 1] <= window[1]).all()  # noqa: PT018
     assert (uv[:, 0] >= window[2]).all() and (uv[:, 0] <= window[3]).all()  # noqa: PT018
@@ -70,11 +73,11 @@ def test_parts_are_counted_with_the_last_smaller_one() -> None:
 def test_needed_parts_hold_every_pixel_of_the_cells_and_not_the_whole_image() -> None:
     """Points of the plain at height 2 in a cell of 4 m: 42 px. With the margins of the search, still not half of the image."""
     lattice, window = lattice_of(heights=(1.0, 3.0)), (0, 240, 0, 320)
-    keep, base = cells((0, 0)), views()[0]
+    keep, reference = cells((0, 0)), views()[0]
     shape = parts_shape(window)
     needed = parts_of_pair(lattice, 1, window, np.ones(shape, bool), keep, 0.0)
     xyz = np.random.default_rng(2).uniform((0, 0, 1.0), (4, 4, 3.0), (300, 3))
-    uv, _ = base.project(xyz)
+    uv, _ = reference.project(xyz)
     col, row = (uv // PART_PX).astype(int).T
     assert needed[row, col].all()
     assert needed.mean() < 0.5

@@ -51,6 +51,6 @@ def test_rows_that_lean_are_measured_by_their_slope() -> None:
 def test_without_texture_nobody_can_tell() -> None:
     lattice = lattice_of()
     even = ArrayPixels(np.full((240, 320, 1), 90, np.uint8))
-    images = (raw_grey("base", even), raw_grey("partner", even))
+    images = (raw_grey("reference", even), raw_grey("partner", even))
     flat = PairLattice(lattice.pair, images, lattice.heights, lattice.parameters, lattice.clock)
     assert vertical_parallax(flat, 1) is None

@@ -48,8 +48,8 @@ def test_scattered_disparities_come_nearer_to_the_truth() -> None:
 def test_another_brightness_of_the_partner_does_not_matter() -> None:
     row, col = row_and_col()
     partner = grey(col + 4.4, row) // 2 + 60
-    base = grey(col, row) // 2 + 20
-    found = inner(refined(base, partner, np.full((ROWS, COLS), 4.0, np.float32), P))
+    reference = grey(col, row) // 2 + 20
+    found = inner(refined(reference, partner, np.full((ROWS, COLS), 4.0, np.float32), P))
     assert (found - 4.4).std() < 0.02  # half the contrast: twice the rounding, four times the damping
 
 
@@ -88,6 +88,6 @@ def test_what_is_unknown_stays_unknown_and_no_steps_change_nothing() -> None:
     row, col = row_and_col()
     start = np.full((ROWS, COLS), 4.0, np.float32)
     start[20:30, 40:60] = np.nan
-    base, partner = grey(col, row), grey(col + 4.4, row)
-    np.testing.assert_array_equal(np.isnan(refined(base, partner, start, P)), np.isnan(start))
-    np.testing.assert_array_equal(refined(base, partner, start, SubpixelParameters(steps=0)), start)
+    reference, partner = grey(col, row), grey(col + 4.4, row)
+    np.testing.assert_array_equal(np.isnan(refined(reference, partner, start, P)), np.isnan(start))
+    np.testing.assert_array_equal(refined(reference, partner, start, SubpixelParameters(steps=0)), start)

@@ -8,8 +8,8 @@ import pytest
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.orientation.coverage import Coverage, coverage
+from cityflow.orientation.image_overlap import overlaps
 from cityflow.orientation.look_directions import COMPASS, look_directions
-from cityflow.orientation.overlap import overlaps
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
 from cityflow.orientation.views import View
 from orientation.regular_flight import CAMERA, FLYING_HEIGHT, flight, images_of, looking

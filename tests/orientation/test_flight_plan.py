@@ -9,8 +9,8 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, tiles_over
 from cityflow.orientation.flight_plan import FlightPlan, FlightPlanParameters, FlightTile
 from cityflow.orientation.look_directions import look_directions
-from cityflow.orientation.masters import MasterParameters
 from cityflow.orientation.partners import PartnerParameters
+from cityflow.orientation.reference_images import ReferenceImageParameters
 from cityflow.orientation.thinning import window_of
 from cityflow.orientation.views import View, sees
 from orientation.regular_flight import CAMERA, FLYING_HEIGHT, flight, images_of, looking
@@ -18,9 +18,11 @@ from orientation.regular_flight import CAMERA, FLYING_HEIGHT, flight, images_of,
 AREA = (-200.0, -200.0, 400.0, 450.0)
 
 
-def plan_of(views: list[View], **masters: float) -> FlightPlan:
+def plan_of(views: list[View], **reference_images: float) -> FlightPlan:
     frames = look_directions(images_of(views))
-    return FlightPlan(views, frames, FlightPlanParameters(masters=MasterParameters(cell_m=20.0, **masters)))
+    return FlightPlan(
+        views, frames, FlightPlanParameters(reference_images=ReferenceImageParameters(cell_m=20.0, **reference_images))
+    )
 
 
 def tiles_of(plan: FlightPlan, size: float = 150.0, area: Bounds = AREA) -> list[FlightTile]:
@@ -31,7 +33,7 @@ def owners(tiles: list[FlightTile]) -> dict[tuple[str, tuple[int, int]], set[str
     result: dict[tuple[str, tuple[int, int]], set[str]] = {}
     for tile in tiles:
         for cell in tile.cells.chosen:
-            result.setdefault((tile.direction, cell), set()).add(tile.base)
+            result.setdefault((tile.direction, cell), set()).add(tile.reference)
     return result
 
 
@@ -56,7 +58,7 @@ def test_masters_and_partners_know_no_tiles_and_no_order(size: float) -> None:
     everywhere = (-1000.0, -1000.0, 1200.0, 1200.0)
     one, two = tiles_of(plan_of(views), 150.0, everywhere), tiles_of(plan_of(views[::-1]), size, everywhere)
     assert owners(one) == owners(two)
-    assert {t.base: t.partners for t in one} == {t.base: t.partners for t in two}
+    assert {t.reference: t.partners for t in one} == {t.reference: t.partners for t in two}
 
 
 def test_without_thinning_the_nearest_centre_is_master() -> None:
@@ -76,17 +78,19 @@ def test_thinning_makes_fewer_masters_and_smaller_windows(seed: int) -> None:
     work, count = {}, {}
     for allowed in (0.2, 1.0):
         plan = plan_of(views, max_overlap=allowed)
-        masters = plan.masters("nadir")
-        names = np.unique(masters.view)
-        windows = [window_of(plan.around.views[k], masters.cell[masters.view == k], 20.0, 64) for k in names]
+        reference_images = plan.reference_images("nadir")
+        names = np.unique(reference_images.view)
+        windows = [
+            window_of(plan.around.views[k], reference_images.cell[reference_images.view == k], 20.0, 64) for k in names
+        ]
         work[allowed], count[allowed] = sum(w.area for w in windows), len(names)
-        assert sum(len(masters.cell[masters.view == k]) for k in names) == len(masters.cell)
+        assert sum(len(reference_images.cell[reference_images.view == k]) for k in names) == len(reference_images.cell)
     assert count[0.2] < 0.7 * count[1.0]
     assert work[0.2] < work[1.0]
 
 
 def test_a_cell_may_have_several_masters() -> None:
-    cells = owners(tiles_of(plan_of(flight(), masters_per_cell=2)))
+    cells = owners(tiles_of(plan_of(flight(), images_per_cell=2)))
     inner = [names for (_, (col, row)), names in cells.items() if 0 <= col < 10 and 0 <= row < 10]
     assert len(inner) == 100
     assert all(len(names) == 2 for names in inner)
@@ -117,7 +121,7 @@ def test_images_without_partners_are_named_with_the_reason() -> None:
     assert set(problems) == {"lost", "up", "other_scale"}
     assert "no other image" in problems["lost"]
     assert "horizon" in problems["up"]
-    assert not {t.base for t in tiles_of(plan)} & set(problems)
+    assert not {t.reference for t in tiles_of(plan)} & set(problems)
 
 
 def test_a_single_image_has_no_tiles_but_a_reason() -> None:

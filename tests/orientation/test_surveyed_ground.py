@@ -1,4 +1,4 @@
-"""Ground that a base image and its partners see, against rectangles worked out by hand."""
+"""Ground that a reference image and its partners see, against rectangles worked out by hand."""
 
 from __future__ import annotations
 

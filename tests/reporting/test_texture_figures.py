@@ -9,7 +9,7 @@ import pytest
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.reporting.leaf_faces import read_leaves
+from cityflow.reporting.atlas_cell_faces import read_atlas_cells
 from cityflow.reporting.texture_figures import MOST_LEAVES, texture_figures
 from cityflow.runs.current import CurrentRecords
 from cityflow.survey.survey import Survey
@@ -41,7 +41,7 @@ def square(size: float, z: float = 5.0) -> list[list[float]]:
     return [[0, 0, z], [size, 0, z], [size, size, z], [0, size, z]]
 
 
-def leaf() -> dict[str, Any]:
+def atlas_cell() -> dict[str, Any]:
     """A roof of 100 m² with a hole of 4 m² and a wall of 20 m², textured; a wall of 30 m² and a floor that want or have none."""
     hole = [[4, 4, 5.0], [4, 6, 5.0], [6, 6, 5.0], [6, 4, 5.0]]
     seen = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
@@ -56,12 +56,12 @@ def record(stage: str, unit: str, outputs: dict[str, str], result: dict[str, Any
     return Record(stage, unit, 1, "", 1, Status.DONE, "", outputs, result, {}, {})
 
 
-def run_of(leaves: int) -> tuple[Store, CurrentRecords]:
-    store = Store.open(f"memory://leaves{leaves}")
+def run_of(atlas_cells: int) -> tuple[Store, CurrentRecords]:
+    store = Store.open(f"memory://leaves{atlas_cells}")
     atlas = []
-    for k in range(leaves):
-        store.write_bytes(f"work/{k}/leaf.json", json.dumps(leaf()).encode())
-        atlas.append(record("atlas", str(k), {f"work/{k}/leaf.json": ""}, {"raw": {"pages": 1}}))
+    for k in range(atlas_cells):
+        store.write_bytes(f"work/{k}/atlas_cell.json", json.dumps(atlas_cell()).encode())
+        atlas.append(record("atlas", str(k), {f"work/{k}/atlas_cell.json": ""}, {"raw": {"pages": 1}}))
     texture = [record("texture", "a", {}, {"textured": 2}), record("texture", "b", {}, {"textured": 0})]
     return store, CurrentRecords({"atlas": atlas, "texture": texture})
 
@@ -87,7 +87,7 @@ def test_of_a_large_city_so_many_squares_are_read() -> None:
 
 def test_corners_come_back_where_they_were() -> None:
     store, _ = run_of(1)
-    (found,) = read_leaves(store, ["work/0/leaf.json"])
+    (found,) = read_atlas_cells(store, ["work/0/atlas_cell.json"])
     assert np.allclose(found.arrays.vertices[:4] + found.arrays.origin, square(10))
     assert found.page.tolist() == [0, 0, -1, -1]
     assert found.uvd[-1].tolist() == [0.0, 0.0, 1.0]

@@ -17,8 +17,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.handover.refused_outlines import refused_shapes
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 from cityflow.reporting.report import _outlines
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.runs.current import CurrentRecords

@@ -17,7 +17,7 @@ from browser import painted_run as town
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.reporting import view
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view import state_of

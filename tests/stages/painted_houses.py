@@ -19,11 +19,11 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, PointCloud
+from cityflow.io.crs import resolve
 from cityflow.io.images.image_write import png_bytes, tiff_bytes
 from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 
 X, Y, FLOOR, SIDE = 85000.0, 447000.0, 3.0, 80.0
 CRS_CODE = "EPSG:7415"

@@ -18,8 +18,8 @@ from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.parameters import PointsParameters, TileParameters

@@ -26,7 +26,7 @@ from cityflow.io.catalog.stac_assets import ImageAsset
 from cityflow.io.images.tiled_images import open_image
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.stages.ingest import calibration
+from cityflow.stages.ingest import camera_corrections as calibration
 from cityflow.stages.ingest import images as ingest_image
 from cityflow.stages.ingest.develop import Corrections
 from cityflow.survey.raw_parameters import InfraredFrames, RawInput

@@ -16,8 +16,8 @@ from cityflow.catalog.findings import Level
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.settings import load_workflow
 from in_process import Records, run_all

@@ -18,7 +18,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.io.images.image_write import jpeg_bytes, tiff_bytes
 from cityflow.stages import synth
 from cityflow.stages.synth import SynthSource, scene_bounds
-from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.footprints import ground_quad
 

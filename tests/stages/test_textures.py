@@ -23,8 +23,8 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Json
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.city_models.cityjson import Transform, read_feature
+from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import resolve
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.settings import load_workflow
 from in_process import Records, run_all
@@ -35,7 +35,7 @@ HOUSES = {
     "b": (shapely.box(X + 32, Y + 20, X + 44, Y + 30), (60, 80, 200)),
     "far": (shapely.box(X + 150, Y + 150, X + 162, Y + 160), (90, 160, 70)),
 }
-"""A row of two, and one in another leaf; each with the colour of its flat roof."""
+"""A row of two, and one in another atlas cell; each with the colour of its flat roof."""
 SIDE = 200
 WORKFLOW = Path(__file__).parents[2] / "workflows" / "ortho_city.yaml"
 
@@ -73,7 +73,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _source(folder: Path, *settings: str, overrides: Mapping[Node, Mapping[str, Json]] | None = None) -> CitySource:
-    parameters = load_workflow(WORKFLOW, ["tiles.tile_m=200", "atlas.leaf_m=100", *settings]).city
+    parameters = load_workflow(WORKFLOW, ["tiles.tile_m=200", "atlas.cell_m=100", *settings]).city
     return CitySource(read_catalog(folder / "catalog"), parameters, overrides=overrides)
 
 
@@ -97,12 +97,12 @@ def test_every_unit_is_textured_and_its_leaf_has_pages(run: tuple[Path, Records]
     where, records = run
     assert {u for s, u in records if s == "texture"} == set(HOUSES)
     assert all(records["texture", u].status == "done" for u in HOUSES)
-    leaves = sorted(u for s, u in records if s == "atlas")
-    assert len(leaves) == 2, "a and b share a leaf"
-    for leaf in leaves:
-        page = _picture(where / f"products/textures/{leaf}.rectified.0.jpg")
-        index = _picture(where / f"products/textures/{leaf}.rectified.0.index.png")
-        names = json.loads((where / f"products/textures/{leaf}.images.json").read_text())
+    atlas_cells = sorted(u for s, u in records if s == "atlas")
+    assert len(atlas_cells) == 2, "a and b share an atlas cell"
+    for atlas_cell in atlas_cells:
+        page = _picture(where / f"products/textures/{atlas_cell}.rectified.0.jpg")
+        index = _picture(where / f"products/textures/{atlas_cell}.rectified.0.index.png")
+        names = json.loads((where / f"products/textures/{atlas_cell}.images.json").read_text())
         assert page.shape[:2] == index.shape
         assert set(np.unique(index)) <= {0, 1, FIRST_IMAGE}
         assert names[str(FIRST_IMAGE)] == "ortho"

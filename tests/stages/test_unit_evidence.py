@@ -17,9 +17,9 @@ from cityflow.core.points import HIGH_VEGETATION, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.handover.surfaces import Surfaces
+from cityflow.io.crs import resolve
 from cityflow.io.rasters import surface_zarr
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers, write_tile
-from cityflow.io.reference import resolve
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.source import OVERVIEW, ZARR
 

@@ -48,7 +48,7 @@ def asked(image: OrientedImage, made: DepthMap) -> np.ndarray:
 
 
 def with_tower(made: DepthMap, image: OrientedImage, views: int) -> tuple[DepthMap, np.ndarray]:
-    """A patch of grass put into the air, as one base image and its partner would have it, very exact in its own eyes."""
+    """A patch of grass put into the air, as one reference image and its partner would have it, very exact in its own eyes."""
     h, w = made.depth.shape
     false = np.zeros((h, w), bool)
     false[h // 2 - 60 : h // 2 - 30, w // 2 + 8 : w // 2 + 28] = True

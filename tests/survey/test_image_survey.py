@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.survey.images import ImageSurvey
+from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.survey import Survey
 from cluster.small_flight import GSD_M, WORKFLOW, make_flight
 

@@ -19,10 +19,10 @@ from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
 from cityflow.io.catalog.stac_outside import refuse_outside
+from cityflow.io.crs import contradiction, suspicion, vertical_datum
 from cityflow.io.points.las import Dropped, sample
 from cityflow.io.points.las_header import LasHeader, read_header
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.reference import contradiction, suspicion, vertical_datum
 from cityflow.io.tables.feature_ids import listing
 
 SPARSE_PER_M2 = 2.0

@@ -18,14 +18,14 @@ from cityflow.core.local_frame import LocalFrame
 from cityflow.errors import CatalogError
 from cityflow.imagery.radiometry import exposure_groups, gain_of_mid_grey
 from cityflow.io.catalog.stac import Catalog, ImageAsset, united
+from cityflow.io.crs import suspicion
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_header import check_against, image_header
 from cityflow.io.points.las import read_points
-from cityflow.io.reference import suspicion
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.coverage import Coverage, coverage
+from cityflow.orientation.image_overlap import Overlap, overlaps
 from cityflow.orientation.look_directions import look_directions
-from cityflow.orientation.overlap import Overlap, overlaps
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.shortfalls import ShortfallParameters, shortfalls
 from cityflow.orientation.sights import looks_level

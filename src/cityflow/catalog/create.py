@@ -26,10 +26,10 @@ from cityflow.io.catalog.stac import (
     united,
 )
 from cityflow.io.catalog.stac_write import lidar_asset, raster_asset
+from cityflow.io.crs import contradiction, horizontal_transform, reference_of, resolve, suspicion
 from cityflow.io.points.las import sample
 from cityflow.io.points.las_header import LasHeader, read_header
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.reference import contradiction, horizontal_transform, reference_of, resolve, suspicion
 from cityflow.io.tables.vector import read_layer, read_outlines
 
 LIDAR_SUFFIXES = (".las", ".laz")

@@ -30,10 +30,10 @@ from cityflow.core.points import PointCloud
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset, sha256_of
+from cityflow.io.crs import crs_of, suspicion
 from cityflow.io.images.image_header import ImageHeader, check_against, image_header
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel
 from cityflow.io.points.las_write import write_points
-from cityflow.io.reference import crs_of, suspicion
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.plausibility import SURVEY, datum_doubt, implausible
 from cityflow.orientation.sights import looks_level, sights

@@ -18,8 +18,8 @@ from cityflow.catalog.check_images import Preflight
 from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.reference import Reference
 from cityflow.io.catalog.stac import Catalog
+from cityflow.io.crs import horizontal_crs
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import horizontal_crs
 from cityflow.orientation.coverage import Coverage, wall_name
 
 RAMP = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]], np.float64)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.crs import crs_of
 from cityflow.io.orientation.oriented_images import OrientationModel
 from cityflow.io.orientation.readers import READERS, OrientationFile, SizeOf, option, read_orientation
-from cityflow.io.reference import crs_of
 
 
 @dataclass(frozen=True, slots=True)

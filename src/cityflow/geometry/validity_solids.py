@@ -12,7 +12,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.kernels import njit
 from cityflow.geometry.faults import Fault, Tolerances
-from cityflow.geometry.overlap import MOST_CORNERS, clip_triangles, overlap_volume
+from cityflow.geometry.polygon_overlap import MOST_CORNERS, clip_triangles, overlap_volume
 from cityflow.geometry.polyhedron import face_arrays, triangulate, volume
 from cityflow.geometry.self_intersection import meeting_groups
 from cityflow.geometry.validity import DEFAULT, check_shell

@@ -37,7 +37,7 @@ class DepthInputs(TaskInputs):
 
     maps: tuple[str, ...]
     wanted: tuple[str, ...]
-    bases: tuple[OrientedField, ...]
+    references: tuple[OrientedField, ...]
     bands: int
     witnesses: WitnessParameters
 
@@ -52,7 +52,7 @@ class DepthReader:
 
     def __init__(self, store: Store, given: DepthInputs, around: Bounds) -> None:
         self._store, self._given, self._around = store, given, around
-        self._images = {image.name: image for image in given.bases}
+        self._images = {image.name: image for image in given.references}
         self._kept: dict[str, ImagePoints] = {}
         self._extent: dict[str, Bounds] = {}
 

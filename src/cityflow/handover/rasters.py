@@ -16,12 +16,12 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reference import Reference
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window, write_cog
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.rasters.raster_white import WHITE, white_of_raster
 from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
-from cityflow.io.reference import resolve
 from cityflow.surface.true_ortho import Ortho
 
 COLOURS = 3

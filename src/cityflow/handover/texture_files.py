@@ -1,4 +1,4 @@
-"""What texture tasks leave of a unit and atlas tasks of a leaf, as files: patches on pages, and where each face is on them."""
+"""What texture tasks leave of a unit and atlas tasks of an atlas cell, as files: patches on pages, and where each face is on them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from cityflow.texture.planes import face_planes
 SETS = ("raw", "rectified")
 PAGES = "products/textures"
 """Where pages are written."""
-LEAF = "leaf.json"
-"""What an atlas task leaves of its leaf."""
+ATLAS_CELL = "atlas_cell.json"
+"""What an atlas task leaves of its atlas cell."""
 Rings = tuple[tuple[tuple[float, float, float], ...], ...]
 """World vertices of a face's rings: what a face is known by, whoever has numbered it."""
 

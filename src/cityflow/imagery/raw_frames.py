@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray
 from cityflow.core.pixels import PixelArray
-from cityflow.imagery.calibration import Calibration, RawFrame
+from cityflow.imagery.raw_calibration import Calibration, RawFrame
 
 Pattern = Literal["RGGB", "BGGR", "GRBG", "GBRG"]
 """Colours of the first two pixels of the first row and of the second."""

@@ -22,8 +22,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.crs import crs_of, geographic_bounds, horizontal_crs, vertical_datum
 from cityflow.io.geoid import Geoid, shipped_geoid
-from cityflow.io.reference import crs_of, geographic_bounds, horizontal_crs, vertical_datum
 
 GEODETIC, GEOCENTRIC = 4979, 4978
 EUROPEAN = (5730, 5621)

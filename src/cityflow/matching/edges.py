@@ -1,6 +1,6 @@
 """Depth steps drawn to the edges of the image.
 
-A window that straddles a step lets the surface with more texture grow over the other by a pixel or two. The base image knows better where a roof ends:
+A window that straddles a step lets the surface with more texture grow over the other by a pixel or two. The reference image knows better where a roof ends:
 near a step each pixel joins the surface whose pixels around it look more like itself.
 """
 
@@ -35,7 +35,7 @@ def at_image_edges(depth: Float32Array, grey: ByteArray, gsd: float, parameters:
     Parameters
     ----------
     depth : (h, w) float32, metres, NaN where unknown
-    grey : (h, w) uint8 of the base image
+    grey : (h, w) uint8 of the reference image
     gsd : metres per pixel at the depth of the scene
     """
     p = parameters

@@ -1,4 +1,4 @@
-"""Disparities of a pair, block by block on a fixed lattice of the rectified base image, each level guided by the coarser one."""
+"""Disparities of a pair, block by block on a fixed lattice of the rectified reference image, each level guided by the coarser one."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class PairLattice:
 
     @cached_property
     def coarsest(self) -> int:
-        camera = self.pair.base.camera
+        camera = self.pair.reference.camera
         return max(0, min(5, int(np.log2(max(min(camera.width, camera.height) / self.parameters.coarsest_px, 1.0)))))
 
     def shape(self, level: int) -> tuple[int, int]:
@@ -116,20 +116,20 @@ class PairLattice:
         low, count, halo = found[0], found[1] - found[0], self.parameters.halo_px
         shape = (bottom - top + 2 * halo, right - left + 2 * (halo + count))
         row, col = top - halo, left - halo - count
-        base, in_base = resampled(self.images[0], self.pair.base_pixels, (row, col), shape, level)
+        reference, in_reference = resampled(self.images[0], self.pair.reference_pixels, (row, col), shape, level)
         partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - low), shape, level)
-        disparity = matched_block(base, partner, count, level, self.parameters.sgm, self.clock)
+        disparity = matched_block(reference, partner, count, level, self.parameters.sgm, self.clock)
         if level == 0:
             inner = np.s_[:, count : shape[1] - count]
-            # the partner keeps its columns: a disparity counts from the base's column in the wide window
+            # the partner keeps its columns: a disparity counts from the reference image's column in the wide window
             disparity = refined(
-                base,
+                reference,
                 partner,
                 np.pad(disparity, ((0, 0), (count, count)), constant_values=np.nan),
                 self.parameters.subpixel,
             )[inner]
-        if in_base is not None:
-            disparity[~in_base[:, count : shape[1] - count]] = np.nan
+        if in_reference is not None:
+            disparity[~in_reference[:, count : shape[1] - count]] = np.nan
         if in_partner is not None:
             rows, cols = np.nonzero(np.isfinite(disparity))
             seen = in_partner[rows, cols + count - np.rint(disparity[rows, cols]).astype(np.int64)]

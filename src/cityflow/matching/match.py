@@ -1,4 +1,4 @@
-"""Depth map of one base image over some ground cells, from several partners."""
+"""Depth map of one reference image over some ground cells, from several partners."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ UNMEASURED_SHARE = 0.3
 """Share of matched pixels from which a pair is taken whose parallax cannot be measured; set by hand."""
 
 PLANE_LEAN = 1.0
-"""Reference plane: 0 level, 1 parallel to the base image, which is kinder to façades (docs/matching.md)."""
+"""Reference plane: 0 level, 1 parallel to the reference image, which is kinder to façades (docs/matching.md)."""
 LEAST_MATCHED = 0.05
 """A pair with a smaller share of matched pixels at the coarse level is refused; set by hand."""
 
 
 class MatchParameters(Parameters):
-    """Dense matching of one base image with its partners."""
+    """Dense matching of one reference image with its partners."""
 
     lattice: LatticeParameters = LatticeParameters()
     merge: MergeParameters = MergeParameters()
@@ -78,11 +78,11 @@ class PairReport:
 
 @dataclass(frozen=True, slots=True)
 class Matched:
-    """Result of matching one base image.
+    """Result of matching one reference image.
 
     Attributes
     ----------
-    depth_map : None where the base image shows none of the cells, or no partner could be used
+    depth_map : None where the reference image shows none of the cells, or no partner could be used
     sgm_seconds : time inside the library's matcher
     pixels : pixels with a depth
     """
@@ -94,29 +94,29 @@ class Matched:
 
 
 def match(
-    base: OrientedImage,
-    base_pixels: Pixels,
+    reference: OrientedImage,
+    reference_pixels: Pixels,
     partners: Sequence[tuple[OrientedImage, Pixels]],
     keep: GroundCells,
     heights: tuple[float, float],
     parameters: MatchParameters,
 ) -> Matched:
-    """Match a base image with its partners and keep the depths whose points stand in `keep`.
+    """Match a reference image with its partners and keep the depths whose points stand in `keep`.
 
     Parameters
     ----------
-    heights : lowest ground and highest object that the base image can see, world metres; the same for all calls of one base image
+    heights : lowest ground and highest object that the reference image can see, world metres; the same for all calls of one reference image
     """
     clock = SgmClock()
     store = TileStore(parameters.memory_mb << 20)
-    grey = GreyImage.of(base.name, base_pixels, store)
+    grey = GreyImage.of(reference.name, reference_pixels, store)
     lattices: list[PairLattice] = []
     reports: list[PairReport] = []
-    margin = _margin(base, heights)
-    window = window_of(base, keep, heights, margin)
+    margin = _margin(reference, heights)
+    window = window_of(reference, keep, heights, margin)
     for partner, pixels in partners if window is not None else ():
         images = grey, GreyImage.of(partner.name, pixels, store)
-        lattice, report = _prepared(base, partner, images, heights, parameters, clock)
+        lattice, report = _prepared(reference, partner, images, heights, parameters, clock)
         reports.append(report)
         if lattice is not None:
             lattices.append(lattice)
@@ -125,24 +125,24 @@ def match(
     needed = _needed(lattices, window, keep, margin)
     for lattice in lattices:
         compute_blocks(lattice, window, needed)
-    depth_map = _depth_map(base, base_pixels, lattices, (window, needed), keep, parameters)
+    depth_map = _depth_map(reference, reference_pixels, lattices, (window, needed), keep, parameters)
     reports = [_completed(r, lattices) for r in reports]
     return Matched(depth_map, tuple(reports), clock.seconds, int(np.isfinite(depth_map.depth).sum()))
 
 
-def _margin(base: OrientedImage, heights: tuple[float, float]) -> float:
+def _margin(reference: OrientedImage, heights: tuple[float, float]) -> float:
     """Ground metres around the cells whose pixels the filters look at: 16 pixels, at the furthest."""
-    return 16.0 * 2.0 * (base.centre[2] - heights[0]) / base.camera.fx
+    return 16.0 * 2.0 * (reference.centre[2] - heights[0]) / reference.camera.fx
 
 
 def _prepared(
-    base: OrientedImage, partner: OrientedImage, images: tuple[GreyImage, GreyImage], heights: tuple[float, float],
+    reference: OrientedImage, partner: OrientedImage, images: tuple[GreyImage, GreyImage], heights: tuple[float, float],
     parameters: MatchParameters, clock: SgmClock,
 ) -> tuple[PairLattice | None, PairReport]:  # fmt: skip
     """A pair's lattice with its vertical parallax corrected, or None; and what was found."""
     low, high = heights
     try:
-        pair = rectify(base, partner, low + 0.2 * (high - low), PLANE_LEAN)
+        pair = rectify(reference, partner, low + 0.2 * (high - low), PLANE_LEAN)
     except UnusablePair as error:
         return None, PairReport(partner.name, False, error.problem)
     draft = PairLattice(pair, images, heights, parameters.lattice, clock)
@@ -203,7 +203,7 @@ def _completed(report: PairReport, lattices: Sequence[PairLattice]) -> PairRepor
 
 
 def _depth_map(
-    base: OrientedImage, pixels: Pixels, lattices: Sequence[PairLattice], where: tuple[Window, BoolArray],
+    reference: OrientedImage, pixels: Pixels, lattices: Sequence[PairLattice], where: tuple[Window, BoolArray],
     keep: GroundCells, parameters: MatchParameters,
 ) -> DepthMap:  # fmt: skip
     """Merge square by square and put together."""
@@ -222,27 +222,31 @@ def _depth_map(
             ]
             if needed[parts].any():
                 at = np.s_[r - top : inner[1] - top, c - left : inner[3] - left]
-                depth[at], sigma[at], views[at] = _merged_square(base, lattices, inner, keep, parameters)
+                depth[at], sigma[at], views[at] = _merged_square(reference, lattices, inner, keep, parameters)
     colour = pixels.window((top, bottom), (left, right))
-    return DepthMap(base.name, top, left, depth, sigma, views, colour)
+    return DepthMap(reference.name, top, left, depth, sigma, views, colour)
 
 
 def _merged_square(
-    base: OrientedImage, lattices: Sequence[PairLattice], square: Window, keep: GroundCells, parameters: MatchParameters
+    reference: OrientedImage,
+    lattices: Sequence[PairLattice],
+    square: Window,
+    keep: GroundCells,
+    parameters: MatchParameters,
 ) -> tuple[Float32Array, Float32Array, ByteArray]:
     """Depth, sigma and views of a square, those outside the cells left out."""
-    around = _widened(square, base.camera, parameters)
+    around = _widened(square, reference.camera, parameters)
     rows, cols = np.arange(around[0], around[1]) + 0.5, np.arange(around[2], around[3]) + 0.5
-    normal = base.camera.undistort(np.stack(np.meshgrid(cols, rows), axis=-1))
+    normal = reference.camera.undistort(np.stack(np.meshgrid(cols, rows), axis=-1))
     depths, sigmas = zip(*(_of_pair(lattice, normal) for lattice in lattices), strict=True)
     depth, sigma, views = merged(depths, sigmas, parameters.merge)
-    gsd = _middle_gsd(base, lattices[0].heights)
+    gsd = _middle_gsd(reference, lattices[0].heights)
     grey = lattices[0].images[0].window((around[0], around[1]), (around[2], around[3]), 0)
     depth = at_image_edges(depth, grey, gsd, parameters.edges)
     depth[mixed_pixels(depth, gsd, parameters.smoothing)] = np.nan
     depth = smoothed(depth, gsd, parameters.smoothing)
     inner = np.s_[square[0] - around[0] : square[1] - around[0], square[2] - around[2] : square[3] - around[2]]
-    kept = _kept(base, normal[inner], depth[inner], keep)
+    kept = _kept(reference, normal[inner], depth[inner], keep)
     return (
         np.where(kept, depth[inner], np.float32(np.nan)), np.where(kept, sigma[inner], np.float32(np.nan)),
         np.where(kept, views[inner], np.uint8(0)),
@@ -264,19 +268,19 @@ def _of_pair(lattice: PairLattice, normal: FloatArray) -> tuple[Float32Array, Fl
     row, col = int(np.floor(y.min())) - 2, int(np.floor(x.min())) - 2
     ends = (row, int(np.ceil(y.max())) + 3), (col, int(np.ceil(x.max())) + 3)
     region = lattice.region(0, *ends, known_only=True)
-    most = MOST_SIGMA_GSD * _middle_gsd(lattice.pair.base, lattice.heights)
+    most = MOST_SIGMA_GSD * _middle_gsd(lattice.pair.reference, lattice.heights)
     return depths_of_pair(lattice.pair, normal, region, (row, col), DISPARITY_SIGMA_PX, most)
 
 
-def _middle_gsd(base: OrientedImage, heights: tuple[float, float]) -> float:
+def _middle_gsd(reference: OrientedImage, heights: tuple[float, float]) -> float:
     """Metres per pixel across the ray where the optical axis meets the ground."""
-    return float((base.centre[2] - heights[0]) / -base.axis[2] / base.camera.fx)
+    return float((reference.centre[2] - heights[0]) / -reference.axis[2] / reference.camera.fx)
 
 
-def _kept(base: OrientedImage, normal: FloatArray, depth: Float32Array, keep: GroundCells) -> BoolArray:
+def _kept(reference: OrientedImage, normal: FloatArray, depth: Float32Array, keep: GroundCells) -> BoolArray:
     known = np.isfinite(depth)
-    rays = np.concatenate([normal[known], np.ones((int(known.sum()), 1))], axis=-1) @ base.rotation
-    xy = base.centre[:2] + depth[known, None].astype(np.float64) * rays[:, :2]
+    rays = np.concatenate([normal[known], np.ones((int(known.sum()), 1))], axis=-1) @ reference.rotation
+    xy = reference.centre[:2] + depth[known, None].astype(np.float64) * rays[:, :2]
     kept = np.zeros_like(known)
     kept[known] = keep.holds(xy[:, 0], xy[:, 1])
     return kept

@@ -1,4 +1,4 @@
-"""Depths of all partners brought into the geometry of the base image and merged by consistency."""
+"""Depths of all partners brought into the geometry of the reference image and merged by consistency."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def depths_of_pair(
     sigma_px: float,
     most_sigma: float,
 ) -> tuple[Float32Array, Float32Array]:
-    """Depth and its expected standard deviation at base pixels.
+    """Depth and its expected standard deviation at pixels of the reference image.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def depths_of_pair(
 
 @njit(cache=True, nogil=True)
 def _depth(u, v_row, d, g):  # type: ignore[no-untyped-def]
-    """Depth of the point that a ray of the base at rectified (u, v_row) meets with the partner's ray at u - d."""
+    """Depth of the point that a ray of the reference image at rectified (u, v_row) meets with the partner's ray at u - d."""
     rx = u / g.focal
     qu = u - d
     qx, qy = qu / g.focal, v_row * (1.0 - qu * g.fan) / g.focal

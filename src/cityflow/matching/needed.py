@@ -1,4 +1,4 @@
-"""Which parts of a base image can show the ground cells asked for."""
+"""Which parts of a reference image can show the ground cells asked for."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.matching.lattice import MARGIN_PX, PairLattice
 
 PART_PX = 64
-"""Edge of the squares of the base image that are looked at or left out."""
+"""Edge of the squares of the reference image that are looked at or left out."""
 
 Window = tuple[int, int, int, int]
-"""First row, end row, first column, end column of the base image; multiples of PART_PX but at the end of the image."""
+"""First row, end row, first column, end column of the reference image; multiples of PART_PX but at the end of the image."""
 
 
-def window_of(base: OrientedImage, keep: GroundCells, heights: tuple[float, float], margin: float) -> Window | None:
-    """Window of the base image that shows the box around the cells between the heights; None where it shows nothing of it."""
+def window_of(
+    reference: OrientedImage, keep: GroundCells, heights: tuple[float, float], margin: float
+) -> Window | None:
+    """Window of the reference image that shows the box around the cells between the heights; None where it shows nothing of it."""
     x_min, y_min, x_max, y_max = keep.bounds
     axes = (
         np.linspace(x_min - margin, x_max + margin, 17), np.linspace(y_min - margin, y_max + margin, 17),
         np.linspace(heights[0], heights[1], 5),
     )  # fmt: skip
     xyz = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
-    local = base.in_camera(xyz)
+    local = reference.in_camera(xyz)
     local = local[local[:, 2] > 0]
     if not len(local):
         return None
     # the pinhole view is convex; clipping it before distortion keeps far points from folding back
     normal = local[:, :2] / local[:, 2:]
-    camera = base.camera
+    camera = reference.camera
     corners = np.array([[0, 0], [camera.width, 0], [0, camera.height], [camera.width, camera.height]], np.float64)
     middles = np.array([[0.5, 0], [0.5, 1], [0, 0.5], [1, 0.5]]) * (camera.width, camera.height)
     limits = camera.undistort(np.concatenate([corners, middles]))
@@ -70,7 +72,7 @@ def parts_of_pair(
     """
     needed = np.zeros_like(candidates)
     rows, cols = np.nonzero(candidates)
-    normal = lattice.pair.base.camera.undistort(_corners(window, rows, cols))
+    normal = lattice.pair.reference.camera.undistort(_corners(window, rows, cols))
     x, y = lattice.pair.rectified(normal)
     found = np.array([_search_range(lattice, level, x[i], y[i]) for i in range(len(rows))]).reshape(-1, 2)
     seen = np.isfinite(found[:, 0])
@@ -92,7 +94,7 @@ def _corners(window: Window, rows: IntArray, cols: IntArray) -> FloatArray:
 def compute_blocks(lattice: PairLattice, window: Window, needed: BoolArray) -> None:
     """Match every block of level 0 that a needed part touches."""
     rows, cols = np.nonzero(needed)
-    x, y = lattice.pair.rectified(lattice.pair.base.camera.undistort(_corners(window, rows, cols)))
+    x, y = lattice.pair.rectified(lattice.pair.reference.camera.undistort(_corners(window, rows, cols)))
     for block in sorted({b for i in range(len(rows)) for b in blocks_under(lattice, 0, x[i], y[i])}):
         lattice.disparity(0, block)
 

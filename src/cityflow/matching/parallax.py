@@ -38,7 +38,7 @@ class VerticalParallax:
 def vertical_parallax(lattice: PairLattice, level: int) -> VerticalParallax | None:
     """Measure it over the whole image at a coarse level, by one least-squares step per patch; None where too few patches have texture.
 
-    The partner is drawn to the base by the disparities found, so only rows are left to differ.
+    The partner is drawn to the reference image by the disparities found, so only rows are left to differ.
     """
     parts = []
     down, right = lattice.grid(level)
@@ -69,14 +69,14 @@ def _patches(lattice: PairLattice, level: int, block: tuple[int, int]) -> FloatA
         return np.empty((0, 3))
     low, high = int(np.floor(disparity[known].min())) - 2, int(np.ceil(disparity[known].max())) + 3
     shape = (bottom - top, right - left)
-    base, _ = resampled(lattice.images[0], lattice.pair.base_pixels, (top, left), shape, level)
+    reference, _ = resampled(lattice.images[0], lattice.pair.reference_pixels, (top, left), shape, level)
     wide = (shape[0], shape[1] + high - low)
     partner, _ = resampled(lattice.images[1], lattice.pair.partner_pixels, (top, left - high), wide, level)
     cols, rows = np.meshgrid(np.arange(shape[1], dtype=np.float32), np.arange(shape[0], dtype=np.float32))
     drawn = cv2.remap(
         partner.astype(np.float32), cols - np.nan_to_num(disparity) + np.float32(high), rows, cv2.INTER_LINEAR
     )
-    shift, good = _row_shift(base.astype(np.float32), np.asarray(drawn, np.float32), known)
+    shift, good = _row_shift(reference.astype(np.float32), np.asarray(drawn, np.float32), known)
     at_row, at_col = np.nonzero(good)
     step = float(1 << level)
     return np.column_stack([
@@ -84,9 +84,9 @@ def _patches(lattice: PairLattice, level: int, block: tuple[int, int]) -> FloatA
     ])  # fmt: skip
 
 
-def _row_shift(base: Float32Array, drawn: Float32Array, known: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """Shift of rows per patch: drawn(row + shift) = base(row); and which patches have enough texture."""
-    smooth = [cv2.GaussianBlur(image, (0, 0), 1.0) for image in (base, drawn)]
+def _row_shift(reference: Float32Array, drawn: Float32Array, known: BoolArray) -> tuple[FloatArray, BoolArray]:
+    """Shift of rows per patch: drawn(row + shift) = reference(row); and which patches have enough texture."""
+    smooth = [cv2.GaussianBlur(image, (0, 0), 1.0) for image in (reference, drawn)]
     slope = [np.gradient(image, axis=0) for image in smooth]
     mean = 0.5 * (slope[0] + slope[1])
     inner = cv2.erode(known.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0

@@ -35,7 +35,7 @@ class SubpixelParameters(Parameters):
 
 
 def refined(
-    base: ByteArray, partner: ByteArray, disparity: Float32Array, parameters: SubpixelParameters
+    reference: ByteArray, partner: ByteArray, disparity: Float32Array, parameters: SubpixelParameters
 ) -> Float32Array:
     """Disparities after averaging and least squares.
 
@@ -52,7 +52,7 @@ def refined(
     one = _one_surface(smooth, known)
     start = smooth.copy()
     for _ in range(p.steps):
-        shift = _shift(base, partner, smooth, known)
+        shift = _shift(reference, partner, smooth, known)
         shift[~one] = 0.0
         smooth = np.clip(smooth + shift, start - np.float32(MOST_SHIFT_PX), start + np.float32(MOST_SHIFT_PX))
     return smooth
@@ -66,9 +66,9 @@ def _one_surface(disparity: Float32Array, known: BoolArray) -> BoolArray:
     return np.asarray(high - low < SAME_SURFACE_PX * (1 + WINDOW_PX))
 
 
-def _shift(base: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray) -> Float32Array:
+def _shift(reference: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray) -> Float32Array:
     """What is left between the two images, per pixel."""
-    terms = _terms(base, partner, disparity)
+    terms = _terms(reference, partner, disparity)
     size = (2 * WINDOW_PX + 1,) * 2
     count, g, e, gg, ge = (cv2.boxFilter(t, -1, size, borderType=cv2.BORDER_REPLICATE) for t in terms)
     shift = _solved(count, g, e, gg, ge, np.float32(DAMPING))
@@ -103,9 +103,9 @@ def _averaged(disparity, radius, near):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _terms(base, partner, disparity):  # type: ignore[no-untyped-def]
+def _terms(reference, partner, disparity):  # type: ignore[no-untyped-def]
     """Count, gradient, difference, and their products; all 0 where there is no disparity."""
-    rows, cols = base.shape
+    rows, cols = reference.shape
     out = np.zeros((5, rows, cols), np.float32)
     for i in range(rows):
         for j in range(1, cols - 1):
@@ -121,8 +121,8 @@ def _terms(base, partner, disparity):  # type: ignore[no-untyped-def]
             c1, c2, c3 = 0.5 * (c - a), a - 2.5 * b + 2.0 * c - 0.5 * e, 0.5 * (e - a) + 1.5 * (b - c)
             value = b + t * (c1 + t * (c2 + t * c3))
             slope = c1 + t * (2.0 * c2 + t * 3.0 * c3)
-            g = 0.5 * (slope + 0.5 * (np.float32(base[i, j + 1]) - np.float32(base[i, j - 1])))
-            difference = value - np.float32(base[i, j])
+            g = 0.5 * (slope + 0.5 * (np.float32(reference[i, j + 1]) - np.float32(reference[i, j - 1])))
+            difference = value - np.float32(reference[i, j])
             out[0, i, j] = 1.0
             out[1, i, j] = g
             out[2, i, j] = difference

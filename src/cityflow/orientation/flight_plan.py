@@ -1,6 +1,6 @@
-"""Who is matched with whom, over which ground: masters, their partners, and the flight tiles of a ground tile.
+"""Who is matched with whom, over which ground: reference images, their partners, and the flight tiles of a ground tile.
 
-Nothing here depends on how the ground is cut into tiles: masters answer for cells of a lattice of their own, partners belong to a base image.
+Nothing here depends on how the ground is cut into tiles: reference images answer for cells of a lattice of their own, partners belong to a reference image.
 """
 
 from __future__ import annotations
@@ -18,9 +18,15 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.look_directions import looking
-from cityflow.orientation.masters import MOST_GSD_RATIO, MasterParameters, candidates, cell_for, choose_masters
 from cityflow.orientation.partners import Neighbourhood, Pairing, PartnerParameters, find_partners, view_samples
-from cityflow.orientation.thinning import surplus_masters
+from cityflow.orientation.reference_images import (
+    MOST_GSD_RATIO,
+    ReferenceImageParameters,
+    candidates,
+    cell_for,
+    choose_reference_images,
+)
+from cityflow.orientation.thinning import surplus_reference_images
 from cityflow.orientation.views import View, footprints, gsd, sees
 
 MOST_SAMPLES = 48
@@ -35,55 +41,55 @@ JOIN_DEG = 30.0
 
 
 class FlightPlanParameters(Parameters):
-    """Masters, partners, and the directions that have masters."""
+    """Reference images, partners, and the directions that have reference images."""
 
-    masters: MasterParameters = MasterParameters()
+    reference_images: ReferenceImageParameters = ReferenceImageParameters()
     partners: PartnerParameters = PartnerParameters()
     least_images: int = Field(
         5,
         ge=1,
-        description="look directions of fewer images have no masters of their own; their images join the nearest",
+        description="look directions of fewer images have no reference images of their own; their images join the nearest",
     )
 
 
 @dataclass(frozen=True, slots=True)
 class FlightTile:
-    """One base image over one ground tile: a unit of matching.
+    """One reference image over one ground tile: a unit of matching.
 
     Attributes
     ----------
-    name : ground tile and base image, unique in a survey
-    base : the master;  partners : images it is matched with, best first
-    direction : name of the look direction for which it is master
+    name : ground tile and reference image, unique in a survey
+    reference : the reference image;  partners : images it is matched with, best first
+    direction : name of the look direction for which it is reference image
     cells : the ground that it answers for
     """
 
     name: str
-    base: str
+    reference: str
     partners: tuple[str, ...]
     direction: str
     cells: GroundCells
 
 
 @dataclass(frozen=True, slots=True)
-class Masters:
-    """Masters of one direction: (n, 2) cells in order of rows and columns, and the (n,) view of each."""
+class ReferenceImages:
+    """Reference images of one direction: (n, 2) cells in order of rows and columns, and the (n,) view of each."""
 
     cell: IntArray
     view: IntArray
 
-    def over(self, bounds: Bounds, cell_m: float) -> Masters:
+    def over(self, bounds: Bounds, cell_m: float) -> ReferenceImages:
         """Those whose cells meet `bounds` with more than an edge."""
         col_0, row_0 = np.floor(np.array(bounds[:2]) / cell_m)
         col_1, row_1 = np.ceil(np.array(bounds[2:]) / cell_m)
         start, stop = np.searchsorted(self.cell[:, 1], [row_0, row_1])
         cols = self.cell[start:stop, 0]
         inside = np.arange(start, stop)[(cols >= col_0) & (cols < col_1)]
-        return Masters(self.cell[inside], self.view[inside])
+        return ReferenceImages(self.cell[inside], self.view[inside])
 
 
 class FlightPlan:
-    """Masters, partners and flight tiles of a survey; what is asked for is computed once.
+    """Reference images, partners and flight tiles of a survey; what is asked for is computed once.
 
     Parameters
     ----------
@@ -97,12 +103,12 @@ class FlightPlan:
         self.frames = tuple(frames)
         self.parameters = parameters
         self._index = {view.name: k for k, view in enumerate(self.around.views)}
-        self._masters: dict[str, Masters] = {}
+        self._reference_images: dict[str, ReferenceImages] = {}
         self._pairings: dict[int, Pairing] = {}
 
     @cached_property
     def directions(self) -> dict[str, tuple[LocalFrame, tuple[int, ...]]]:
-        """Look directions with masters: the frame and its views, images of small clusters joined to the nearest."""
+        """Look directions with reference images: the frame and its views, images of small clusters joined to the nearest."""
         least = min(self.parameters.least_images, max((len(f.images) for f in self.frames), default=1))
         kept = [frame for frame in self.frames if len(frame.images) >= least]
         members = {frame.name: [self._index[n] for n in frame.images if n in self._index] for frame in kept}
@@ -119,8 +125,8 @@ class FlightPlan:
 
     @cached_property
     def cell_m(self) -> float:
-        """Edge of the cells that are given to masters, metres."""
-        return self.parameters.masters.cell_m or cell_for(footprints(self.around.views))
+        """Edge of the cells that are given to reference images, metres."""
+        return self.parameters.reference_images.cell_m or cell_for(footprints(self.around.views))
 
     @cached_property
     def _median_gsd(self) -> float:
@@ -130,8 +136,10 @@ class FlightPlan:
     @cached_property
     def most_views(self) -> int:
         """Images that are matched with each other at most, a base and its partners."""
-        masters = {int(k) for direction in self.directions for k in np.unique(self.masters(direction).view)}
-        return max((1 + len(self._pairing(k).chosen) for k in masters), default=1)
+        reference_images = {
+            int(k) for direction in self.directions for k in np.unique(self.reference_images(direction).view)
+        }
+        return max((1 + len(self._pairing(k).chosen) for k in reference_images), default=1)
 
     @cached_property
     def _direction_of(self) -> dict[int, str]:
@@ -140,21 +148,21 @@ class FlightPlan:
     def _names_of_partners(self, k: int) -> tuple[str, ...]:
         return tuple(self.around.views[i].name for i in self._pairing(k).chosen)
 
-    def masters(self, direction: str) -> Masters:
-        """Masters of a look direction, each with at least one partner."""
-        if direction not in self._masters:
-            self._masters[direction] = self._choose(direction)
-        return self._masters[direction]
+    def reference_images(self, direction: str) -> ReferenceImages:
+        """Reference images of a look direction, each with at least one partner."""
+        if direction not in self._reference_images:
+            self._reference_images[direction] = self._choose(direction)
+        return self._reference_images[direction]
 
     def partners(self, image: str) -> tuple[str, ...]:
-        """Partners of an image, best first; of a master for the ground it answers for, of another for all that it sees."""
+        """Partners of an image, best first; of a reference image for the ground it answers for, of another for all that it sees."""
         k = self._index[image]
         if k in self._direction_of:
-            self.masters(self._direction_of[k])
+            self.reference_images(self._direction_of[k])
         return self._names_of_partners(k)
 
     def flight_tiles(self, tile_name: str, bounds: Bounds) -> tuple[FlightTile, ...]:
-        """All units of matching over a ground tile, direction by direction, in the order of their base images' names.
+        """All units of matching over a ground tile, direction by direction, in the order of their reference images' names.
 
         Parameters
         ----------
@@ -164,12 +172,14 @@ class FlightPlan:
         cell_m = self.cell_m
         tiles = []
         for direction in self.directions:
-            over = self.masters(direction).over(bounds, cell_m)
+            over = self.reference_images(direction).over(bounds, cell_m)
             for k in np.unique(over.view).tolist():
                 chosen = tuple(sorted((int(c), int(r)) for c, r in over.cell[over.view == k]))
-                base = self.around.views[k].name
+                reference = self.around.views[k].name
                 cells = GroundCells(bounds, cell_m, chosen)
-                tiles.append(FlightTile(f"{tile_name}.{base}", base, self._names_of_partners(k), direction, cells))
+                tiles.append(
+                    FlightTile(f"{tile_name}.{reference}", reference, self._names_of_partners(k), direction, cells)
+                )
         return tuple(tiles)
 
     def problems(self) -> list[tuple[str, str]]:
@@ -184,33 +194,35 @@ class FlightPlan:
                 alone.append((view.name, pairing.reason))
         return alone
 
-    def _choose(self, direction: str) -> Masters:
+    def _choose(self, direction: str) -> ReferenceImages:
         frame, members = self.directions[direction]
-        p = self.parameters.masters.model_copy(update={"cell_m": self.cell_m})
+        p = self.parameters.reference_images.model_copy(update={"cell_m": self.cell_m})
         found = candidates(self.around.views, members, looking(frame), self.cell_m, MOST_GSD_RATIO * self._median_gsd)
         known: dict[int, tuple[bytes, Pairing]] = {}
         for last in (*(False,) * (ROUNDS - 1), True):
-            surplus = surplus_masters(self.around.views, found, p)
-            chosen = choose_masters(found, surplus, p.masters_per_cell)
-            masters = Masters(found.cell[chosen], found.view[chosen])
-            useless = self._pair_masters(masters, known)
+            surplus = surplus_reference_images(self.around.views, found, p)
+            chosen = choose_reference_images(found, surplus, p.images_per_cell)
+            reference_images = ReferenceImages(found.cell[chosen], found.view[chosen])
+            useless = self._pair_reference_images(reference_images, known)
             if last or not useless.any():
                 break
             # others may see with a partner what these cannot
             kept = np.ones(len(found.view), bool)
             kept[chosen[useless]] = False
             found = found.take(kept)
-        masters = Masters(masters.cell[~useless], masters.view[~useless])
-        self._pairings.update({k: known[k][1] for k in np.unique(masters.view).tolist()})
-        return masters
+        reference_images = ReferenceImages(reference_images.cell[~useless], reference_images.view[~useless])
+        self._pairings.update({k: known[k][1] for k in np.unique(reference_images.view).tolist()})
+        return reference_images
 
-    def _pair_masters(self, masters: Masters, known: dict[int, tuple[bytes, Pairing]]) -> BoolArray:
-        """(n,) which pairs of cell and master are useless, as no partner sees the cell; partners of all masters go to `known`."""
-        useless = np.zeros(len(masters.view), bool)
-        order = np.argsort(masters.view, kind="stable")
-        views, first = np.unique(masters.view[order], return_index=True)
+    def _pair_reference_images(
+        self, reference_images: ReferenceImages, known: dict[int, tuple[bytes, Pairing]]
+    ) -> BoolArray:
+        """(n,) which pairs of cell and reference image are useless, as no partner sees the cell; partners of all reference images go to `known`."""
+        useless = np.zeros(len(reference_images.view), bool)
+        order = np.argsort(reference_images.view, kind="stable")
+        views, first = np.unique(reference_images.view[order], return_index=True)
         for k, part in zip(views.tolist(), np.split(order, first[1:]) if len(views) else [], strict=True):
-            cells = masters.cell[part]
+            cells = reference_images.cell[part]
             if k not in known or known[k][0] != cells.tobytes():
                 known[k] = cells.tobytes(), self._pair(k, cells)
             pairing = known[k][1]

@@ -1,6 +1,6 @@
-"""Which images a base image is matched with.
+"""Which images a reference image is matched with.
 
-A partner is good where its rays meet the base's at a good angle, at a like scale, and good beside the others where it looks from another side:
+A partner is good where its rays meet the reference image's at a good angle, at a like scale, and good beside the others where it looks from another side:
 what one partner does not see behind a house, the one from the other side does.
 """
 
@@ -34,13 +34,13 @@ LARGEST_SCALE_RATIO = 2.0
 LARGEST_TURN_DEG = 45.0
 """Optical axes of a pair differ by no more: neighbouring heads of an oblique camera do by 45 degrees."""
 LEAST_OVERLAP = 0.15
-"""Share of the base's ground that a partner must see; set by hand on synthetic flights and kite photographs."""
+"""Share of the reference image's ground that a partner must see; set by hand on synthetic flights and kite photographs."""
 
 
 class PartnerParameters(Parameters):
     """What makes a good pair."""
 
-    partners: int = Field(5, ge=1, le=32, description="partners of a base image at most")
+    partners: int = Field(5, ge=1, le=32, description="partners of a reference image at most")
 
 
 @dataclass(frozen=True)
@@ -89,28 +89,28 @@ class Neighbourhood:
 
 @dataclass(frozen=True, slots=True)
 class Pairing:
-    """Partners of a base image, best first, as indices into the neighbourhood; and why there is none."""
+    """Partners of a reference image, best first, as indices into the neighbourhood; and why there is none."""
 
     chosen: tuple[int, ...]
     usable: tuple[int, ...]
     reason: str = ""
 
 
-def find_partners(around: Neighbourhood, base: int, xyz: FloatArray, parameters: PartnerParameters) -> Pairing:
-    """Partners of view `base` for the (n, 3) world points that it answers for.
+def find_partners(around: Neighbourhood, reference: int, xyz: FloatArray, parameters: PartnerParameters) -> Pairing:
+    """Partners of view `reference` for the (n, 3) world points that it answers for.
 
     Each next partner is the one that adds most: the sum over the points of its quality there, less what partners from the same side have already.
     """
     if len(xyz) == 0:
         return Pairing((), (), "it sees no ground: it looks at or above the horizon, or its centre is below the ground")
     others = around.meeting(xyz)
-    others = others[others != base]
+    others = others[others != reference]
     if len(others) == 0:
         return Pairing((), (), "no other image sees the ground that it sees")
-    others, reason = _comparable(around, base, others, xyz.mean(axis=0))
+    others, reason = _comparable(around, reference, others, xyz.mean(axis=0))
     if len(others) == 0:
         return Pairing((), (), reason)
-    parallax, quality = _pairs(around, base, others, xyz)
+    parallax, quality = _pairs(around, reference, others, xyz)
     enough = np.mean(quality > 0, axis=1) >= LEAST_OVERLAP
     others, parallax, quality = others[enough], parallax[enough], quality[enough]
     if len(others) == 0:
@@ -127,26 +127,26 @@ def angle_quality(angle_deg: FloatArray) -> FloatArray:
     return np.interp(angle_deg, [least / 3, least, low, high, most, 1.6 * most], [0.0, 0.5, 1.0, 1.0, 0.5, 0.0])
 
 
-def _comparable(around: Neighbourhood, base: int, others: IntArray, point: FloatArray) -> tuple[IntArray, str]:
+def _comparable(around: Neighbourhood, reference: int, others: IntArray, point: FloatArray) -> tuple[IntArray, str]:
     """Those of `others` that might do, judged at one point with room to spare; and why the rest do not."""
-    turned = np.degrees(np.arccos(np.clip(around.axes[others] @ around.axes[base], -1, 1)))
+    turned = np.degrees(np.arccos(np.clip(around.axes[others] @ around.axes[reference], -1, 1)))
     nothing = others[:0]
     alike = turned <= LARGEST_TURN_DEG
     if not alike.any():
         return nothing, f"images that see the same ground look elsewhere: axes differ by {turned.min():.0f}° or more"
     others = others[alike]
-    rays, own = around.centres[others] - point, around.centres[base] - point
+    rays, own = around.centres[others] - point, around.centres[reference] - point
     far, near = np.linalg.norm(rays, axis=1), float(np.linalg.norm(own))
     angle = np.degrees(np.arccos(np.clip(rays @ own / np.maximum(far * near, 1e-12), -1, 1)))
     met = (angle <= 2.5 * GOOD_ANGLE_DEG[1]) & (np.linalg.norm(rays - own, axis=1) > 1e-6 * near)
     if not met.any():
         return nothing, f"its rays meet those of others at {angle.min():.0f}° or more, or they come from one place"
-    others, octaves = others[met], _octaves(around, base, others[met], far[met], near)
+    others, octaves = others[met], _octaves(around, reference, others[met], far[met], near)
     scaled = octaves <= 2 * np.log2(LARGEST_SCALE_RATIO)
     if not scaled.any():
         return nothing, f"scales differ by {2 ** octaves.min():.1f} or more from those that see the same ground"
     others = others[scaled]
-    apart = ~_epipoles_inside(around, base, others)
+    apart = ~_epipoles_inside(around, reference, others)
     angle = np.degrees(np.arccos(np.clip(unit_rays(around, others, point) @ (own / near), -1, 1)))
     best = np.lexsort((others, -np.round(angle_quality(angle) * apart, 3)))[:MOST_CANDIDATES]
     others, apart = others[best], apart[best]
@@ -160,18 +160,20 @@ def unit_rays(around: Neighbourhood, others: IntArray, point: FloatArray) -> Flo
 
 
 def _octaves(
-    around: Neighbourhood, base: int, others: IntArray, far: FloatArray, near: FloatArray | float
+    around: Neighbourhood, reference: int, others: IntArray, far: FloatArray, near: FloatArray | float
 ) -> FloatArray:
-    scale = (far / around.focal_px[others].reshape(-1, *(1,) * (np.ndim(far) - 1))) / (near / around.focal_px[base])
+    scale = (far / around.focal_px[others].reshape(-1, *(1,) * (np.ndim(far) - 1))) / (
+        near / around.focal_px[reference]
+    )
     return np.asarray(np.abs(np.log2(np.maximum(scale, 1e-9))))
 
 
-def _epipoles_inside(around: Neighbourhood, base: int, others: IntArray) -> BoolArray:
+def _epipoles_inside(around: Neighbourhood, reference: int, others: IntArray) -> BoolArray:
     """(m,) whether one image sees the other's projection centre or its opposite: then no rectification keeps the image whole."""
-    line = around.centres[others] - around.centres[base]
+    line = around.centres[others] - around.centres[reference]
     inside = np.zeros(len(others), bool)
     for rotations, fields in (
-        (around.rotations[[base]], around.fields[[base]]),
+        (around.rotations[[reference]], around.fields[[reference]]),
         (around.rotations[others], around.fields[others]),
     ):
         local = np.einsum("mij,mj->mi", np.broadcast_to(rotations, (len(others), 3, 3)), line)
@@ -181,19 +183,19 @@ def _epipoles_inside(around: Neighbourhood, base: int, others: IntArray) -> Bool
     return inside
 
 
-def _pairs(around: Neighbourhood, base: int, others: IntArray, xyz: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(m, n, 2) parallaxes in degrees across the base's rays, and (m, n) qualities, of m others at n points."""
-    own = around.centres[base] - xyz
+def _pairs(around: Neighbourhood, reference: int, others: IntArray, xyz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(m, n, 2) parallaxes in degrees across the reference image's rays, and (m, n) qualities, of m others at n points."""
+    own = around.centres[reference] - xyz
     near = np.linalg.norm(own, axis=1)
     rays = around.centres[others][:, None, :] - xyz
     far = np.linalg.norm(rays, axis=2)
     own, rays = own / near[:, None], rays / far[..., None]
-    # right and down of the base image, made perpendicular to each ray, span the plane in which a partner may stand
-    right, down = (np.asarray(v - (own @ v)[:, None] * own) for v in around.views[base].image.rotation[:2])
+    # right and down of the reference image, made perpendicular to each ray, span the plane in which a partner may stand
+    right, down = (np.asarray(v - (own @ v)[:, None] * own) for v in around.views[reference].image.rotation[:2])
     across = np.stack([np.sum(rays * right, axis=2), np.sum(rays * down, axis=2)], axis=2)
     angle = np.degrees(np.arccos(np.clip(np.sum(rays * own, axis=2), -1, 1)))
     parallax = across / np.maximum(np.linalg.norm(across, axis=2), 1e-12)[..., None] * angle[..., None]
-    scale = np.interp(_octaves(around, base, others, far, near) / np.log2(LARGEST_SCALE_RATIO), [0.25, 1], [1, 0])
+    scale = np.interp(_octaves(around, reference, others, far, near) / np.log2(LARGEST_SCALE_RATIO), [0.25, 1], [1, 0])
     seen = np.array([sees(around.views[int(k)].image, xyz) for k in others])
     return parallax, angle_quality(angle) * scale * seen
 

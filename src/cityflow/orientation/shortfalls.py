@@ -13,8 +13,8 @@ from cityflow.core.arrays import BoolArray
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
 from cityflow.orientation.coverage import Coverage, wall_name
+from cityflow.orientation.image_overlap import Overlap
 from cityflow.orientation.look_directions import COMPASS
-from cityflow.orientation.overlap import Overlap
 
 SAFE_VIEWS = 3
 """Two images give a height, the third one checks it."""

@@ -1,7 +1,7 @@
-"""Fewer masters: which exposures are not worth being master, because what is matched for them is mostly the ground of others.
+"""Fewer reference images: which exposures are not worth being reference image, because what is matched for them is mostly the ground of others.
 
 A flight with 80 % overlap gives every exposure a strip of a fifth of its height; matching adds a margin for heights and a halo around it. Where the
-neighbours see that strip nearly as well, one window less is matched. A master is given up only if the windows of all together become smaller.
+neighbours see that strip nearly as well, one window less is matched. A reference image is given up only if the windows of all together become smaller.
 """
 
 from __future__ import annotations
@@ -12,25 +12,25 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cityflow.core.arrays import IntArray
-from cityflow.orientation.masters import DETOUR_DEG, Candidates, MasterParameters
+from cityflow.orientation.reference_images import DETOUR_DEG, Candidates, ReferenceImageParameters
 from cityflow.orientation.views import View
 
 MOST_OTHERS = 24
-"""Views of a cell that are looked at as its next master."""
+"""Views of a cell that are looked at as its next reference image."""
 MOST_ROUNDS = 6
-"""Masters are given up in so many rounds at most; set by hand."""
+"""Reference images are given up in so many rounds at most; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """What is matched for a master: a box of its image, and how much of that is its own ground, square pixels."""
+    """What is matched for a reference image: a box of its image, and how much of that is its own ground, square pixels."""
 
     area: float
     used: float
 
     @property
     def on_others(self) -> float:
-        """Share of the window that is not the master's own ground."""
+        """Share of the window that is not the reference image's own ground."""
         return 1.0 - self.used / self.area if self.area > 0 else 1.0
 
 
@@ -53,12 +53,12 @@ def window_of(view: View, cells: IntArray, cell_m: float, halo_px: int) -> Windo
 
 @dataclass
 class _Thinning:
-    """The state of giving up masters: who is open, who has which cell, and the window of each."""
+    """The state of giving up reference images: who is open, who has which cell, and the window of each."""
 
     views: Sequence[View]
     cell: IntArray
     others: IntArray
-    parameters: MasterParameters
+    parameters: ReferenceImageParameters
     open: dict[int, bool] = field(default_factory=dict)
     owned: dict[int, list[int]] = field(default_factory=dict)
     windows: dict[int, Window] = field(default_factory=dict)
@@ -77,12 +77,12 @@ class _Thinning:
         return window_of(self.views[k], self.cell[positions], self.parameters.cell_m, self.parameters.halo_px)
 
     def poorest(self) -> list[int]:
-        """Open masters with too much of their window on the ground of others, the poorest first."""
+        """Open reference images with too much of their window on the ground of others, the poorest first."""
         poor = [(-round(w.on_others, 6), k) for k, w in self.windows.items() if self.open[k]]
         return [k for share, k in sorted(poor) if -share > self.parameters.max_overlap]
 
     def give_up(self, k: int) -> bool:
-        """Hand the cells of master `k` to open others, if all can go and the windows shrink in all."""
+        """Hand the cells of reference image `k` to open others, if all can go and the windows shrink in all."""
         heirs: dict[int, list[int]] = {}
         for position in self.owned[k]:
             heir = next((int(v) for v in self.others[position] if v >= 0 and v != k and self.open.get(int(v))), None)
@@ -99,8 +99,10 @@ class _Thinning:
         return True
 
 
-def surplus_masters(views: Sequence[View], found: Candidates, parameters: MasterParameters) -> set[int]:
-    """Views that should not be masters, as others see their cells at most `DETOUR_DEG` worse than the best view does.
+def surplus_reference_images(
+    views: Sequence[View], found: Candidates, parameters: ReferenceImageParameters
+) -> set[int]:
+    """Views that should not be reference images, as others see their cells at most `DETOUR_DEG` worse than the best view does.
 
     Parameters
     ----------

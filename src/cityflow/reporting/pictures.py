@@ -10,7 +10,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Building
 from cityflow.flow.store import Store
 from cityflow.io.city_models.cityjson import read_feature
-from cityflow.reporting.leaf_faces import leaf_files, read_leaves
+from cityflow.reporting.atlas_cell_faces import atlas_cell_files, read_atlas_cells
 from cityflow.reporting.model_pictures import hull_files, model_pictures, nearest
 from cityflow.reporting.outline_pictures import outline_pictures
 from cityflow.reporting.raster_pictures import city_rasters, frame_pictures
@@ -46,23 +46,25 @@ def _sides(
     hulls = hull_files(records)
     middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings) and u.id in hulls}
     sizes = {u.id: float(np.hypot(*np.ptp(u.rings[0], axis=0))) for u in units if u.id in middles}
-    leaf_of = _leaves(records)
+    atlas_cell_of = _atlas_cells(records)
     # by size: many sheds are less of a town than a few houses
-    shown = sorted(u for u in middles if u in leaf_of) or sorted(middles)
+    shown = sorted(u for u in middles if u in atlas_cell_of) or sorted(middles)
     if not shown:
         return
     spot = viewed_spot(np.array([middles[u] for u in shown]), np.array([sizes[u] for u in shown]), across_m)
     near = set(_within(middles, spot, ground_m(across_m)))
-    paths = leaf_files(records)
-    leaves = list(read_leaves(store, sorted({paths[leaf_of[u]] for u in near if u in leaf_of})))
-    textured = {unit for leaf in leaves for unit in leaf.unit}
+    paths = atlas_cell_files(records)
+    atlas_cells = list(read_atlas_cells(store, sorted({paths[atlas_cell_of[u]] for u in near if u in atlas_cell_of})))
+    textured = {unit for atlas_cell in atlas_cells for unit in atlas_cell.unit}
     bare = nearest({u: middles[u] for u in near - textured}, spot, MOST_AROUND)
-    yield from side_pictures(store, survey, Spot(spot, across_m), leaves, _buildings(store, [hulls[u] for u in bare]))
+    yield from side_pictures(
+        store, survey, Spot(spot, across_m), atlas_cells, _buildings(store, [hulls[u] for u in bare])
+    )
 
 
-def _leaves(records: CurrentRecords) -> dict[str, str]:
-    """Unit → the leaf of the atlas that holds its texture."""
-    known = leaf_files(records)
+def _atlas_cells(records: CurrentRecords) -> dict[str, str]:
+    """Unit → the atlas cell that holds its texture."""
+    known = atlas_cell_files(records)
     return {
         name.partition(" ")[2]: r.unit
         for r in records.of(atlas.NAME) if r.unit in known

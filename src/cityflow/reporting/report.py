@@ -23,8 +23,8 @@ from cityflow.flow.task import Record
 from cityflow.handover.export_rows import read_rows
 from cityflow.handover.outline_lines import decode_all
 from cityflow.handover.refused_outlines import refused_shapes
+from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
-from cityflow.io.reference import vertical_datum
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.reporting.asked_area import tile_entries, units_beyond
 from cityflow.reporting.checkpoint_rows import checkpoint_rows

@@ -19,7 +19,7 @@ from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.geometry.triangulation import triangulate_faces
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.reporting.leaf_faces import LeafFaces
+from cityflow.reporting.atlas_cell_faces import AtlasCellFaces
 from cityflow.reporting.model_pictures import densest_spot
 from cityflow.survey.survey import Survey
 from cityflow.viewer.model_view import (
@@ -66,24 +66,27 @@ def ground_m(across_m: float) -> float:
 
 
 def side_pictures(
-    store: Store, survey: Survey, spot: Spot, leaves: Sequence[LeafFaces], others: Iterable[Building]
+    store: Store, survey: Survey, spot: Spot, atlas_cells: Sequence[AtlasCellFaces], others: Iterable[Building]
 ) -> Iterator[Picture]:
     """Four pictures; `others` are buildings without textures around the spot."""
     x, y = spot.xy.tolist()
     half = ground_m(spot.across_m) / 2
     bounds = (x - half, y - half, x + half, y + half)
     surfaces = surfaces_of(s for b in others for s in (b.solids[Lod.LOD22], *([b.beyond] if b.beyond else [])))
-    parts = [*(_leaf(store, leaf) for leaf in leaves), *([_bare(surfaces)] if len(surfaces.corners) else [])]
+    parts = [
+        *(_atlas_cell(store, atlas_cell) for atlas_cell in atlas_cells),
+        *([_bare(surfaces)] if len(surfaces.corners) else []),
+    ]
     if not parts:
         return
     low = float(np.median([p.xyz[:, 2].min() for p in parts]))
     scene = _joined([*parts, *_ground(store, survey, bounds)])
     target = np.array([x, y, low + 4.0])
-    wears = "the models textured from photographs" if leaves else "the models coloured by kind of surface"
-    plain = " Those in plain colours have no texture yet." if leaves and len(surfaces.corners) else ""
-    key = () if leaves else semantic_key(surfaces)
+    wears = "the models textured from photographs" if atlas_cells else "the models coloured by kind of surface"
+    plain = " Those in plain colours have no texture yet." if atlas_cells and len(surfaces.corners) else ""
+    key = () if atlas_cells else semantic_key(surfaces)
     drawn = {side: draw_side(scene, side_camera(target, spot.across_m, looking)) for side, looking in SIDES}
-    brighter = brightening(list(drawn.values())) if leaves else 1.0
+    brighter = brightening(list(drawn.values())) if atlas_cells else 1.0
     bright = f" Brightened {brighter:.1f} times." if brighter > 1.0 else ""
     for side, pixels in drawn.items():
         text = f"{spot.across_m:.0f} m across the densest spot, {wears}.{plain}{bright}"
@@ -119,11 +122,18 @@ def viewed_spot(middles: FloatArray, weights: FloatArray, across_m: float) -> Fl
     return np.clip(densest_spot(middles, weights), low + margin, high - margin)
 
 
-def _leaf(store: Store, leaf: LeafFaces) -> _Part:
-    arrays = leaf.arrays
+def _atlas_cell(store: Store, atlas_cell: AtlasCellFaces) -> _Part:
+    arrays = atlas_cell.arrays
     triangles, faces = _triangles(arrays)
-    pages = tuple(_page(store, path) for path in leaf.pages)
-    return _Part(arrays.vertices + arrays.origin, leaf.uvd, triangles, leaf.page[faces], leaf.colour[faces], pages)
+    pages = tuple(_page(store, path) for path in atlas_cell.pages)
+    return _Part(
+        arrays.vertices + arrays.origin,
+        atlas_cell.uvd,
+        triangles,
+        atlas_cell.page[faces],
+        atlas_cell.colour[faces],
+        pages,
+    )
 
 
 def _triangles(arrays: FaceArrays) -> tuple[IntArray, IntArray]:

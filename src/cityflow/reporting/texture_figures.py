@@ -1,4 +1,4 @@
-"""What the leaves of the atlas say of textures, as the report wants it."""
+"""What the atlas cells say of textures, as the report wants it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
-from cityflow.reporting.leaf_faces import SET, UNTEXTURED, LeafFaces, leaf_files, read_leaves
+from cityflow.reporting.atlas_cell_faces import SET, UNTEXTURED, AtlasCellFaces, atlas_cell_files, read_atlas_cells
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas, texture
 from cityflow.survey.survey import Survey
@@ -26,7 +26,7 @@ KINDS = ("roofs", "façades", "undersides")
 
 @dataclass
 class _Sums:
-    """What is added up, leaf by leaf, so that no more than one leaf is in memory."""
+    """What is added up, atlas cell by atlas cell, so that no more than one atlas cell is in memory."""
 
     images: set[str] = field(default_factory=set)
     interpolated: float = 0.0
@@ -36,20 +36,20 @@ class _Sums:
     weights: list[FloatArray] = field(default_factory=list)
     plain: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
 
-    def add(self, leaf: LeafFaces) -> None:
-        vectors = leaf.area_vectors()
+    def add(self, atlas_cell: AtlasCellFaces) -> None:
+        vectors = atlas_cell.area_vectors()
         area = np.linalg.norm(vectors, axis=1)
-        wanted = (leaf.page != UNTEXTURED) | np.array([bool(r) for r in leaf.reason])
-        has = leaf.page != UNTEXTURED
+        wanted = (atlas_cell.page != UNTEXTURED) | np.array([bool(r) for r in atlas_cell.reason])
+        has = atlas_cell.page != UNTEXTURED
         climb = vectors[:, 2] / np.maximum(area, 1e-12)
         for kind, of_kind in zip(KINDS, (climb > UPRIGHT, np.abs(climb) <= UPRIGHT, climb < -UPRIGHT), strict=True):
             self.area[kind] += float(area[wanted & of_kind].sum())
             self.textured[kind] += float(area[has & of_kind].sum())
-        self.images |= set(leaf.images)
-        self.interpolated += float((area[has] * leaf.interpolated[has]).sum())
-        self.gsds.append(leaf.gsd_m[has])
+        self.images |= set(atlas_cell.images)
+        self.interpolated += float((area[has] * atlas_cell.interpolated[has]).sum())
+        self.gsds.append(atlas_cell.gsd_m[has])
         self.weights.append(area[has])
-        for reason, m2 in zip(leaf.reason, area.tolist(), strict=True):
+        for reason, m2 in zip(atlas_cell.reason, area.tolist(), strict=True):
             if reason:
                 self.plain[reason].append(m2)
 
@@ -59,10 +59,10 @@ def texture_figures(store: Store, survey: Survey, records: CurrentRecords) -> Te
     if not survey.textures:
         return None
     sums = _Sums()
-    paths = sorted(leaf_files(records).values())
+    paths = sorted(atlas_cell_files(records).values())
     read = [paths[i] for i in np.linspace(0, len(paths) - 1, min(len(paths), MOST_LEAVES)).round().astype(int).tolist()]
-    for leaf in read_leaves(store, read):
-        sums.add(leaf)
+    for atlas_cell in read_atlas_cells(store, read):
+        sums.add(atlas_cell)
     done = [r.result for r in records.of(texture.NAME) if r.status in (Status.DONE, Status.DEGRADED)]
     textured = sum(sums.textured.values())
     shares = tuple(SurfaceShare(k, sums.area[k], sums.textured[k] / sums.area[k]) for k in KINDS if sums.area[k] > 0)

@@ -87,15 +87,15 @@ class _View:
 
     def files(self) -> Iterator[tuple[str, bytes]]:
         """Path and contents of every file to be written; those that the page begins with come last."""
-        leaves = {leaf.name: leaf for leaf in view_images.leaves(self.records)}
-        leaf_of: dict[str, str] = {}
-        for name, leaf in leaves.items():
+        atlas_cells = {atlas_cell.name: atlas_cell for atlas_cell in view_images.atlas_cells(self.records)}
+        atlas_cell_of: dict[str, str] = {}
+        for name, atlas_cell in atlas_cells.items():
             path = f"{DATA}/images/{quoted(name)}.json"
-            said = yield from self._kept_or_made(path, leaf.digest, partial(self._images, leaf))
-            leaf_of |= dict.fromkeys(said["units"], name)
+            said = yield from self._kept_or_made(path, atlas_cell.digest, partial(self._images, atlas_cell))
+            atlas_cell_of |= dict.fromkeys(said["units"], name)
         tiles = yield from self._tiles()
         sets = yield from self._tilesets()
-        yield from self._units(leaf_of)
+        yield from self._units(atlas_cell_of)
         cuts, failed = self._cuts(), view_layers.failures(self.data.units, self.ground, self.frame)
         yield f"{DATA}/cuts.json", _text(cuts)
         yield f"{DATA}/failures.json", _text(failed)
@@ -125,8 +125,8 @@ class _View:
         self.made[path] = {"digest": digest, "said": said}
         return said
 
-    def _images(self, leaf: view_images.Leaf) -> tuple[bytes, Json]:
-        found = view_images.images_of_leaf(self.run.store, leaf)
+    def _images(self, atlas_cell: view_images.AtlasCell) -> tuple[bytes, Json]:
+        found = view_images.images_of_atlas_cell(self.run.store, atlas_cell)
         return _text(found), {"units": sorted(found)}
 
     def _tiles(self) -> Files:
@@ -169,9 +169,9 @@ class _View:
         relief = view_layers.relief_of(self.run.store, self.survey, tile, self.frame)
         return (None, {}) if relief is None else (relief.heights.tobytes(), relief.said())
 
-    def _units(self, leaf_of: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
+    def _units(self, atlas_cell_of: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
         pages = frozenset(self.run.store.find(REPORT_PAGES))
-        for tile, known in view_units.unit_files(self.data.units, self.records, leaf_of, pages):
+        for tile, known in view_units.unit_files(self.data.units, self.records, atlas_cell_of, pages):
             yield f"{DATA}/units/{quoted(tile)}.json", _text(known)
         yield f"{DATA}/index.json", _text(view_units.index_table(self.data.units, self.frame, self.heights))
 

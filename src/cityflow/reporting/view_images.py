@@ -17,7 +17,7 @@ from PIL import Image, UnidentifiedImageError
 from cityflow.core.texture import FIRST_IMAGE
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
-from cityflow.handover.texture_files import LEAF, PAGES, SETS
+from cityflow.handover.texture_files import ATLAS_CELL, PAGES, SETS
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas
 
@@ -27,23 +27,23 @@ PAGES_OF = "rectified"
 
 
 @dataclass(frozen=True, slots=True)
-class Leaf:
-    """A leaf of the atlas: its name, its file that says where each face is, and a digest of all of it."""
+class AtlasCell:
+    """An atlas cell: its name, its file that says where each face is, and a digest of all of it."""
 
     name: str
     path: str
     digest: str
 
 
-def leaves(records: CurrentRecords) -> list[Leaf]:
+def atlas_cells(records: CurrentRecords) -> list[AtlasCell]:
     """Leaves that have pages."""
-    return [leaf for record in records.of(atlas.NAME) for leaf in _leaf(record)]
+    return [atlas_cell for record in records.of(atlas.NAME) for atlas_cell in _atlas_cell(record)]
 
 
-def _leaf(record: Record) -> Iterator[Leaf]:
+def _atlas_cell(record: Record) -> Iterator[AtlasCell]:
     for path in record.outputs:
-        if path.endswith(f"/{LEAF}"):
-            yield Leaf(record.unit, path, digest_of([IMAGES_VERSION, dict(record.outputs)]))
+        if path.endswith(f"/{ATLAS_CELL}"):
+            yield AtlasCell(record.unit, path, digest_of([IMAGES_VERSION, dict(record.outputs)]))
 
 
 def page_pixels(records: CurrentRecords) -> dict[str, int]:
@@ -52,16 +52,16 @@ def page_pixels(records: CurrentRecords) -> dict[str, int]:
     return {name: sum(int(found.get(name, {}).get("page_pixels", 0)) for found in made) for name in SETS}
 
 
-def images_of_leaf(store: Store, leaf: Leaf) -> dict[str, list[list[Json]]]:
-    """Unit → [image, share of the unit's textured pixels], the greatest first; nothing where the leaf's file is gone."""
+def images_of_atlas_cell(store: Store, atlas_cell: AtlasCell) -> dict[str, list[list[Json]]]:
+    """Unit → [image, share of the unit's textured pixels], the greatest first; nothing where the atlas cell's file is gone."""
     try:
-        manifest = json.loads(store.read_bytes(leaf.path))
+        manifest = json.loads(store.read_bytes(atlas_cell.path))
     except FileNotFoundError:
         return {}
     made = manifest["sets"][PAGES_OF]
     counted: dict[str, Counter[int]] = {f["unit"]: Counter() for f in made["faces"]}
     for number in range(len(made["pages"])):
-        index = _page(store, f"{PAGES}/{leaf.name}.{PAGES_OF}.{number}.index.png")
+        index = _page(store, f"{PAGES}/{atlas_cell.name}.{PAGES_OF}.{number}.index.png")
         for face in (f for f in made["faces"] if f["page"] == number):
             counted[face["unit"]].update(_pixels(index, face["uvd"]))
     return {unit: _shares(count, manifest["images"]) for unit, count in sorted(counted.items())}

@@ -65,7 +65,7 @@ def scale_of(units: Sequence[UnitRow], name: str) -> float:
 
 
 def unit_files(
-    units: Sequence[UnitRow], records: CurrentRecords, leaves: Mapping[str, str], pages: Set[str] = frozenset()
+    units: Sequence[UnitRow], records: CurrentRecords, atlas_cells: Mapping[str, str], pages: Set[str] = frozenset()
 ) -> Iterator[tuple[str, Json]]:
     """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit, `pages` are those that the report has."""
     made = {r.unit: r for r in records.of(reconstruct.NAME)}
@@ -73,8 +73,8 @@ def unit_files(
     by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
     for unit in units:
         said = _known(unit, made[unit.id], textured.get(unit.id))
-        if unit.id in leaves:
-            said["leaf"] = leaves[unit.id]
+        if unit.id in atlas_cells:
+            said["leaf"] = atlas_cells[unit.id]
         if page_path(unit.id) in pages:
             said["page"] = quote(page_path(unit.id))
         by_tile[unit.tile or NO_TILE][unit.id] = said

@@ -23,7 +23,7 @@ KINDS = {float: "number", int: "whole", bool: "flag", str: "text", type(None): "
 def model_of(of: str) -> type[BaseModel]:
     """The model behind `known_keys.CITY` or `known_keys.SYNTH`."""
     if of == SYNTH:
-        from cityflow.stages.synth.survey import SynthParameters
+        from cityflow.stages.synth.synthetic_survey import SynthParameters
 
         return SynthParameters
     return CityParameters

@@ -16,10 +16,10 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.catalog.stac_assets import Catalog
-from cityflow.io.reference import suspicion
+from cityflow.io.crs import suspicion
 from cityflow.pipeline.city_source import CitySource
+from cityflow.runs.catalog_fits import refuse_unfit
 from cityflow.runs.first_look import DESCRIPTION, RUNS
-from cityflow.runs.fitting import refuse_unfit
 from cityflow.runs.known_keys import known_keys
 from cityflow.runs.overrides import read_overrides
 from cityflow.runs.settings import Workflow, load_workflow

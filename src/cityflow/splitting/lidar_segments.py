@@ -15,10 +15,10 @@ from cityflow.splitting import lidar_lines as laid
 from cityflow.splitting.lidar_seeds import known_aspects, lattice, near_aspect, translated, turned_to
 from cityflow.splitting.lidar_surface import highest_points, lidar_raster
 from cityflow.splitting.line_repeats import first_said
+from cityflow.splitting.raster_windows import covered
 from cityflow.splitting.segment_images import EdgeImage, crease_images, step_image
 from cityflow.splitting.segment_lines import detect
 from cityflow.splitting.segment_space import within
-from cityflow.splitting.windows import covered
 
 LEAST_CELL_M = 0.2
 SAME_M, SAME_DEG = 0.3, 4.0

@@ -7,10 +7,10 @@ from pydantic import Field
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import ORTHO, SURFACE, FrameRasters, Segments, SplitEvidence, joined_segments
 from cityflow.splitting.lidar_segments import LidarSegmentParameters, lidar_segments
+from cityflow.splitting.raster_windows import covered, evidence_window, highest
 from cityflow.splitting.segment_images import EdgeImage, ortho_images, surface_images
 from cityflow.splitting.segment_lines import lines_of
 from cityflow.splitting.segment_space import Limits, segments_in_space
-from cityflow.splitting.windows import covered, evidence_window, highest
 
 
 class SegmentParameters(Parameters):

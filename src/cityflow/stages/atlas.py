@@ -1,4 +1,4 @@
-"""Stage ``atlas``: the patches of the units of a leaf, a fixed square of a ground tile, on pages of its own."""
+"""Stage ``atlas``: the patches of the units of an atlas cell, a fixed square of a ground tile, on pages of its own."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.texture_files import LEAF, PAGES, SETS, Rings, decode_unit
+from cityflow.handover.texture_files import ATLAS_CELL, PAGES, SETS, Rings, decode_unit
 from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey
-from cityflow.survey.textures import leaves_of
+from cityflow.survey.textures import atlas_cells_of
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 
@@ -32,20 +32,20 @@ MEDIA = {"jpeg": ("jpg", "image/jpeg"), "png": ("png", "image/png")}
 
 @dataclass(frozen=True, slots=True)
 class LeafInputs(TaskInputs):
-    """Unit → RUN-relative path of its texture, of the units of a leaf that have one."""
+    """Unit → RUN-relative path of its texture, of the units of an atlas cell that have one."""
 
     textures: Mapping[str, str]
 
 
-def task(survey: Survey, leaf: str, units: Sequence[str]) -> Task | None:
-    """Pages of the units of a leaf; None where none of them has a texture."""
+def task(survey: Survey, atlas_cell: str, units: Sequence[str]) -> Task | None:
+    """Pages of the units of an atlas cell; None where none of them has a texture."""
     made = {u: survey.results.outputs_of("texture", u) for u in sorted(units)}
     files = {u: next(iter(outputs.items())) for u, outputs in made.items() if outputs}
     if not files:
         return None
     return Task(
-        NAME, leaf, "cityflow.stages.atlas:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, leaf, survey.parameters.atlas)),
+        NAME, atlas_cell, "cityflow.stages.atlas:run", VERSION,
+        parameters=as_json(survey.parameters_of(NAME, atlas_cell, survey.parameters.atlas)),
         inputs={f"texture {u}": digest for u, (_, digest) in files.items()},
         arguments=as_json(LeafInputs({u: path for u, (path, _) in files.items()})),
         limits=survey.limits(NAME),
@@ -62,28 +62,28 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     manifest: dict[str, Any] = {"plain": {}, "sets": {}}
     figures: dict[str, Json] = {"units": len(textures)}
     for number, name in enumerate(SETS):
-        leaf = _Leaf.read(workspace, textures, number)
-        masks = [p.mask for _, p, _ in leaf.patches]
+        atlas_cell = _AtlasCell.read(workspace, textures, number)
+        masks = [p.mask for _, p, _ in atlas_cell.patches]
         placement = place(masks, parameters.placement) if masks else Placement((), ())
-        made = pages_of([p for _, p, _ in leaf.patches], placement)
+        made = pages_of([p for _, p, _ in atlas_cell.patches], placement)
         pages = [_publish(workspace, task.unit, name, k, page, parameters) for k, page in enumerate(made)]
-        manifest["sets"][name] = {"pages": [asdict(p) for p in pages], "faces": _faces(leaf, placement)}
+        manifest["sets"][name] = {"pages": [asdict(p) for p in pages], "faces": _faces(atlas_cell, placement)}
         figures[name] = {
             "pages": len(pages), "patches": len(masks), "pixels": int(sum(m.sum() for m in masks)),
             "page_pixels": int(sum(h * w for h, w in placement.pages)),
         }  # fmt: skip
-        manifest |= {"images": list(leaf.images), "plain": leaf.plain}
+        manifest |= {"images": list(atlas_cell.images), "plain": atlas_cell.plain}
     if any(manifest["sets"][name]["pages"] for name in SETS):
         numbered = {str(i): n for i, n in enumerate(manifest["images"], start=FIRST_IMAGE)}
         meaning = {str(OUTSIDE): "no texture", str(INTERPOLATED): "interpolated", **numbered}
         workspace.publish(f"{PAGES}/{task.unit}.images.json", _text(meaning))
-    workspace.write(LEAF, _text(manifest))
+    workspace.write(ATLAS_CELL, _text(manifest))
     return workspace.outcome(Status.DONE, "", figures)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Leaf:
-    """One set of a leaf's units.
+class _AtlasCell:
+    """One set of an atlas cell's units.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class _Leaf:
     plain: dict[str, list[Any]]
 
     @classmethod
-    def read(cls, workspace: Workspace, paths: Mapping[str, str], number: int) -> _Leaf:
+    def read(cls, workspace: Workspace, paths: Mapping[str, str], number: int) -> _AtlasCell:
         found: list[tuple[str, Patch, Rings, tuple[str, ...]]] = []
         plain, names = {}, []
         for unit, path in paths.items():
@@ -113,14 +113,14 @@ class _Leaf:
         return cls(images, patches, plain)
 
 
-def _publish(workspace: Workspace, leaf: str, name: str, number: int, page: Page, parameters: AtlasParameters) -> TexturePage:  # fmt: skip
+def _publish(workspace: Workspace, atlas_cell: str, name: str, number: int, page: Page, parameters: AtlasParameters) -> TexturePage:  # fmt: skip
     """A page, and beside it the page that tells where each texel came from."""
     ending, media = MEDIA[parameters.form]
     pixels = without_black(page)
     jpeg = parameters.form == "jpeg"
     data = jpeg_bytes(pixels, parameters.quality, parameters.full_colour) if jpeg else png_bytes(pixels)
-    path = workspace.publish(f"{PAGES}/{leaf}.{name}.{number}.{ending}", data)
-    workspace.publish(f"{PAGES}/{leaf}.{name}.{number}.index.png", png_bytes(page.index[..., None]))
+    path = workspace.publish(f"{PAGES}/{atlas_cell}.{name}.{number}.{ending}", data)
+    workspace.publish(f"{PAGES}/{atlas_cell}.{name}.{number}.index.png", png_bytes(page.index[..., None]))
     return TexturePage(path, page.pixels.shape[1], page.pixels.shape[0], media)
 
 
@@ -134,9 +134,9 @@ def without_black(page: Page) -> NDArray[np.uint8]:
     return page.pixels
 
 
-def _faces(leaf: _Leaf, placement: Placement) -> list[dict[str, Any]]:
+def _faces(atlas_cell: _AtlasCell, placement: Placement) -> list[dict[str, Any]]:
     rows = []
-    for (unit, patch, rings), spot in zip(leaf.patches, placement.spots, strict=True):
+    for (unit, patch, rings), spot in zip(atlas_cell.patches, placement.spots, strict=True):
         size, (tall, wide) = placement.pages[spot.page], patch.mask.shape
         corners = [uvd(corners_on_page(c, (tall, wide), spot), size).tolist() for c in patch.corners]
         rows.append({"unit": unit, "page": spot.page, "rings": rings, "uvd": corners, "figures": asdict(patch.figures)})
@@ -147,27 +147,27 @@ def _text(tree: Mapping[str, Any]) -> bytes:
     return json.dumps(tree, ensure_ascii=False, separators=(",", ":")).encode()
 
 
-def _units_on(city: City, leaf: str) -> list[str]:
-    return leaves_of(city, leaf.rpartition(".")[0])[leaf]
+def _units_on(city: City, atlas_cell: str) -> list[str]:
+    return atlas_cells_of(city, atlas_cell.rpartition(".")[0])[atlas_cell]
 
 
-def _textures(city: City, leaf: str) -> Iterable[Node]:
-    return [("texture", u) for u in _units_on(city, leaf)]
+def _textures(city: City, atlas_cell: str) -> Iterable[Node]:
+    return [("texture", u) for u in _units_on(city, atlas_cell)]
 
 
 def _count(city: City) -> int | None:
     if not city.survey.textures:
         return 0
     known = all(t in city.units_of for t in city.tiles)
-    return sum(len(leaves_of(city, t)) for t in city.tiles) if known else None
+    return sum(len(atlas_cells_of(city, t)) for t in city.tiles) if known else None
 
 
 STAGE = Stage(
     name=NAME,
-    unit="leaf: a square of a ground tile",
+    unit="atlas cell: a square of a ground tile",
     text="patches of the units that it holds → pages shared by all formats",
     needs=(_textures,),
-    task=lambda city, leaf: task(city.survey, leaf, _units_on(city, leaf)),
+    task=lambda city, atlas_cell: task(city.survey, atlas_cell, _units_on(city, atlas_cell)),
     count=_count,
     parameters=(AtlasParameters,),
     cost=Cost(3.0, 900.0, 8.0),

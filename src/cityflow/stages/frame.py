@@ -69,8 +69,10 @@ def task(survey: Survey, unit: str) -> Task:
         if survey.images.flight_tile(u).direction == place.frame.name
     }
     inputs, depths = depths_over(survey, ground_around(survey, unit), own.__contains__)
-    bases = sorted({survey.images.flight_tile(u).base for u in own})
-    seen = sorted({n for u in own for n in (survey.images.flight_tile(u).base, *survey.images.flight_tile(u).partners)})
+    bases = sorted({survey.images.flight_tile(u).reference for u in own})
+    seen = sorted(
+        {n for u in own for n in (survey.images.flight_tile(u).reference, *survey.images.flight_tile(u).partners)}
+    )
     # a small cluster's images may be masters for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
     colours = colour_inputs(survey, (n for n in seen if n in shown_here))

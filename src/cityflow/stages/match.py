@@ -1,4 +1,4 @@
-"""Stage ``match``: one base image over one ground tile, matched with its partners, becomes a depth map."""
+"""Stage ``match``: one reference image over one ground tile, matched with its partners, becomes a depth map."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cityflow.survey.survey import Survey
 NAME = "match"
 VERSION = 1
 DEPTHS = "depth.cfd"
-NO_PARTNER = "no partner of the base image could be read"
+NO_PARTNER = "no partner of the reference image could be read"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class MatchPlace(TaskInputs):
 
     Attributes
     ----------
-    tile : bounds of the ground tile;  cell_m : edge of its cells;  chosen : column and row of those that are the base image's
+    tile : bounds of the ground tile;  cell_m : edge of its cells;  chosen : column and row of those that are the reference image's
     heights : lowest ground and highest object, world metres
-    images : the base image, then its partners, as they were taken
+    images : the reference image, then its partners, as they were taken
     """
 
     tile: Bounds
@@ -51,33 +51,33 @@ class MatchPlace(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class MatchInputs(TaskInputs):
-    """A base image and its partners.
+    """A reference image and its partners.
 
     Attributes
     ----------
-    base : name of the base image
+    reference : name of the reference image
     pixels : name → RUN-relative path of each image that could be read;  unread : the others
     level : of the pyramid that is matched, and that `place` speaks of
     """
 
     place: MatchPlace
-    base: str
+    reference: str
     pixels: Mapping[str, str]
     unread: tuple[str, ...]
     level: int
 
 
 def task(survey: Survey, unit: str) -> Task:
-    """The depth map of one base image over one ground tile."""
+    """The depth map of one reference image over one ground tile."""
     flight_tile = survey.images.flight_tile(unit)
-    names = [flight_tile.base, *flight_tile.partners]
+    names = [flight_tile.reference, *flight_tile.partners]
     read = {n: survey.results.tiled_image(n) for n in names}
     pixels = {n: path for n, path in read.items() if path is not None}
-    cells, view = flight_tile.cells, survey.images.flown[flight_tile.base]
+    cells, view = flight_tile.cells, survey.images.flown[flight_tile.reference]
     images = tuple(survey.images.flown[n].image for n in names)
     place = MatchPlace(cells.tile, cells.cell_m, cells.chosen, view.heights, images)
     unread = tuple(n for n in names if n not in pixels)
-    given = as_json(MatchInputs(place, flight_tile.base, pixels, unread, survey.parameters.images.level))
+    given = as_json(MatchInputs(place, flight_tile.reference, pixels, unread, survey.parameters.images.level))
     return Task(
         NAME, unit, "cityflow.stages.match:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)),
@@ -90,25 +90,27 @@ def task(survey: Survey, unit: str) -> Task:
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Match, and write the depths of the pixels whose points stand in the tile."""
     given, parameters = task.arguments_as(MatchInputs), task.parameters_as(MatchParameters)
-    base, place = given.base, given.place
+    reference, place = given.reference, given.place
     images = {image.name: image for image in place.images}
     pixels = {n: ReducedPixels(open_pixels(workspace.store, path), given.level) for n, path in given.pixels.items()}
-    _refuse_unmatchable(base, pixels.keys())
+    _refuse_unmatchable(reference, pixels.keys())
     keep = GroundCells(place.tile, place.cell_m, place.chosen)
-    partners = [(images[n], pixels[n]) for n in images if n in pixels and n != base]
-    found = match(images[base], pixels[base], partners, keep, place.heights, parameters)
+    partners = [(images[n], pixels[n]) for n in images if n in pixels and n != reference]
+    found = match(images[reference], pixels[reference], partners, keep, place.heights, parameters)
     if found.depth_map is not None:
         workspace.write(DEPTHS, encode_depth_map(found.depth_map))
     status, reason = _verdict(found, given.unread)
     return workspace.outcome(status, reason, _figures(found))
 
 
-def _refuse_unmatchable(base: str, read: Iterable[str]) -> None:
+def _refuse_unmatchable(reference: str, read: Iterable[str]) -> None:
     names = set(read)
-    if base not in names:
-        raise CityflowError("the base image could not be read", where=base, remedy="see the ingest of this image")
+    if reference not in names:
+        raise CityflowError(
+            "the reference image could not be read", where=reference, remedy="see the ingest of this image"
+        )
     if len(names) < 2:
-        raise CityflowError(NO_PARTNER, where=base, remedy="see the ingest of its neighbours")
+        raise CityflowError(NO_PARTNER, where=reference, remedy="see the ingest of its neighbours")
 
 
 def _verdict(found: Matched, unread: Sequence[str]) -> tuple[Status, str]:
@@ -136,15 +138,15 @@ def _figures(found: Matched) -> dict[str, Any]:
 
 
 def _images(city: City, unit: str) -> Iterable[Node]:
-    """The base image and its partners."""
+    """The reference image and its partners."""
     flight_tile = city.survey.images.flight_tile(unit)
-    return [("ingest", n) for n in (flight_tile.base, *flight_tile.partners)]
+    return [("ingest", n) for n in (flight_tile.reference, *flight_tile.partners)]
 
 
 STAGE = Stage(
     name=NAME,
-    unit="flight tile: one base image over one ground tile",
-    text="windows of the base image and its partners → depth map with precision, agreeing partners and colour",
+    unit="flight tile: one reference image over one ground tile",
+    text="windows of the reference image and its partners → depth map with precision, agreeing partners and colour",
     needs=(_images,),
     task=lambda city, unit: task(city.survey, unit),
     parameters=(MatchParameters,),

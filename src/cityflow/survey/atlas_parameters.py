@@ -14,11 +14,11 @@ from cityflow.texture.placement.place import PlacementParameters
 class AtlasParameters(Parameters):
     """How patches stand on pages."""
 
-    leaf_m: float = Field(
+    cell_m: float = Field(
         64.0,
         ge=10,
         le=5000,
-        description="edge of a leaf, about: a ground tile has a power of two of them along its edge, m",
+        description="edge of an atlas cell, about: a ground tile has a power of two of them along its edge, m",
     )
     placement: PlacementParameters = PlacementParameters()
     form: Literal["jpeg", "png"] = Field("jpeg", description="of pages; png keeps every pixel of the images as it is")
@@ -27,10 +27,10 @@ class AtlasParameters(Parameters):
         False, description="JPEG with as many values of colour as of brightness (4:4:4): finer colours, larger files"
     )
 
-    def leaves(self, tile_m: float) -> int:
+    def atlas_cells(self, tile_m: float) -> int:
         """Leaves along the edge of a ground tile.
 
         >>> AtlasParameters().leaves(250.0), AtlasParameters().leaves(60.0)
         (4, 1)
         """
-        return 1 << max(round(math.log2(tile_m / self.leaf_m)), 0)
+        return 1 << max(round(math.log2(tile_m / self.cell_m)), 0)

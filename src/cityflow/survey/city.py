@@ -36,7 +36,7 @@ class City:
     ----------
     units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
     outlines, outlines_of : the same of outlines that are split
-    leaves_of : tile → leaf of the atlas → its units, once somebody has asked
+    leaves_of : tile → atlas cell → its units, once somebody has asked
     refused : outlines that cannot be buildings, or that a person has rejected, with the reason
     """
 
@@ -55,7 +55,7 @@ class City:
         self.outlines: dict[str, UnitEntry] = {}
         self.outlines_of: dict[str, list[str]] = {}
         self.refused: dict[str, str] = {}
-        self.leaves_of: dict[str, Mapping[str, list[str]]] = {}
+        self.atlas_cells_of: dict[str, Mapping[str, list[str]]] = {}
 
     @cached_property
     def tiles(self) -> tuple[str, ...]:
@@ -86,7 +86,7 @@ class City:
             found = self._entries(record)
             self.units.update({u.id: u for u in found})
             self.units_of[record.unit] = found
-            self.leaves_of.pop(record.unit, None)
+            self.atlas_cells_of.pop(record.unit, None)
             self.chosen[record.unit] = [u.id for u in found if self.area.holds(u.point)]
 
     @staticmethod

@@ -31,8 +31,8 @@ def depths_over(
     only : which flight tiles' points are wanted; the others are witnesses. Without it all are
     """
     maps = depth_maps(survey, tiles)
-    bases = sorted({survey.images.flight_tile(u).base for u in maps})
-    images = [survey.images.flown[n].image for n in bases]
+    references = sorted({survey.images.flight_tile(u).reference for u in maps})
+    images = [survey.images.flown[n].image for n in references]
     wanted = tuple(path for u, (path, _) in maps.items() if only is None or only(u))
     witnesses = survey.parameters.image_surface.witnesses
     inputs = {

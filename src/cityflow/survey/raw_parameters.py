@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import Parameters
-from cityflow.imagery.calibration import CalibrationParameters
+from cityflow.imagery.raw_calibration import CalibrationParameters
 from cityflow.imagery.raw_frames import Pattern
 from cityflow.imagery.resampling import pinhole_within
 from cityflow.io.catalog.stac_assets import ImageAsset

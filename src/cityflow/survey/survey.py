@@ -21,12 +21,12 @@ from cityflow.outlines.from_walls.wall_lines import WallLineParameters
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.survey.given_outlines import GivenOutlines
-from cityflow.survey.images import ImageSurvey
+from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.lattice import Lattice
-from cityflow.survey.lidar import LidarSurvey
+from cityflow.survey.lidar_survey import LidarSurvey
 from cityflow.survey.parameters import OutlineParameters, SurveyParameters
 from cityflow.survey.point_index import PointIndex
-from cityflow.survey.rasters import RasterSurvey
+from cityflow.survey.raster_survey import RasterSurvey
 from cityflow.survey.results import Results
 from cityflow.survey.source import IMAGES, LIDAR, RASTERS, Source
 

@@ -1,4 +1,4 @@
-"""What the textures and windows of a unit are made from, and on which leaf of the atlas it stands."""
+"""What the textures and windows of a unit are made from, and on which atlas cell it stands."""
 
 from __future__ import annotations
 
@@ -54,19 +54,19 @@ def windows_are_wanted(survey: Survey) -> bool:
     return survey.textures and survey.parameters.windows.when == "auto" and bool(survey.images.assets)
 
 
-def leaf_of(survey: Survey, unit: UnitEntry) -> str:
-    """Name of the leaf that a unit belongs to: tile, and column and row in it, south-west first."""
-    n, (x, y) = survey.parameters.atlas.leaves(survey.parameters.tiles.tile_m), unit.point
+def atlas_cell_of(survey: Survey, unit: UnitEntry) -> str:
+    """Name of the atlas cell that a unit belongs to: tile, and column and row in it, south-west first."""
+    n, (x, y) = survey.parameters.atlas.atlas_cells(survey.parameters.tiles.tile_m), unit.point
     x_0, y_0, x_1, y_1 = survey.lattice.tiles[unit.tile].bounds
     col, row = int((x - x_0) / (x_1 - x_0) * n), int((y - y_0) / (y_1 - y_0) * n)
     return f"{unit.tile}.{min(max(col, 0), n - 1)}_{min(max(row, 0), n - 1)}"
 
 
-def leaves_of(city: City, tile: str) -> Mapping[str, list[str]]:
-    """Leaf → the units of the area on it, of one tile whose units are known."""
-    if tile not in city.leaves_of:
+def atlas_cells_of(city: City, tile: str) -> Mapping[str, list[str]]:
+    """Atlas cell → the units of the area on it, of one tile whose units are known."""
+    if tile not in city.atlas_cells_of:
         found: dict[str, list[str]] = {}
         for unit in city.chosen[tile]:
-            found.setdefault(leaf_of(city.survey, city.units[unit]), []).append(unit)
-        city.leaves_of[tile] = dict(sorted(found.items()))
-    return city.leaves_of[tile]
+            found.setdefault(atlas_cell_of(city.survey, city.units[unit]), []).append(unit)
+        city.atlas_cells_of[tile] = dict(sorted(found.items()))
+    return city.atlas_cells_of[tile]

@@ -20,7 +20,7 @@ from cityflow.flow.cluster import connect
 from cityflow.flow.store import Store
 from cityflow.flow.talk import Talk
 from cityflow.reporting.view import CITY
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import preset
 from cityflow.workflow.run import run_workflow
 from cityflow.workflow.serve import view_runs

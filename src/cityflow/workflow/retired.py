@@ -73,7 +73,7 @@ def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
 def _its_leaves(ledger: Ledger, city: Record) -> Iterator[Record]:
     """The pages that an export shows."""
     for name, digest in city.inputs.items():
-        stage, _, leaf = name.partition(" ")
-        pages = ledger.latest(atlas.NAME, leaf) if stage == atlas.NAME else None
+        stage, _, atlas_cell = name.partition(" ")
+        pages = ledger.latest(atlas.NAME, atlas_cell) if stage == atlas.NAME else None
         if pages is not None and digest_of(dict(pages.outputs)) == digest:
             yield pages

@@ -23,11 +23,11 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.progress_counts import Expected
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.runs.known_keys import SYNTH, known_keys
 from cityflow.runs.settings import explain_invalid, parse_setting
 from cityflow.stages.synth import STAGES, SynthSource
-from cityflow.stages.synth.survey import SynthParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.workflow.synth_files import PoseNoise, describe_survey
 

@@ -14,12 +14,12 @@ from cityflow.catalog.orientation import ImageSource
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tiles_over
+from cityflow.io.crs import resolve
 from cityflow.io.orientation.colmap import write_colmap
 from cityflow.io.rasters.raster import write_vrt
-from cityflow.io.reference import resolve
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.stages.synth import LAYERS, TRUTH_TILE_M, SynthSource, clipped, picture_path, truth_grid, writes_jpeg
-from cityflow.stages.synth.survey import SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.synthetic.pose_noise import with_pose_noise
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import town_truth

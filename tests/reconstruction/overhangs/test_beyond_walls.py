@@ -18,7 +18,7 @@ from cityflow.geometry.validity import check_polygons
 from cityflow.io.city_models.citygml import write_citygml
 from cityflow.io.city_models.cityjson import Transform, feature_line, read_feature
 from cityflow.io.city_models.obj import write_obj
-from cityflow.io.reference import resolve
+from cityflow.io.crs import resolve
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from roof_scenes import OUTLINE as PLAN

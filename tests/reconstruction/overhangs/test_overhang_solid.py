@@ -12,7 +12,7 @@ from shapely import LineString, Polygon
 from cityflow.core.building import EdgeOverhang, Polyhedron, Semantic
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.straight_edges import wall_edges
 from cityflow.geometry.validity import check_polyhedron

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from shapely import Polygon, box
 
 from cityflow.core.building import Face, Polyhedron, Semantic
-from cityflow.geometry.overlap import overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude

@@ -16,7 +16,7 @@ from pyproj import CRS
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.io.attributes import ncname
-from cityflow.io.reference import crs_of, horizontal_transform, vertical_datum
+from cityflow.io.crs import crs_of, horizontal_transform, vertical_datum
 
 ROOT, COLLECTION = "catalog.json", "collection.json"
 ITEMS = "items"

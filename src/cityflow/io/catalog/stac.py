@@ -46,9 +46,9 @@ from cityflow.io.catalog.stac_items import (
     sparse_of,
 )
 from cityflow.io.catalog.stac_outside import MADE_IN, check_place
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import file_system_of, reaching
 from cityflow.io.given_files import SMALL_MB, json_of, read_small
-from cityflow.io.reference import resolve
 
 __all__ = [
     "ASSET", "COLLECTION", "CRS_KEY", "IMAGE", "KIND", "LIDAR", "OUTLINES", "RASTERS", "SHA256_MULTIHASH", "SPARSE", "UNKNOWN_DATE",

@@ -31,9 +31,9 @@ from cityflow.io.catalog.stac import (
 from cityflow.io.catalog.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
 from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH
 from cityflow.io.catalog.stac_outside import MADE_IN, leaves
+from cityflow.io.crs import crs_of, geographic_bounds, vertical_datum
 from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import RasterHeader
-from cityflow.io.reference import crs_of, geographic_bounds, vertical_datum
 
 PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
 FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"

@@ -16,7 +16,7 @@ from cityflow.io.attributes import scalars, xml_text
 from cityflow.io.city_models.appearance import BARE, Appearance
 from cityflow.io.city_models.cityjson import ORIGIN, Transform, json_line, object_line
 from cityflow.io.city_models.cityjson_appearance import Gathered, draped, relocated
-from cityflow.io.reference import vertical_datum
+from cityflow.io.crs import vertical_datum
 
 Json = Any
 Bounds3 = tuple[float, float, float, float, float, float]

@@ -32,7 +32,7 @@ from cityflow.io.city_models.appearance import (
 from cityflow.io.city_models.citygml import Tin
 from cityflow.io.city_models.cityjson import Transform
 from cityflow.io.city_models.obj_materials import MATERIALS, material_of, materials_file
-from cityflow.io.reference import crs_of, vertical_datum
+from cityflow.io.crs import crs_of, vertical_datum
 
 __all__ = ["MATERIALS", "write_obj"]
 

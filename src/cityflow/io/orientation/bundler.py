@@ -12,7 +12,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import PHOTO_FLIP, nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
-from cityflow.io.orientation.calibration import with_distortion
+from cityflow.io.orientation.camera_calibration import with_distortion
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
 from cityflow.io.orientation.readers import OrientationFile, SizeOf
 

@@ -17,7 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from cityflow.core.camera import FISHEYE, Camera
 from cityflow.errors import CatalogError
 from cityflow.io.given_files import json_of, read_small, yaml_of
-from cityflow.io.orientation.calibration import australis_camera, metashape_camera, metashape_fisheye, with_distortion
+from cityflow.io.orientation.camera_calibration import (
+    australis_camera,
+    metashape_camera,
+    metashape_fisheye,
+    with_distortion,
+)
 
 TERMS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "b1", "b2")
 REMEDY = "see docs/catalog.md for the keys of a camera"

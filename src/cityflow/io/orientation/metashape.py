@@ -15,7 +15,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CatalogError
 from cityflow.geometry.rotations import nearest_rotation
 from cityflow.io.given_files import MODEL_MB, check_plain
-from cityflow.io.orientation.calibration import REMEDY, metashape_camera, metashape_fisheye
+from cityflow.io.orientation.camera_calibration import REMEDY, metashape_camera, metashape_fisheye
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel, in_order
 from cityflow.io.orientation.readers import OrientationFile
 

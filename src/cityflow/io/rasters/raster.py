@@ -22,7 +22,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.reference import horizontal_crs, vertical_datum
+from cityflow.io.crs import horizontal_crs, vertical_datum
 
 BLOCK_PX = 512
 _LOCAL_WKT = 'ENGCRS["local",EDATUM["local"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]'

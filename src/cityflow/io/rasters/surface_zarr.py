@@ -22,7 +22,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, UNCLASSIFIED, WATER
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
-from cityflow.io.reference import crs_of, vertical_datum
+from cityflow.io.crs import crs_of, vertical_datum
 
 StoreLike = Any
 """A local path, or a zarr ``Store`` such as ``FsspecStore``."""

@@ -15,8 +15,8 @@ from pyproj import CRS
 from cityflow.core.arrays import FloatArray
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.crs import contradiction, crs_of, horizontal_crs, horizontal_transform, transformed
 from cityflow.io.fetch import local_file
-from cityflow.io.reference import contradiction, crs_of, horizontal_crs, horizontal_transform, transformed
 
 TABLES = (".csv", ".txt", ".tsv", ".dat")
 AXES = {

@@ -21,7 +21,7 @@ from cityflow.core.building import Building, Outline, OutlineEdge, Scalar, Statu
 from cityflow.core.reference import Reference
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.io.attributes import GROUND_KEY, described, scalars
-from cityflow.io.reference import horizontal_crs, vertical_datum
+from cityflow.io.crs import horizontal_crs, vertical_datum
 
 _Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
 """Name, values, mask of nulls."""

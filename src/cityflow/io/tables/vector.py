@@ -23,8 +23,8 @@ from cityflow.core.building import Outline, Scalar
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
+from cityflow.io.crs import contradiction, horizontal_transform, looks_like_degrees, suspicion, transformed
 from cityflow.io.fetch import local_file
-from cityflow.io.reference import contradiction, horizontal_transform, looks_like_degrees, suspicion, transformed
 from cityflow.io.tables.feature_ids import ids_of, listing, notes_on_ids
 
 POLYGON, MULTIPOLYGON = 3, 6

@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.outlines.footprint_parameters import FindParameters
-from cityflow.outlines.from_heights.orientation import chord_directions, principal_orientations
+from cityflow.outlines.from_heights.edge_directions import chord_directions, principal_orientations
 from cityflow.outlines.from_heights.polygonal import polygonal_ring
 from cityflow.outlines.from_heights.rectilinear import rectilinear_rings
 from cityflow.outlines.from_heights.regions import Region, crack_midpoints

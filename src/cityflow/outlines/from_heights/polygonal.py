@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray
-from cityflow.outlines.from_heights.orientation import distance_of_orientations
+from cityflow.outlines.from_heights.edge_directions import distance_of_orientations
 from cityflow.outlines.from_heights.refit import edge_directions, edge_lengths, refitted
 
 _SNAP_DEG = 10.0

@@ -15,7 +15,7 @@ from cityflow.core.arrays import IntArray
 from cityflow.core.building import Outline
 from cityflow.outlines.given.given import Refusal
 from cityflow.outlines.noded.adjacency import shared_boundaries
-from cityflow.outlines.noded.coverage import LATTICE_M, partition
+from cityflow.outlines.noded.planar_partition import LATTICE_M, partition
 from cityflow.outlines.noded.rings import Rings, on_lattice
 from cityflow.outlines.noded.snapping import snapped
 

@@ -22,11 +22,11 @@ from cityflow.handover.hull import Hull
 from cityflow.handover.outline_lines import Standing, decode_all
 from cityflow.handover.product_metadata import ProductMetadata
 from cityflow.handover.surfaces import Surfaces
-from cityflow.handover.texture_files import LEAF
+from cityflow.handover.texture_files import ATLAS_CELL
 from cityflow.io.city_models.cityjson import overhang_rows, read_feature
+from cityflow.io.crs import resolve
 from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
-from cityflow.io.reference import resolve
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages.export import city as export_city
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape
@@ -38,7 +38,7 @@ from cityflow.survey.city import CITY, EXPORT, City
 from cityflow.survey.parameters import ExportParameters
 from cityflow.survey.source import IMAGES
 from cityflow.survey.survey import Survey
-from cityflow.survey.textures import leaves_of, tiles_around, windows_are_wanted
+from cityflow.survey.textures import atlas_cells_of, tiles_around, windows_are_wanted
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
@@ -65,20 +65,22 @@ class ExportInputs(TaskInputs):
     hulls: Mapping[str, Hull]
     outlines: tuple[str, ...]
     textures: bool
-    leaves: tuple[str, ...]
+    atlas_cells: tuple[str, ...]
     bare: Mapping[str, str]
     windows: Mapping[str, str]
     unseen: Mapping[str, str]
     orthos: DrapeInputs
 
 
-def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], leaves: Sequence[str] = ()) -> Task:
+def task(
+    survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], atlas_cells: Sequence[str] = ()
+) -> Task:
     """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `leaves` hold their textures."""
     ring = survey.lattice.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
     outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     surfaces = {f"surface {t}": survey.results.digest_of("surface", t) for t in ring}
-    pages = {leaf: survey.results.outputs_of("atlas", leaf) for leaf in leaves}
+    pages = {atlas_cell: survey.results.outputs_of("atlas", atlas_cell) for atlas_cell in atlas_cells}
     hulls = {f"hull {u.id}": survey.results.digest_of_hull(u.id) for u in units}
     bare = {u: why for u in sorted(own) if (why := survey.results.failure_of("texture", u))}
     opened = _windows(survey, own)
@@ -95,7 +97,7 @@ def task(survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntr
         arguments=as_json(ExportInputs(
             survey.lattice.tiles[name].bounds, survey.surfaces, survey.product_metadata, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
-            tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(LEAF)), bare,
+            tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
             {u: path for u, (path, _) in opened.items()}, unseen, orthos,
         )),
         limits=survey.limits(NAME),
@@ -111,7 +113,11 @@ def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]])
     own = {"ortho": survey.results.digest_of("ortho", tile)} if survey.reads_own_orthos else {}
     if own and survey.images.dtype != "uint8":
         own["white"] = f"{survey.images.white:g}"
-    return {**orthos, **own, **{f"atlas {leaf}": digest_of(outputs) for leaf, outputs in sorted(pages.items())}}
+    return {
+        **orthos,
+        **own,
+        **{f"atlas {atlas_cell}": digest_of(outputs) for atlas_cell, outputs in sorted(pages.items())},
+    }
 
 
 def _windows(survey: Survey, own: Sequence[str]) -> dict[str, tuple[str, str]]:
@@ -133,7 +139,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     standings = {s.outline.id: s for p in given.outlines for s in decode_all(workspace.read(p))}
     finished = with_party_walls(_buildings(workspace.store, given, standings))
     names = [u for u in given.own if u in finished]
-    sets = texture_sets(workspace, given.leaves, {u: finished[u] for u in names})
+    sets = texture_sets(workspace, given.atlas_cells, {u: finished[u] for u in names})
     portable = sets["rectified"].buildings
     opened = {u: openings_on(workspace.read(path), finished[u]) for u, path in given.windows.items() if u in finished}
     textured = {u: with_texture_figures(finished[u], portable.get(u), given.bare.get(u, "")) for u in names}
@@ -249,7 +255,7 @@ def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
         return models
     looked = [("windows", u) for u in own] if windows_are_wanted(survey) else []
     under = [("ortho", tile)] if survey.source.kind == IMAGES else []
-    return [*models, *(("atlas", leaf) for leaf in leaves_of(city, tile)), *looked, *under]
+    return [*models, *(("atlas", atlas_cell) for atlas_cell in atlas_cells_of(city, tile)), *looked, *under]
 
 
 def _units_shown(city: City, tile: str) -> list[str]:
@@ -260,18 +266,22 @@ def _units_shown(city: City, tile: str) -> list[str]:
 
 def _task(city: City, tile: str) -> Task:
     survey = city.survey
-    leaves = {t: list(leaves_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])}
+    atlas_cells = {
+        t: list(atlas_cells_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
+    }
     if tile == CITY:
-        return export_city.task(survey, leaves, survey.results.refused_outlines() if city.area.is_everywhere else {})
+        return export_city.task(
+            survey, atlas_cells, survey.results.refused_outlines() if city.area.is_everywhere else {}
+        )
     shown = [city.units[u] for u in _units_shown(city, tile)]
-    return task(survey, tile, city.chosen[tile], shown, leaves[tile])
+    return task(survey, tile, city.chosen[tile], shown, atlas_cells[tile])
 
 
 STAGE = Stage(
     name=NAME,
     unit="ground tile, then one merge",
     text=(
-        "hulls of the tile and of their neighbours, pages of its leaves, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
+        "hulls of the tile and of their neighbours, pages of its atlas cells, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
         "terrain"
     ),
     needs=(_all_else, _units_of_ring, _units_beside, _what_it_shows),

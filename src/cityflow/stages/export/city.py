@@ -26,12 +26,12 @@ from cityflow.io.city_models.cityjson_sequence import extent_of_headers, header_
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW
 from cityflow.io.city_models.tiles3d_tree import city_tilesets
+from cityflow.io.crs import resolve
 from cityflow.io.export_formats import formats
 from cityflow.io.export_formats.cityjson import FOLDER as CITYJSON_FOLDER
 from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
-from cityflow.io.reference import resolve
 from cityflow.io.tables.outlines_gpkg import (
     Layer,
     cut_line_layer,
@@ -97,9 +97,9 @@ class CityInputs(TaskInputs):
         return [path for tile in self.tiles.values() for path in tile.exported]
 
 
-def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[str, str]) -> Task:
-    """Join what the tiles have left, and their leaves; `refused` outlines, unit → reason, belong to no tile."""
-    tiles = list(leaves)
+def task(survey: Survey, atlas_cells: Mapping[str, Sequence[str]], refused: Mapping[str, str]) -> Task:
+    """Join what the tiles have left, and their atlas cells; `refused` outlines, unit → reason, belong to no tile."""
+    tiles = list(atlas_cells)
     shapes = survey.results.refused_files() if refused else {}
     outlines = {p: d for t in tiles for p, d in survey.results.outlines_of("outline", t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
@@ -131,11 +131,11 @@ def task(survey: Survey, leaves: Mapping[str, Sequence[str]], refused: Mapping[s
 
 
 def _pages(survey: Survey) -> dict[str, dict[str, str]]:
-    """Tile → the pages of its leaves, path → digest."""
+    """Tile → the pages of its atlas cells, path → digest."""
     found: dict[str, dict[str, str]] = {}
-    for stage, leaf in sorted(survey.results.records):
+    for stage, atlas_cell in sorted(survey.results.records):
         if stage == ATLAS:
-            found.setdefault(leaf.rpartition(".")[0], {}).update(survey.results.products_of(stage, leaf))
+            found.setdefault(atlas_cell.rpartition(".")[0], {}).update(survey.results.products_of(stage, atlas_cell))
     return found
 
 

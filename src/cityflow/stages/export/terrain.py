@@ -21,11 +21,11 @@ from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.rasters import GivenOrtho, given_colours
 from cityflow.handover.texture_files import PAGES
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.io.reference import resolve
 from cityflow.survey.source import ZARR
 from cityflow.texture.patches.fill import interpolated
 

@@ -31,9 +31,9 @@ EAVES_M = 0.8
 """Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
 
 
-def texture_sets(workspace: Workspace, leaves: Iterable[str], buildings: Mapping[str, Building]) -> dict[str, TextureSet]:  # fmt: skip
+def texture_sets(workspace: Workspace, atlas_cells: Iterable[str], buildings: Mapping[str, Building]) -> dict[str, TextureSet]:  # fmt: skip
     """The sets ``raw`` and ``rectified``; `leaves` are paths of what the atlas tasks wrote."""
-    manifests = [json.loads(workspace.read(path)) for path in leaves]
+    manifests = [json.loads(workspace.read(path)) for path in atlas_cells]
     keys = {unit: faces_of(buildings[unit]) for m in manifests for unit in m["plain"] if unit in buildings}
     plain = {u: found for m in manifests for u, rows in m["plain"].items() if u in keys for found in [_plain(rows, keys[u])]}  # fmt: skip
     return {name: _set(name, manifests, keys, plain) for name in ("raw", "rectified")}

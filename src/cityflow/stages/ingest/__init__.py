@@ -14,15 +14,16 @@ from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import Standing, lines, owned
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.source_file import SourceFile
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.points.point_index import split_file
-from cityflow.io.reference import resolve
 from cityflow.io.tables.vector import read_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.given.given import Refusal, clean_outlines
 from cityflow.outlines.noded.noding import node_outlines, vanished
-from cityflow.stages.ingest import calibration, outline_accuracy
+from cityflow.stages.ingest import camera_corrections as calibration
 from cityflow.stages.ingest import images as ingest_image
+from cityflow.stages.ingest import outline_accuracy
 from cityflow.stages.ingest.outline_sample import SAMPLE, sampled
 from cityflow.survey.city import INGEST, OUTLINES, City
 from cityflow.survey.given_outlines import ACCURACY

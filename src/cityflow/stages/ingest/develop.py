@@ -17,12 +17,12 @@ from cityflow.core.pixels import PixelArray
 from cityflow.errors import CatalogError
 from cityflow.flow.store import Store
 from cityflow.handover.array_file import decode_arrays
-from cityflow.imagery.calibration import Calibration
+from cityflow.imagery.raw_calibration import Calibration
 from cityflow.imagery.raw_frames import HALO_ROWS, demosaicked, evened, full_range
 from cityflow.imagery.resampling import infrared_rows, pinhole_within, undistorted_rows
 from cityflow.io.images.image_tiles import Strips, picture_strips, tile_strips
 from cityflow.io.images.tiled_images import open_image
-from cityflow.stages.ingest.calibration import ROWS, numbers, rows_of, top_of
+from cityflow.stages.ingest.camera_corrections import ROWS, numbers, rows_of, top_of
 from cityflow.survey.raw_parameters import RawInput
 
 

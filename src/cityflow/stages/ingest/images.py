@@ -19,7 +19,7 @@ from cityflow.handover.source_file import SourceFile
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_tiles import tile_image
 from cityflow.io.images.tiled_images import check_against, image_header
-from cityflow.stages.ingest.calibration import placed, stamp, unit_of
+from cityflow.stages.ingest.camera_corrections import placed, stamp, unit_of
 from cityflow.stages.ingest.develop import Corrections, Frame, develop
 from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.raw_parameters import RawInput

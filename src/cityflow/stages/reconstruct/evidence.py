@@ -30,9 +30,9 @@ from cityflow.handover.pieces import read_points
 from cityflow.handover.rasters import GivenOrtho, given_colours
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_points import read_walls
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.surface_zarr import read_layers, window_of
-from cityflow.io.reference import resolve
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
 from cityflow.surface.vegetation import is_foliage

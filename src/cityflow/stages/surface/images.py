@@ -22,9 +22,9 @@ from cityflow.handover.field_types import OrientedField
 from cityflow.handover.fused import UNMATCHED, read_fused
 from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
+from cityflow.io.crs import crs_of, resolve
 from cityflow.io.points.las_image_points import write_image_points
 from cityflow.io.points.las_write import write_points
-from cityflow.io.reference import crs_of, resolve
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.surface.fused_tile import side_by_side
 from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused

@@ -19,9 +19,9 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.rasters import given_colours, given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import RASTERS as RASTER_KINDS
+from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window
-from cityflow.io.reference import resolve
 from cityflow.stages.surface.images import NAME, parameters_of, write_pieces, write_rasters
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile, fine_grid

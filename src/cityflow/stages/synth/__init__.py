@@ -22,11 +22,11 @@ from cityflow.flow.task import Limits, Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import OrientedField
+from cityflow.io.crs import crs_of, resolve
 from cityflow.io.images.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster import write_cog
-from cityflow.io.reference import crs_of, resolve
-from cityflow.stages.synth.survey import RawOutput, SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import RawOutput, SynthParameters, town_of
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.footprints import ground_quad
 from cityflow.synthetic.raw_frames import dark_frame, flat_frame, raw_frame

@@ -1,4 +1,4 @@
-"""The faces of a leaf of the atlas, with and without texture, as flat arrays: for figures and for pictures."""
+"""The faces of an atlas cell, with and without texture, as flat arrays: for figures and for pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.flow.store import Store
 from cityflow.geometry.polyhedron import FaceArrays, ring_area_vectors
-from cityflow.handover.texture_files import LEAF
+from cityflow.handover.texture_files import ATLAS_CELL
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas
 
@@ -23,8 +23,8 @@ UNTEXTURED = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LeafFaces:
-    """Faces of the units of a leaf.
+class AtlasCellFaces:
+    """Faces of the units of an atlas cell.
 
     Attributes
     ----------
@@ -54,12 +54,12 @@ class LeafFaces:
         return np.asarray(np.add.reduceat(rings, self.arrays.face_start[:-1], axis=0))
 
 
-def leaf_files(records: CurrentRecords) -> dict[str, str]:
-    """Leaf → the file that says where each of its faces is."""
-    return {r.unit: p for r in records.of(atlas.NAME) for p in r.outputs if p.endswith(f"/{LEAF}")}
+def atlas_cell_files(records: CurrentRecords) -> dict[str, str]:
+    """Atlas cell → the file that says where each of its faces is."""
+    return {r.unit: p for r in records.of(atlas.NAME) for p in r.outputs if p.endswith(f"/{ATLAS_CELL}")}
 
 
-def read_leaves(store: Store, paths: Iterable[str]) -> Iterator[LeafFaces]:
+def read_atlas_cells(store: Store, paths: Iterable[str]) -> Iterator[AtlasCellFaces]:
     """Leaves with at least one face, in the order of the paths."""
     for _, data in store.read_many(paths):
         found = _faces(json.loads(data))
@@ -67,7 +67,7 @@ def read_leaves(store: Store, paths: Iterable[str]) -> Iterator[LeafFaces]:
             yield found
 
 
-def _faces(manifest: Mapping[str, Any]) -> LeafFaces | None:
+def _faces(manifest: Mapping[str, Any]) -> AtlasCellFaces | None:
     made = manifest["sets"][SET]
     plain = [(unit, *row) for unit, rows in sorted(manifest["plain"].items()) for row in rows]
     rings = [f["rings"] for f in made["faces"]] + [r for _, r, _, _ in plain]
@@ -77,7 +77,7 @@ def _faces(manifest: Mapping[str, Any]) -> LeafFaces | None:
     nothing = np.full(bare, np.nan)
     corners = sum(len(ring) for row in plain for ring in row[1])
     uvd = _rows(f["uvd"] for f in textured)
-    return LeafFaces(
+    return AtlasCellFaces(
         _arrays(rings), np.concatenate([uvd, np.tile([0.0, 0.0, 1.0], (corners, 1))]),
         np.array([f["page"] for f in textured] + [UNTEXTURED] * bare, np.int64),
         np.array([(0, 0, 0)] * len(textured) + [colour for _, _, colour, _ in plain], np.int64).reshape(-1, 3),

@@ -136,7 +136,7 @@ class ImageSurvey:
         """Who is matched with whom over a ground tile, and where."""
         flown = self.flown
         return [
-            MatchedGround(flown[f.base].image, tuple(flown[n].image for n in f.partners), f.cells)
+            MatchedGround(flown[f.reference].image, tuple(flown[n].image for n in f.partners), f.cells)
             for f in self.flight_tiles(tile)
         ]
 

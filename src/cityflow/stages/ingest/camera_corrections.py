@@ -20,7 +20,7 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.array_file import decode_arrays, encode_arrays
-from cityflow.imagery.calibration import Calibration, RawFrame, calibration_from, master_dark
+from cityflow.imagery.raw_calibration import Calibration, RawFrame, calibration_from, master_dark
 from cityflow.imagery.raw_frames import right_aligned
 from cityflow.io.catalog.stac import sha256_of
 from cityflow.io.fetch import local_file
@@ -63,7 +63,7 @@ def task(survey: Survey, unit: str) -> Task:
     )
     how = RawInput(bits=raw.bits, left_aligned=raw.left_aligned, calibration=raw.calibration)
     return Task(
-        NAME, unit, "cityflow.stages.ingest.calibration:run", VERSION,
+        NAME, unit, "cityflow.stages.ingest.camera_corrections:run", VERSION,
         parameters=as_json(how, without=("calibration.folder",)),
         inputs={"dark": digest_of([checksum(h) for h in darks]), "flat": digest_of([checksum(h) for h in flats])},
         arguments=as_json(CalibrationInputs(folder, camera, tuple(darks), tuple(flats))),

@@ -1,6 +1,6 @@
-"""Which image is the master of which ground, one look direction at a time (Nex et al. 2013 §2.1).
+"""Which image is the reference image of which ground, one look direction at a time (Nex et al. 2013 §2.1).
 
-The ground is cut into cells of a lattice that knows neither tiles nor the extent of the survey. A cell's master is the image that sees all of it,
+The ground is cut into cells of a lattice that knows neither tiles nor the extent of the survey. A cell's reference image is the image that sees all of it,
 from the ground to the highest object, along the ray nearest to the direction: the vertical for nadir views, the frame's mean direction else.
 The ray and not the perspective centre decides, because it is the ray that passes over or behind a house. A coarser scale counts as a worse ray.
 """
@@ -21,35 +21,38 @@ from cityflow.orientation.views import View, footprint, sees
 OCTAVE_DEG = 8.0
 """A view at half the scale is as bad as a ray that much farther from the best direction."""
 UNSEEN_DEG = 30.0
-"""Each eighth of a cell that an image does not see counts as much: only at the rim of a survey such an image is master."""
+"""Each eighth of a cell that an image does not see counts as much: only at the rim of a survey such an image is reference image."""
 GRAZING_DEG = 75.0
 """Ground is not matched along rays farther from the vertical than this."""
 
 
 CELLS_M = (2.0, 4.0, 8.0, 16.0, 24.0)
 CELL_SHARE = 0.25
-"""Cells that are given to masters: the largest of these whose edge is at most this share of a footprint's."""
+"""Cells that are given to reference images: the largest of these whose edge is at most this share of a footprint's."""
 
 DETOUR_DEG = 6.0
-"""How much worse a view may be for the sake of fewer masters; set by hand on synthetic flights and kite photographs."""
+"""How much worse a view may be for the sake of fewer reference images; set by hand on synthetic flights and kite photographs."""
 MOST_GSD_RATIO = 3.0
-"""Ground that an image resolves worse than this many median GSDs has no master in it; set by hand on synthetic flights and kite photographs."""
+"""Ground that an image resolves worse than this many median GSDs has no reference image in it; set by hand on synthetic flights and kite photographs."""
 
 
-class MasterParameters(Parameters):
+class ReferenceImageParameters(Parameters):
     """Which ground an image answers for."""
 
     cell_m: float | None = Field(
         None,
         ge=1,
         le=1000,
-        description="edge of the cells that are given to masters, metres; null: from the footprints",
+        description="edge of the cells that are given to reference images, metres; null: from the footprints",
     )
-    masters_per_cell: int = Field(1, ge=1, le=16, description="masters of a cell in each look direction")
+    images_per_cell: int = Field(1, ge=1, le=16, description="reference images of a cell in each look direction")
     max_overlap: float = Field(
-        0.2, ge=0, le=1, description="share of what is matched for a master that may lie on the ground of others"
+        0.2,
+        ge=0,
+        le=1,
+        description="share of what is matched for a reference image that may lie on the ground of others",
     )
-    halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a master's ground, pixels")
+    halo_px: int = Field(64, ge=0, le=1024, description="what matching adds around a reference image's ground, pixels")
 
 
 def cell_for(footprints: Sequence[shapely.Polygon]) -> float:
@@ -139,9 +142,9 @@ def _cells_of(view: View, look: FloatArray, cell_m: float, coarsest_m: float) ->
     return cells[usable], cost[usable]
 
 
-def choose_masters(found: Candidates, surplus: Collection[int], masters_per_cell: int) -> IntArray:
-    """Positions in `found` of the pairs that are master and cell: the best views of each cell that are not `surplus`."""
+def choose_reference_images(found: Candidates, surplus: Collection[int], images_per_cell: int) -> IntArray:
+    """Positions in `found` of the pairs that are reference image and cell: the best views of each cell that are not `surplus`."""
     allowed = ~np.isin(found.view, np.array(sorted(surplus), np.int64))
     before: IntArray = np.cumsum(allowed) - allowed
     rank: IntArray = before - before[found.first[:-1]][found.number] if len(found) else before
-    return np.flatnonzero(allowed & (rank < masters_per_cell))
+    return np.flatnonzero(allowed & (rank < images_per_cell))
