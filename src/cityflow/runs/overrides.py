@@ -24,7 +24,7 @@ CITY_WIDE: Mapping[str, tuple[str, ...]] = {
     "split": ("when",),
     "texture": ("when",),
     "windows": ("when",),
-    "atlas": ("leaf_m", "placement"),
+    "atlas": ("cell_m", "placement"),
 }
 """Keys that single units cannot have for themselves: tiles share one grid, outlines are noded together, patches are made for the pages there are."""
 

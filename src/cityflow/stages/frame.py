@@ -73,7 +73,7 @@ def task(survey: Survey, unit: str) -> Task:
     seen = sorted(
         {n for u in own for n in (survey.images.flight_tile(u).reference, *survey.images.flight_tile(u).partners)}
     )
-    # a small cluster's images may be masters for a larger one that looks nearly the same way
+    # a small cluster's images may be reference images for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
     colours = colour_inputs(survey, (n for n in seen if n in shown_here))
     grid = survey.images.frame_grid(place.frame)

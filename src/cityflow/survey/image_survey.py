@@ -29,7 +29,7 @@ CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""
 
 STEPS_A_CELL = 4
-"""Places along the edge of a cell of masters at which the driver asks what is surveyed."""
+"""Places along the edge of a cell of the reference images at which the driver asks what is surveyed."""
 
 
 class ImageSurvey:
