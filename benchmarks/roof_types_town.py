@@ -38,7 +38,8 @@ from cityflow.evaluation.roof_skeletons import (
 )
 from cityflow.geometry.roof_surfaces import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
-from cityflow.reconstruction.roof_types import RoofTypesParameters, best_roofs, read, reconstruct
+from cityflow.reconstruction.roof_types import best_roofs, reconstruct
+from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read
 from cityflow.synthetic.drawn_houses import (
     BEYOND,
     COMPLEX,

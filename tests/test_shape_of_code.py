@@ -14,20 +14,7 @@ MANY_ARGUMENTS = {
 }  # fmt: skip
 """What the command line hands on as it got it."""
 
-LONG_MODULES = {
-    "reconstruction/choose.py",
-    "reconstruction/monolithic_parts/roof_cells.py",
-    "reconstruction/monolithic_parts/skeleton.py",
-    "reconstruction/partition/subdivision.py",
-    "reconstruction/roof_types.py",
-    "reconstruction/roof_types_parts/composition.py",
-    "reconstruction/roof_types_parts/dormers.py",
-    "reconstruction/roof_types_parts/hypotheses.py",
-    "reconstruction/volumetric_parts/hull.py",
-    "splitting/lidar_lines.py",
-    "splitting/weigh.py",
-    "surface/image_surface.py",
-}
+LONG_MODULES = {"splitting/lidar_lines.py", "splitting/weigh.py"}
 
 
 def _modules() -> Iterator[tuple[str, str]]:

@@ -9,9 +9,10 @@ from cityflow.core.building import Semantic, Status
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import distances_to_roof, summarise
 from cityflow.reconstruction import monolithic, orientation_histogram
-from cityflow.reconstruction.choose import ReconstructParameters, choose, independent_points, solid_of_method
+from cityflow.reconstruction.choose import ReconstructParameters, choose, solid_of_method
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.orientation_histogram import OrientationHistogramParameters
+from cityflow.reconstruction.scores import independent_points
 from roof_scenes import OUTLINE, SCENES, gable, scan
 
 DEFAULT = ReconstructParameters()

@@ -14,8 +14,9 @@ from cityflow.core.reconstruction import Candidate, Evidence, Picture
 from cityflow.evaluation.roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction import roof_types
-from cityflow.reconstruction.roof_types import Reading, RoofTypesParameters, read, reconstruct
+from cityflow.reconstruction.roof_types import reconstruct
 from cityflow.reconstruction.roof_types_parts.line_categories import Category
+from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
 from cityflow.synthetic.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house
 from cityflow.synthetic.roofs import MAIN, visible_faces

@@ -11,7 +11,8 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid
 from cityflow.surface.fused_tile import fused_tile
-from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, image_surface, surface_of_fused
+from cityflow.surface.image_rasters import ImageSurface
+from cityflow.surface.image_surface import ImageSurfaceParameters, image_surface, surface_of_fused
 from cityflow.surface.overview import overview_factor, refined, refined_classes
 from cityflow.surface.point_classes import classify_points
 from image_point_scenes import SIZE, flight, truth

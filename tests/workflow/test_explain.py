@@ -15,8 +15,9 @@ from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.reconstruction.choose import ReconstructParameters, ScoreParameters, choose
+from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.model import ModelParameters
+from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import score_parts
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.windows.window_parameters import WindowParameters

@@ -32,13 +32,8 @@ from cityflow.reconstruction.monolithic_parts.facade_lines import (
 )
 from cityflow.reconstruction.monolithic_parts.roof_cells import RoofCellParameters, RoofCells, roof_cells
 from cityflow.reconstruction.monolithic_parts.roof_faces import FaceParameters, check_faces, cut_in_faces
-from cityflow.reconstruction.monolithic_parts.skeleton import (
-    Frame,
-    Inconsistency,
-    Skeleton,
-    SkeletonParameters,
-    build_skeleton,
-)
+from cityflow.reconstruction.monolithic_parts.skeleton import build_skeleton
+from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton, SkeletonParameters
 from cityflow.reconstruction.monolithic_parts.topology import SurfaceImage, find_topology, surface_image
 from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
 from cityflow.reconstruction.partition.partition_values import RoofPartition

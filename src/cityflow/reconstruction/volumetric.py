@@ -18,9 +18,9 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import moved
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.roof_partition import partition_along
-from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
@@ -33,7 +33,8 @@ from cityflow.reconstruction.volumetric_parts.facades import (
     facade_cloud,
     find_facades,
 )
-from cityflow.reconstruction.volumetric_parts.hull import build_hull, standing_columns
+from cityflow.reconstruction.volumetric_parts.hull import build_hull
+from cityflow.reconstruction.volumetric_parts.hull_columns import standing_columns
 from cityflow.reconstruction.volumetric_parts.hull_lines import cutting_lines, outline_walls
 from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters, find_nodes, through_nodes
 from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces, with_planes

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
+from cityflow.reconstruction.scores import ScoreParameters
 
 EQUAL = 1e-9
 

@@ -13,7 +13,7 @@ import numpy as np
 from cityflow.core.building import Status
 from cityflow.core.json_values import finite
 from cityflow.flow.task import Record
-from cityflow.reconstruction.choose import ScoreParameters
+from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view_frame import PageFrame

@@ -8,7 +8,7 @@ from cityflow.core.arrays import ByteArray, Float32Array, FloatArray
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.kernels import njit
 from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, LOW_NOISE, UNCLASSIFIED, WATER
-from cityflow.surface.image_surface import ImageSurface
+from cityflow.surface.image_rasters import ImageSurface
 
 NEAR_M = 0.75
 """A wall's points stand up to this far beside the building's cells: an overhang and a cell."""

@@ -21,8 +21,8 @@ from cityflow.handover.export_rows import read_rows
 from cityflow.handover.window_files import wall_lines
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
-from cityflow.reconstruction.choose import ScoreParameters
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
+from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.runs.differences import changed
 from cityflow.runs.overrides import read_overrides

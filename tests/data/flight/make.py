@@ -12,9 +12,9 @@ import shapely
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Grid
+from cityflow.io.crs import resolve
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.orientation.colmap import write_colmap
-from cityflow.io.reference import resolve
 from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.flight import FlightParameters, Head, head_rotation, small_rotation

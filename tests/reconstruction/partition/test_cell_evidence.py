@@ -6,7 +6,8 @@ import shapely
 from shapely import Polygon, box
 
 from cityflow.reconstruction.partition.cell_evidence import plane_costs, points_in_cells
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.cut_line import CutLine
+from cityflow.reconstruction.partition.subdivision import Subdivision
 
 YARD = Polygon(box(0, 0, 10, 8).exterior.coords, [box(3, 3, 6, 5).exterior.coords])
 

@@ -6,6 +6,7 @@ from shapely import Polygon, box
 from shapely.affinity import rotate
 
 from cityflow.reconstruction.partition.borders import find_borders, stretches
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
     main_directions,
@@ -14,7 +15,6 @@ from cityflow.reconstruction.partition.cut_lines import (
     without_doubles,
 )
 from cityflow.reconstruction.partition.step_lines import step_lines
-from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from roof_cases import ORIGIN, RoofCase, roof_cases
 

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.cut_line import CutLine
+from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import ring_edges
 
 YARD = Polygon(box(0, 0, 10, 8).exterior.coords, [box(3, 3, 6, 5).exterior.coords])

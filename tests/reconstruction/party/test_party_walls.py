@@ -13,8 +13,9 @@ from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.party import party_walls
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.reconstruction.solids.assemble import assemble

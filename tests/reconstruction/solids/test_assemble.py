@@ -11,8 +11,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.geometry.polyhedron import face_areas, face_normals, volume
 from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition, single_cell
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
 from roof_cases import ORIGIN, edges_are_matched
 

@@ -7,9 +7,11 @@ from shapely import Polygon, box
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.roof_partition import cut_cells
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
-from cityflow.reconstruction.volumetric_parts.hull import build_hull, standing_columns
+from cityflow.reconstruction.partition.subdivision import Subdivision
+from cityflow.reconstruction.volumetric_parts.hull import build_hull
+from cityflow.reconstruction.volumetric_parts.hull_columns import standing_columns
 
 FAR = (85_000.0, 447_000.0, 0.0)
 Plane = tuple[float, float, float]

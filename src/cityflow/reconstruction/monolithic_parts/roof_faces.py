@@ -13,8 +13,8 @@ from shapely import LineString
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellPoints
-from cityflow.reconstruction.monolithic_parts.roof_cells import NONE
-from cityflow.reconstruction.monolithic_parts.skeleton import Frame, Inconsistency, Skeleton
+from cityflow.reconstruction.monolithic_parts.cell_groups import NONE
+from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges

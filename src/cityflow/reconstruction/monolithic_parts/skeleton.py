@@ -7,84 +7,18 @@ become one, and then the planes around it are made to pass through it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from pydantic import Field
-from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid
-from cityflow.reconstruction.monolithic_parts.contour_scan import Arris, Contour
 from cityflow.reconstruction.monolithic_parts.crossing_lines import Line, crossing_line, meeting_point, plan_line
+from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton, SkeletonParameters
 from cityflow.reconstruction.monolithic_parts.tied_planes import through_ties
 from cityflow.reconstruction.monolithic_parts.topology import TopologicalEdge, Topology, contracted, flipped
 
 MOST_CHANGES = 100
-
-
-class Inconsistency(Exception):
-    """Topology and intersections contradict each other; the message says how."""
-
-
-class SkeletonParameters(Parameters):
-    """How well nodes, edges and planes must agree."""
-
-    reach_cells: float = Field(3.0, gt=0, le=20, description="a chain of cells is no farther from its line (cells)")
-    node_cells: float = Field(6.0, gt=0, le=50, description="a node is no farther from where the cells have it (cells)")
-    level_m: float = Field(
-        0.12, ge=0, le=2, description="planes that differ by less (m) along a chain may meet anywhere"
-    )
-    same_node_m: float = Field(0.25, ge=0, le=2, description="nodes nearer than this (m) are one")
-    corner_m: float = Field(0.25, ge=0, le=2, description="an edge that arrives so near a corner (m) arrives in it")
-    tie_m: float = Field(0.15, gt=0, le=2, description="most that a plane moves at a node to pass through it (m)")
-    spread_m: float = Field(0.5, gt=0, le=5, description="lines that meet in a node pass each other within this (m)")
-
-
-@dataclass(slots=True)
-class Skeleton:
-    """Nodes in plan, edges between them, planes through them.
-
-    Attributes
-    ----------
-    topology : as it is after corrections
-    planes : (P, 3) float64, local
-    place : node → (2,) position in plan, local metres
-    wall : node → wall of the contour that it stands on, for nodes on a wall
-    vertex : node → vertex of the contour that it coincides with
-    flips, merged, ties : numbers of corrections
-    """
-
-    topology: Topology
-    planes: FloatArray
-    place: dict[int, FloatArray] = field(default_factory=dict)
-    wall: dict[int, int] = field(default_factory=dict)
-    vertex: dict[int, int] = field(default_factory=dict)
-    flips: int = 0
-    merged: int = 0
-    ties: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """What does not change while a skeleton is built.
-
-    Attributes
-    ----------
-    grid, outline, contour : local
-    arrises : changes of surface along the contour
-    sums : (P, 10) sums over the points of each plane
-    sigma : noise and unevenness, metres
-    """
-
-    grid: CellGrid
-    outline: Polygon
-    contour: Contour
-    arrises: list[Arris]
-    sums: FloatArray
-    sigma: float
 
 
 def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame, parameters: SkeletonParameters) -> Skeleton:

@@ -14,7 +14,8 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellPoints
-from cityflow.reconstruction.monolithic_parts.roof_cells import NONE, OUTSIDE, RoofCells, closed_over
+from cityflow.reconstruction.monolithic_parts.cell_groups import NONE
+from cityflow.reconstruction.monolithic_parts.roof_cells import OUTSIDE, RoofCells, closed_over
 
 ROUNDS = 20
 

@@ -15,8 +15,8 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.reconstruction.partition.borders import Borders, stretches, unique_pairs
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.step_lines import angle_between
-from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 PARALLEL_SLOPES = 0.04

@@ -16,6 +16,7 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.borders import find_borders
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
     main_directions,
@@ -28,7 +29,7 @@ from cityflow.reconstruction.partition.plane_energy import PartitionParameters, 
 from cityflow.reconstruction.partition.second_look import Patch, lines_around, missed_patches
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS, without_worthless
 from cityflow.reconstruction.partition.step_lines import step_lines
-from cityflow.reconstruction.partition.subdivision import MIN_EDGE, CutLine, Subdivision
+from cityflow.reconstruction.partition.subdivision import MIN_EDGE, Subdivision
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 

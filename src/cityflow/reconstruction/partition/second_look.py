@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.partition.cell_evidence import points_in_cells
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 LEAST_POINTS = 6

@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.reconstruction.partition.borders import Borders, unique_pairs
-from cityflow.reconstruction.partition.subdivision import CutLine
+from cityflow.reconstruction.partition.cut_line import CutLine
 
 ASIDE_M, GAP_M, SQUARE_M = 0.15, 2.0, 0.3
 """A line parts pairs that it misses by so much; a stretch of it ends at a gap so long, and its length is counted in such pieces."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from shapely import Polygon
 
+from cityflow.reconstruction.partition.cut_line import ON_LINE, CutLine, overlap_along
 from cityflow.reconstruction.solids.ring_tracing import (
     Edge,
     Ring,
@@ -24,43 +24,8 @@ from cityflow.reconstruction.solids.ring_tracing import (
     trace_rings,
 )
 
-ON_LINE = 1e-3
-"""A vertex nearer to a cutting line than this (m) counts as lying on it."""
-
 MIN_EDGE = 0.01
 """A line that crosses an edge nearer to one of its ends than this (m) goes through that end."""
-
-
-@dataclass(frozen=True, slots=True)
-class CutLine:
-    """A line nx·x + ny·y = offset in plan (unit normal), and the stretch of it that matters.
-
-    Attributes
-    ----------
-    start, end : positions along the direction (−ny, nx), metres
-    support : metres of the line that points speak for; long ones cut first
-    is_crossing : the line is where two planes intersect
-    """
-
-    nx: float
-    ny: float
-    offset: float
-    start: float
-    end: float
-    support: float
-    is_crossing: bool = False
-
-    def side(self, x: float, y: float) -> float:
-        """Signed distance (m) of a point."""
-        return self.nx * x + self.ny * y - self.offset
-
-    def along(self, x: float, y: float) -> float:
-        """Position (m) of a point along the line."""
-        return self.nx * y - self.ny * x
-
-    def at(self, t: float) -> tuple[float, float]:
-        """The point at a position along the line."""
-        return self.nx * self.offset - self.ny * t, self.ny * self.offset + self.nx * t
 
 
 class Subdivision:
@@ -209,7 +174,7 @@ class Subdivision:
             t = (t1 + t2) / 2
             if len(crossings) == 2 or inside_rings(*line.at(t), rings, self.xy):
                 inner.append(i)
-        matter = [i for i in inner if _overlap(crossings[i][0], crossings[i + 1][0], line)]
+        matter = [i for i in inner if overlap_along(crossings[i][0], crossings[i + 1][0], line)]
         # Only all chords together are sure to separate a cell that has holes.
         return inner if matter and len(rings) > 1 else matter
 
@@ -301,11 +266,6 @@ class Subdivision:
                 if place is not None:
                     del ring[(place + 1) % len(ring)]
                     break
-
-
-def _overlap(first: float, last: float, line: CutLine) -> bool:
-    """Whether the stretch of a line that matters covers 5 cm of a chord, or half of a shorter one."""
-    return min(last, line.end) - max(first, line.start) > min(0.05, (last - first) / 2)
 
 
 def _place_of_edge(ring: Ring, u: int, v: int) -> int | None:

@@ -8,8 +8,9 @@ import numpy as np
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, Origin, PlaneSegments
 from cityflow.reconstruction.primitive_parts.cut_search import Cut, Island, Part
 from cityflow.reconstruction.primitive_parts.shape_fits import planes_of

@@ -6,79 +6,28 @@ The ridge is sought first, with gabled ends; then each end on its own becomes a 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 
 import numpy as np
-from pydantic import Field
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.parameters import Parameters
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.roof_types_parts import skeletons
-from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, cell_means, fitted_heights, line_gain, ridge_cost
+from cityflow.reconstruction.roof_types_parts.hypothesis import (
+    Hypothesis,
+    HypothesisParameters,
+    PartClues,
+    end_cost,
+    least_rise,
+    measured_roof,
+    minimised,
+)
+from cityflow.reconstruction.roof_types_parts.pointed_roofs import pyramid, sawtooths
+from cityflow.reconstruction.roof_types_parts.shape_fit import Clues
 from cityflow.reconstruction.roof_types_parts.skeletons import BEND, BEND_T, D0, D1, R2, R3, S2, S3, Quad, Skeleton
 
-STEPS_M = (0.8, 0.4, 0.2, 0.1, 0.05)
-PYRAMID_RIDGE_M = 1.0
-"""Hip roofs with shorter ridges are pyramids."""
 UNLIKELY = 2.0
 """Cost of what houses rarely have: ends of different kind, ridges across the longer side."""
-
-
-class HypothesisParameters(Parameters):
-    """What roofs may look like."""
-
-    least_rise_m: float = Field(0.5, gt=0, le=5, description="roofs that rise less (m) are flat")
-    least_slope_deg: float = Field(3.5, gt=0, le=20, description="roofs less steep (degrees) are flat")
-    off_middle: float = Field(0.22, gt=0, le=0.5, description="ridges lie within this share of the width of the middle")
-    off_middle_cost: float = Field(3.0, ge=0, le=50, description="cost of a ridge off the middle, besides its number")
-    end_steepness: float = Field(
-        0.3, gt=0, le=2, description="how far slopes of ends and sides differ, as sigma of the logarithm of their ratio"
-    )
-    steepest_end: float = Field(2.0, ge=1, le=10, description="ends are steeper than the sides by this factor at most")
-    mansard_ratio: float = Field(1.7, ge=1, le=10, description="a mansard is steeper below than above by this factor")
-    mansard_deg: float = Field(48.0, ge=0, lt=90, description="and at least so steep (degrees) below")
-    mansard_run_m: float = Field(0.7, gt=0, le=10, description="and bends no nearer to its eave than this (m)")
-    shed_cost: float = Field(2.0, ge=0, le=50, description="cost of a shed beyond its numbers")
-    rare_cost: float = Field(
-        8.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
-    )
-    most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
-
-
-@dataclass(frozen=True, slots=True)
-class Hypothesis:
-    """A skeleton with its cost, in which the numbers that were free are counted; `beside`: what of it heights did not cause."""
-
-    skeleton: Skeleton
-    cost: float
-    beside: float = 0.0
-
-    def dearer(self, by: float) -> Hypothesis:
-        return Hypothesis(self.skeleton, self.cost + by, self.beside + by)
-
-
-@dataclass
-class PartClues:
-    """Clues of one unit as one part sees them: some of the cells, distances to its sides, and its slope where that is known."""
-
-    clues: Clues
-    quad: Quad
-    slope: float = math.nan
-    d: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.d = self.quad.distances(self.clues.cells.xy)
-
-    def of_shape(self, shape: FloatArray) -> tuple[float, float, float, float]:
-        c = self.clues
-        return ridge_cost(shape, self.quad.sides, self.d, c.heights, c.lines, self.slope)
-
-    def of_heights(self, t: FloatArray) -> tuple[float, float, float]:
-        c = self.clues
-        means = cell_means(t, c.cells.cell, len(c.cells))
-        return fitted_heights(means, c.cells.z, c.cells.weight, c.sigma, math.nan, 0.0)
 
 
 def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:
@@ -127,7 +76,7 @@ def round_roofs(clues: Clues, quad: Quad, lines: FloatArray, parameters: Hypothe
     for kind in (RoofType.CONE, RoofType.DOME):
         t = skeletons.round_heights(clues.cells.xy, rim, kind is RoofType.DOME)
         cost, eave, rise = PartClues(clues, quad).of_heights(t)
-        if rise >= _least_rise(quad.width / 2, parameters):
+        if rise >= least_rise(quad.width / 2, parameters):
             skeleton = Skeleton(kind, quad, shape, eave, rise, rim=rim)
             found.append(Hypothesis(skeleton, cost).dearer(clues.per_parameter()))
     return sorted(found, key=lambda h: h.cost)
@@ -142,13 +91,9 @@ def flat_and_sheds(clues: Clues, quad: Quad, parameters: HypothesisParameters) -
         own = PartClues(clues, turned)
         cost, eave, rise = own.of_heights(own.d[:, 0] / turned.width)
         skeleton = Skeleton(RoofType.SHED, turned, shape, eave, rise)
-        if abs(rise) >= _least_rise(turned.width, parameters):
+        if abs(rise) >= least_rise(turned.width, parameters):
             found.append(Hypothesis(skeleton, cost).dearer(2 * clues.per_parameter() + parameters.shed_cost))
     return found
-
-
-def _least_rise(run: float, parameters: HypothesisParameters) -> float:
-    return max(parameters.least_rise_m, run * math.tan(math.radians(parameters.least_slope_deg)))
 
 
 def ridge_roofs(
@@ -157,7 +102,7 @@ def ridge_roofs(
     """Gable, hip, half-hip, mansard, butterfly with the ridge along the part; ends that are not free are gables."""
     found: list[Hypothesis] = []
     for base, paid in _ridges(part, parameters):
-        gable = _measured(part, base, paid, parameters)
+        gable = measured_roof(part, base, paid, parameters)
         rare = parameters.rare_cost if gable.skeleton.rise < 0 else 0.0
         found.append(gable.dearer(rare))
         if gable.skeleton.rise > 0:
@@ -168,37 +113,7 @@ def ridge_roofs(
         found += _mansards(part, best, parameters)
     # Runs that nearly meet leave a ridge of centimetres: `pyramid` has its faces meet exactly.
     ridged = [h for h in found if h.skeleton.type is not RoofType.PYRAMID]
-    return [h for h in ridged if abs(h.skeleton.rise) >= _least_rise(part.quad.width / 2, parameters)]
-
-
-def _measured(part: PartClues, shape: FloatArray, paid: float, parameters: HypothesisParameters) -> Hypothesis:
-    """A shape with its heights; its type follows from its ends."""
-    cost, eave, rise, gain = part.of_shape(shape)
-    paid += sum(_end_cost(shape, end, parameters) for end in (0, 1))
-    skeleton = Skeleton(_type_of(shape, part.quad, rise), part.quad, shape, eave, rise)
-    return Hypothesis(skeleton, cost + paid, paid - gain)
-
-
-def _end_cost(shape: FloatArray, end: int, parameters: HypothesisParameters) -> float:
-    """Ends are about as steep as the sides."""
-    start = shape[S2 + end]
-    if start >= 1:
-        return 0.0
-    steeper = (1 - start) * (shape[D0] + shape[D1]) / 2 / shape[R2 + end]
-    return 0.5 * (math.log(steeper) / parameters.end_steepness) ** 2
-
-
-def _type_of(shape: FloatArray, quad: Quad, rise: float) -> RoofType:
-    starts = shape[[S2, S3]]
-    if rise < 0:
-        return RoofType.BUTTERFLY
-    if shape[BEND] < 1:
-        return RoofType.MANSARD
-    if np.all(starts == 0) and quad.length - shape[R2] - shape[R3] < PYRAMID_RIDGE_M:
-        return RoofType.PYRAMID
-    if np.any(starts == 0):
-        return RoofType.HIP
-    return RoofType.GABLE if np.all(starts == 1) else RoofType.HALF_HIP
+    return [h for h in ridged if abs(h.skeleton.rise) >= least_rise(part.quad.width / 2, parameters)]
 
 
 def _ridges(part: PartClues, parameters: HypothesisParameters) -> list[tuple[FloatArray, float]]:
@@ -240,14 +155,14 @@ def _with_ends(part: PartClues, base: FloatArray, paid: float, parameters: Hypot
         both = _best_end(part, base, (0, 1), half, parameters)
         apart = np.where(np.isin(np.arange(8), (R3, S3)), ends[1], ends[0])
         numbers = 2 if half else 1
-        found += [_measured(part, shape, paid + numbers * each + UNLIKELY, parameters) for shape in ends]
-        found += [_measured(part, both, paid + numbers * each, parameters)]
+        found += [measured_roof(part, shape, paid + numbers * each + UNLIKELY, parameters) for shape in ends]
+        found += [measured_roof(part, both, paid + numbers * each, parameters)]
         if part.quad.length - apart[R2] - apart[R3] > 0:
-            found.append(_measured(part, apart, paid + 2 * numbers * each, parameters))
+            found.append(measured_roof(part, apart, paid + 2 * numbers * each, parameters))
         if not half and base[D0] + base[D1] < part.quad.length:
             alike = base.copy()
             alike[[R2, R3]], alike[[S2, S3]] = (base[D0] + base[D1]) / 2, 0.0
-            found.append(_measured(part, alike, paid, parameters))
+            found.append(measured_roof(part, alike, paid, parameters))
     return found
 
 
@@ -256,7 +171,7 @@ def _with_end(part: PartClues, base: FloatArray, paid: float, parameters: Hypoth
     each, found = part.clues.per_parameter(), []
     for half in (False, True):
         shape = _best_end(part, base, (1,), half, parameters)
-        found.append(_measured(part, shape, paid + (2 if half else 1) * each, parameters))
+        found.append(measured_roof(part, shape, paid + (2 if half else 1) * each, parameters))
     return found
 
 
@@ -277,7 +192,7 @@ def _best_end(
 
     def cost(x: FloatArray) -> float:
         shape = shaped(x)
-        return part.of_shape(shape)[0] + sum(_end_cost(shape, end, parameters) for end in ends)
+        return part.of_shape(shape)[0] + sum(end_cost(shape, end, parameters) for end in ends)
 
     starts = [np.array([min(max(r * width, least), longest), 0.5 * width]) for r in (0.35, 0.5, 0.75)]
     limits = np.array([least, 0.25 * width]), np.array([longest / 0.3 if half else longest, 0.8 * width])
@@ -307,7 +222,7 @@ def _mansards(part: PartClues, base: Hypothesis, parameters: HypothesisParameter
     best = min((minimised(cost, x, limits) for x in starts), key=lambda f: f[1])
     if not math.isfinite(best[1]):
         return []
-    fit = _measured(part, shaped(best[0]), 0.0, parameters)
+    fit = measured_roof(part, shaped(best[0]), 0.0, parameters)
     paid = 3 * part.clues.per_parameter() + parameters.rare_cost
     return [fit.dearer(paid)]
 
@@ -318,65 +233,3 @@ def _is_mansard(bend: FloatArray, half: float, rise: float, parameters: Hypothes
     below, above = rise * g / (q * half), rise * (1 - g) / ((1 - q) * half)
     steep = below >= math.tan(math.radians(parameters.mansard_deg))
     return bool(g < 0.98 and steep and below >= parameters.mansard_ratio * above)
-
-
-def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
-    """Four faces that meet over the middle."""
-    shape = skeletons.ridge_shape(part.quad)
-    # Distances of one place to all four sides, so that the faces meet there exactly, however skewed the sides are.
-    shape[[D0, D1, R2, R3]] = part.quad.distances(part.quad.middle[None])[0]
-    shape[[S2, S3]] = 0.0
-    fit = _measured(part, shape, part.clues.per_parameter(), parameters)
-    slender = max(0.0, part.quad.length / part.quad.width - 1.25)
-    low = fit.skeleton.rise < _least_rise(part.quad.width / 2, parameters)
-    return fit.dearer(math.inf if low else 20 * slender)
-
-
-def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
-    """Sheds side by side, as many as fit best."""
-    length, found = part.quad.length, []
-    for teeth in range(2, min(parameters.most_teeth, int(length / 3.0)) + 1):
-        t = skeletons.tooth_heights(part.d, length, teeth)
-        cost, eave, rise = part.of_heights(t)
-        gain = part.clues.trust * tooth_gain(part, teeth)
-        shape = skeletons.ridge_shape(part.quad)
-        if abs(rise) >= _least_rise(length / teeth, parameters):
-            skeleton = Skeleton(RoofType.SAWTOOTH, part.quad, shape, eave, rise, teeth)
-            paid = 3 * part.clues.per_parameter() + parameters.rare_cost
-            found.append(Hypothesis(skeleton, cost - gain + paid, paid - gain))
-    return found
-
-
-def tooth_gain(part: PartClues, teeth: int) -> float:
-    """What lines say of the steps between teeth."""
-    sides, pitch = part.quad.sides, part.quad.length / teeth
-    edges = []
-    for k in range(1, teeth):
-        step = sides[2] + np.array([0, 0, k * pitch])
-        ends = [np.linalg.solve(np.stack([side[:2], step[:2]]), [side[2], step[2]]) for side in sides[:2]]
-        edges.append(np.concatenate(ends))
-    return float(line_gain(np.array(edges), part.clues.segments))
-
-
-def minimised(
-    cost: Callable[[FloatArray], float],
-    start: FloatArray,
-    limits: tuple[FloatArray, FloatArray],
-    free: int | None = None,
-) -> tuple[FloatArray, float]:
-    """A minimum near a start, by steps along the axes that get shorter; the place and its cost."""
-    x, best = start.copy(), cost(start)
-    for step in STEPS_M:
-        for _ in range(4):
-            before = best
-            for k in range(len(x) if free is None else free):
-                for sign in (step, -step):
-                    other = x.copy()
-                    other[k] = min(max(other[k] + sign, limits[0][k]), limits[1][k])
-                    value = cost(other)
-                    if value < best - 1e-9:
-                        x, best = other, value
-                        break
-            if best >= before:
-                break
-    return x, best

@@ -11,8 +11,9 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.partition_values import RoofPartition
-from cityflow.reconstruction.partition.subdivision import CutLine, Subdivision
+from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.roof_types_parts.skeletons import Skeleton, plane_groups
 
 BESIDE_M, ALONG_M = 0.015, 0.12

@@ -20,7 +20,7 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.noise.cubes import cut_in_cubes
 from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
 from cityflow.reconstruction.partition.borders import stretches
-from cityflow.reconstruction.partition.subdivision import CutLine
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.volumetric_parts.cube_regions import CubeRegions, cube_regions
 
 MOST_POINTS = 40_000

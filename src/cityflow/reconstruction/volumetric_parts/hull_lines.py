@@ -12,6 +12,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.reconstruction.partition.borders import find_borders
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.partition.cut_lines import (
     intersection_lines,
     main_directions,
@@ -20,7 +21,6 @@ from cityflow.reconstruction.partition.cut_lines import (
     without_doubles,
 )
 from cityflow.reconstruction.partition.step_lines import step_lines
-from cityflow.reconstruction.partition.subdivision import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters
 from cityflow.reconstruction.volumetric_parts.facades import Facade, facade_lines

@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.partition.subdivision import CutLine
+from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 WALL = -1

@@ -27,7 +27,8 @@ from cityflow.io.points.las_image_points import write_image_points
 from cityflow.io.points.las_write import write_points
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.surface.fused_tile import side_by_side
-from cityflow.surface.image_surface import ImageSurface, ImageSurfaceParameters, Rasters, SeenEnough, surface_of_fused
+from cityflow.surface.image_rasters import ImageSurface, Rasters
+from cityflow.surface.image_surface import ImageSurfaceParameters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 from cityflow.survey.depths import depths_over, reach_of
 from cityflow.survey.source import OVERVIEW, ZARR
