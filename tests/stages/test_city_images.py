@@ -153,7 +153,7 @@ def test_given_outlines_wait_for_the_facades_around_them() -> None:
 
 def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:
     inner = [t for t in whole if t.stage == "match" and t.unit.split(".")[0] == "10_20"]
-    heads = {t.arguments["base"].rsplit("_", 1)[1] for t in inner}
+    heads = {t.arguments["reference"].rsplit("_", 1)[1] for t in inner}
     assert len(heads) == 5
     for task in inner:
         assert len(task.arguments["place"]["images"]) >= 3
@@ -179,7 +179,7 @@ def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> 
         return {tuple(tree["name"] for tree in t.arguments["place"]["images"]) for t in tasks if t.stage == "match"}
 
     cells = [
-        {(t.arguments["base"], *c) for t in tasks if t.stage == "match" for c in t.arguments["place"]["chosen"]}
+        {(t.arguments["reference"], *c) for t in tasks if t.stage == "match" for c in t.arguments["place"]["chosen"]}
         for tasks in (whole, small)
     ]
     assert pairs(small) <= pairs(whole)
@@ -188,7 +188,7 @@ def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> 
 
 def test_a_changed_image_makes_its_matches_stale_and_no_others(whole: list[Task]) -> None:
     digests = {t.name: t.digest for t in whole}
-    name = next(t for t in whole if t.stage == "match").arguments["base"]
+    name = next(t for t in whole if t.stage == "match").arguments["reference"]
     source = CitySource(CATALOG, parameters())
     ready, after = list(source.initial()), dict[str, str]()
     while ready:
@@ -211,7 +211,7 @@ def _fields(record: Record) -> dict[str, Any]:
 
 
 def test_an_image_that_cannot_be_read_is_left_out_and_named(whole: list[Task]) -> None:
-    name = next(t for t in whole if t.stage == "match").arguments["base"]
+    name = next(t for t in whole if t.stage == "match").arguments["reference"]
     ended = run_through(CitySource(CATALOG, parameters(), EVERYWHERE), failed=[f"ingest-{name}"])
     concerned = [
         t for t in ended if t.stage == "match" and name in [tree["name"] for tree in t.arguments["place"]["images"]]

@@ -27,7 +27,7 @@ def first_match(city: CitySource, store: Store) -> Task:
     ready = list(city.initial())
     while ready:
         task = ready.pop()
-        if task.stage == "match" and task.arguments["base"].startswith("n"):
+        if task.stage == "match" and task.arguments["reference"].startswith("n"):
             return task
         if task.stage == "ingest":
             ready.extend(city.after(task, record_of(task, outcome_of(store, task))))
@@ -45,7 +45,7 @@ def test_half_size_gives_the_same_heights_in_coarser_cells(tmp_path: Path) -> No
     outcome = outcome_of(store, task)
     (path,) = outcome.outputs
     found = decode_depth_map(store.read_bytes(path))
-    base = half.survey.images.flown[task.arguments["base"]].image
+    base = half.survey.images.flown[task.arguments["reference"]].image
     assert base.camera.width * 2 == half.survey.images.views[base.name].image.camera.width
     points = points_of(found, base)
     known = truth()

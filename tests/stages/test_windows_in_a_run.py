@@ -246,7 +246,7 @@ def test_a_search_that_fails_leaves_a_building_that_says_so(painted: Painted, wh
         if task.stage == "windows":
             raise CityflowError("the worker was out of memory")
 
-    request = {("windows", "c"): {"levels": 47}}
+    request = {("windows", "c"): {"least_confidence": 0.61}}
     made = run(source_of(painted, overrides=request, **FORMATS), tmp_path / "run", whole, fail)
     said = attributes(made, "c")
     assert said["windows_missing"] == "the worker was out of memory"
