@@ -13,8 +13,8 @@ from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, Picture
 from cityflow.evaluation.roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.reconstruction import roof_types
 from cityflow.reconstruction.roof_types import reconstruct
+from cityflow.reconstruction.roof_types_parts import reading as readings
 from cityflow.reconstruction.roof_types_parts.line_categories import Category
 from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
@@ -108,7 +108,7 @@ def test_an_outline_that_loses_the_few_heights_is_not_fitted(monkeypatch: pytest
     xyz = np.array([[0.2, 0.2, 3.0], [3.8, 0.2, 3.0], [0.2, 3.8, 3.0], [3.8, 3.8, 3.0], [0.2, 2.0, 3.0]])
     evidence = Evidence("few", Polygon([(0, 0), (4, 0), (4, 4), (0, 4)]), PointCloud.of(xyz, 6), 0.0)
     moved_in = Polygon([(1, 1), (3, 1), (3, 3), (1, 3)])
-    monkeypatch.setattr(roof_types, "fitted_outline", lambda *_: moved_in)
+    monkeypatch.setattr(readings, "fitted_outline", lambda *_: moved_in)
     assert len(read(evidence, PARAMETERS).cells) == 5
     assert reconstruct(evidence, PARAMETERS).solid is not None
 
