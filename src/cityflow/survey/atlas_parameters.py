@@ -28,9 +28,9 @@ class AtlasParameters(Parameters):
     )
 
     def atlas_cells(self, tile_m: float) -> int:
-        """Leaves along the edge of a ground tile.
+        """Atlas cells along the edge of a ground tile.
 
-        >>> AtlasParameters().leaves(250.0), AtlasParameters().leaves(60.0)
+        >>> AtlasParameters().atlas_cells(250.0), AtlasParameters().atlas_cells(60.0)
         (4, 1)
         """
         return 1 << max(round(math.log2(tile_m / self.cell_m)), 0)
