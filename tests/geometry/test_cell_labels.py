@@ -46,6 +46,18 @@ def test_several_planes_come_near_the_optimum(seed: int) -> None:
     assert best - 1e-4 <= found <= 1.02 * best
 
 
+@pytest.mark.parametrize(("planes", "cells", "bound"), [(2, 7, 1.15), (3, 6, 1.2)])
+@pytest.mark.parametrize("seed", range(8))
+def test_from_the_cheapest_labels_on_it_comes_near_the_optimum(
+    seed: int, planes: int, cells: int, bound: float
+) -> None:
+    """As volumetric models ask, which begin with each cell's own cheapest plane."""
+    cost, borders = problem(seed, cells, planes)
+    found = energy(cost, borders, label_cells(cost, borders))
+    best = min(energy(cost, borders, labels) for labels in itertools.product(range(planes), repeat=cells))
+    assert best - 1e-4 <= found <= bound * best
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_no_expansion_makes_the_labels_better(seed: int) -> None:
     cost, borders = problem(seed, 8, 4, 0.5)
