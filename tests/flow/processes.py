@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Thread
 
-from distributed import Client
+from distributed import Client, Scheduler, Worker
 
 from cityflow.flow.store import Store
 
@@ -28,6 +28,14 @@ def environment() -> dict[str, str]:
 def hear_ctrl_c() -> None:
     """Whoever starts the tests in the background has them ignore it, and what they start would inherit that."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def known_tasks(dask_scheduler: Scheduler) -> int:
+    return len(dask_scheduler.tasks)
+
+
+def running_tasks(dask_worker: Worker) -> int:
+    return len(dask_worker.state.executing)
 
 
 @dataclass
@@ -54,6 +62,14 @@ class Cluster:
             self._spawn("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
                         "--local-directory", str(self.folder))
         )  # fmt: skip
+
+    def settle(self, within_s: float = 30) -> None:
+        """Wait until nothing that a driver left behind is at work: a worker ends the task that it has begun, and records it."""
+        deadline = time.monotonic() + within_s
+        with Client(self.address, timeout=30, set_as_default=False) as client:
+            while client.run_on_scheduler(known_tasks) or any(client.run(running_tasks).values()):
+                assert time.monotonic() < deadline, "workers are still at work"
+                time.sleep(0.05)
 
     def stop(self) -> None:
         for process in [*self.workers, *([self.scheduler] if self.scheduler else [])]:

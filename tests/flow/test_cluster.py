@@ -79,7 +79,7 @@ def test_a_killed_driver_is_continued(cluster: Cluster, store: Store, undisturbe
     with driver(store, cluster.address) as run:
         run.wait_for(8)
         run.kill()
-    time.sleep(0.3)
+    cluster.settle()
     before = finished(store)
     assert 8 <= len(before) < SIZE
     with driver(store, cluster.address) as run:
