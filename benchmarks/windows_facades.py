@@ -25,7 +25,7 @@ from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.synthetic.hard_facades import HARD, draw_hard_facade
 from cityflow.synthetic.hard_walls import WINDOWLESS
 from cityflow.synthetic.town_facades import WINDOW
-from cityflow.windows.candidates import looks_of
+from cityflow.windows.candidates import channels_of
 from cityflow.windows.confidence import NAMES, features
 from cityflow.windows.find import find_windows
 from cityflow.windows.picture import picture_of
@@ -112,12 +112,12 @@ def fit(first: int, last: int) -> None:
             for k in range(2):
                 facade = drawn(style, errors_of(rng, k == 1, None), rng)
                 picture = picture_of(*as_texture(facade), parameters)
-                looks = looks_of(picture, parameters)
-                found, company, completed = searched(picture, looks, parameters)
+                channels = channels_of(picture, parameters)
+                found, support, completed = searched(picture, channels, parameters)
                 if len(found):
                     bounds = np.array([picture.bounds(b) for b in found.boxes])
                     shared = intersection_over_union(bounds, facade.openings[:, [0, 2, 1, 3]])
-                    x.append(features(found, company, completed, picture, looks))
+                    x.append(features(found, support, completed, picture, channels))
                     y.append(shared.max(axis=1, initial=0.0))
     a, iou = np.concatenate(x), np.concatenate(y)
     clear = (iou > 0.5) | (iou < 0.4)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from cityflow.windows.agreement import completed_heights
-from cityflow.windows.candidates import looks_of
+from cityflow.windows.candidates import channels_of
 from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
@@ -27,7 +27,7 @@ def facade(frame: bool) -> Picture:
 def completed(frame: bool) -> np.ndarray:
     found = TALL.copy()
     found[4, 3] = 35
-    return completed_heights(found, looks_of(facade(frame), WindowParameters()), 2.0)
+    return completed_heights(found, channels_of(facade(frame), WindowParameters()), 2.0)
 
 
 def test_a_half_becomes_whole_where_its_sides_go_on() -> None:
@@ -41,5 +41,5 @@ def test_a_low_window_beside_high_ones_stays_low() -> None:
 def test_one_high_window_says_nothing() -> None:
     boxes = TALL[:3].copy()
     boxes[1:, 3] = 35
-    out = completed_heights(boxes, looks_of(facade(True), WindowParameters()), 2.0)
+    out = completed_heights(boxes, channels_of(facade(True), WindowParameters()), 2.0)
     assert out.tolist() == boxes.tolist()

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from cityflow.windows.candidates import Candidates
-from cityflow.windows.choice import chosen, support
+from cityflow.windows.choice import chosen, support_of
 from drawn_walls import rows_of
 
 
-def made(boxes: list[tuple[int, int, int, int]] | np.ndarray, sound: list[float] | float = 1.0, look: int = 0) -> Candidates:  # fmt: skip
+def made(boxes: list[tuple[int, int, int, int]] | np.ndarray, sound: list[float] | float = 1.0, channel: int = 0) -> Candidates:  # fmt: skip
     """All sides as complete as `sound` says."""
     at = np.asarray(boxes, np.int64).reshape(-1, 4)
     n = len(at)
     sides = np.tile(np.broadcast_to(np.asarray(sound, float), (n,))[:, None], (1, 4))
-    return Candidates(at, sides, np.ones((n, 4)), np.ones(n), np.ones(n), np.full(n, look), at.copy())
+    return Candidates(at, sides, np.ones((n, 4)), np.ones(n), np.ones(n), np.full(n, channel), at.copy())
 
 
 def kept(found: Candidates, bonus: list[float] | None = None) -> list[list[int]]:
@@ -36,7 +36,7 @@ def test_boxes_apart_all_stay_in_their_order_whatever_the_order_was() -> None:
     assert sorted(kept(made(boxes[::-1]))) == sorted(boxes.tolist())
 
 
-def test_company_decides_between_a_window_and_what_overlaps_it() -> None:
+def test_support_decides_between_a_window_and_what_overlaps_it() -> None:
     """A box over half of a window and the wall beside it, as sound, but of no row."""
     boxes = [[22, 12, 40, 30], *rows_of(1, 4).tolist()]
     assert kept(made(boxes)) == rows_of(1, 4).tolist()
@@ -51,16 +51,16 @@ def test_what_a_box_keeps_free_counts_not_only_itself() -> None:
     assert kept(found) == [[20, 10, 30, 30]]
 
 
-def test_company_is_counted_in_rows_and_columns_of_the_same_look() -> None:
+def test_support_is_counted_in_rows_and_columns_of_the_same_channel() -> None:
     """Of 3 by 4 windows each has three in its row and two in its column."""
     found = made(rows_of(3, 4))
-    assert support(found, 2.0).tolist() == [5] * 12
-    other = made(rows_of(3, 4)[:1] + np.array([140, 0, 140, 0]), look=1)
-    assert support(Candidates.joined([found, other]), 2.0).tolist() == [5] * 12 + [0]
+    assert support_of(found, 2.0).tolist() == [5] * 12
+    other = made(rows_of(3, 4)[:1] + np.array([140, 0, 140, 0]), channel=1)
+    assert support_of(Candidates.joined([found, other]), 2.0).tolist() == [5] * 12 + [0]
 
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_none_and_one(n: int) -> None:
-    found, company = chosen(made(rows_of(1, 1)[:n]), np.zeros(n), 2.0)
+    found, support = chosen(made(rows_of(1, 1)[:n]), np.zeros(n), 2.0)
     assert len(found) == n
-    assert company.tolist() == [0] * n
+    assert support.tolist() == [0] * n

@@ -37,7 +37,7 @@ def test_a_window_under_a_gable_must_not_cross_the_verge() -> None:
     assert fits([(4.0, 5.0, 6.0, 6.5), (1.0, 5.0, 3.0, 6.0)], wall=GABLE) == [True, False]
 
 
-def test_a_door_is_cut_off_at_the_foot_and_only_there() -> None:
+def test_a_door_is_cut_off_at_the_wall_base_and_only_there() -> None:
     bounds, good = fitted(bounds_of([(1.0, -0.3, 2.0, 2.0)]), np.ones(1), np.array([True]), WALL)
     assert good.tolist() == [True]
     np.testing.assert_allclose(bounds, [[1.0, RIM_M, 2.0, 2.0]])

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.windows.candidates import Candidates, judged, looks_of
+from cityflow.windows.candidates import Candidates, channels_of, measured
 from cityflow.windows.picture import Picture
 from cityflow.windows.proposals import framed, fused, hold_panes
 from cityflow.windows.window_parameters import WindowParameters
@@ -13,12 +13,12 @@ P = WindowParameters(bars_m=0.0)
 
 
 def dark(picture: Picture, boxes: list[Box]) -> Candidates:
-    return judged(picture, looks_of(picture, P), 0, np.array(boxes, np.int64).reshape(-1, 4))
+    return measured(picture, channels_of(picture, P), 0, np.array(boxes, np.int64).reshape(-1, 4))
 
 
 def fused_boxes(boxes: list[Box]) -> list[list[int]]:
     picture = wall(boxes)
-    return [b.tolist() for b in fused(dark(picture, boxes), picture, looks_of(picture, P), P).boxes]
+    return [b.tolist() for b in fused(dark(picture, boxes), picture, channels_of(picture, P), P).boxes]
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -51,9 +51,9 @@ def test_a_window_grows_over_its_frame_on_all_sides() -> None:
     picture = wall()
     picture.light[18:42, 38:56] = 0.98
     picture.light[20:40, 40:54] = 0.4
-    found = framed(dark(picture, [(40, 20, 54, 40)]), picture, looks_of(picture, P), P)
+    found = framed(dark(picture, [(40, 20, 54, 40)]), picture, channels_of(picture, P), P)
     assert found.boxes.tolist() == [[38, 18, 56, 42]]
-    assert found.look.tolist() == [1]
+    assert found.channel.tolist() == [1]
     # the frame is there on all sides: cells of 0.06 m, so exact
     assert pytest.approx(0.12) == CELL_M * 2
     assert picture.light[10, 10] == pytest.approx(WALL, abs=0.05)
@@ -62,8 +62,8 @@ def test_a_window_grows_over_its_frame_on_all_sides() -> None:
 def test_without_a_frame_or_with_one_on_three_sides_nothing_grows() -> None:
     boxes: list[Box] = [(40, 20, 54, 40)]
     plain = wall(boxes)
-    assert len(framed(dark(plain, boxes), plain, looks_of(plain, P), P)) == 0
+    assert len(framed(dark(plain, boxes), plain, channels_of(plain, P), P)) == 0
     open_below = wall()
     open_below.light[18:40, 38:56] = 0.98
     open_below.light[20:40, 40:54] = 0.4
-    assert len(framed(dark(open_below, boxes), open_below, looks_of(open_below, P), P)) == 0
+    assert len(framed(dark(open_below, boxes), open_below, channels_of(open_below, P), P)) == 0

@@ -51,11 +51,11 @@ def test_edges_of_a_row_become_common() -> None:
 
 
 @pytest.mark.parametrize(
-    ("sills", "foot", "storeys"),
+    ("sills", "wall_base", "storeys"),
     [
         ([1.0], 0.0, 0), ([1.0, 1.0], 0.0, 1), ([1.0, 3.9, 6.8], 0.0, 3), ([1.0, 6.8, 9.7], 0.0, 4), ([3.9, 6.8], 0.0, 3), ([1.0, 1.1, 3.9], 0.0, 2),
         ([24.0], 0.0, 0), ([9.7] * 6, 0.0, 0), ([12.6, 15.5], 0.0, 0), ([1.0, 20.0], 0.0, 0), ([], 0.0, 0),
     ],
 )  # fmt: skip
-def test_storeys_follow_from_rows(sills: list[float], foot: float, storeys: int) -> None:
-    assert storeys_of([(0.0, s, 1.0, s + 1.4) for s in sills], foot) == storeys
+def test_storeys_follow_from_rows(sills: list[float], wall_base: float, storeys: int) -> None:
+    assert storeys_of([(0.0, s, 1.0, s + 1.4) for s in sills], wall_base) == storeys

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cityflow.windows.candidates import looks_of
+from cityflow.windows.candidates import channels_of
 from cityflow.windows.search import LAP_M, STRIP_M, found_on, searched, strips
 from cityflow.windows.window_parameters import WindowParameters
 from drawn_walls import CELL_M, rows_of, wall
@@ -25,7 +25,7 @@ def test_windows_are_found_where_they_are_drawn() -> None:
     assert found.sure.min() > 0.8
     assert not found.doors.any()
     assert not found.lattice.any()
-    assert (found.company == 4).all()
+    assert (found.support == 4).all()
 
 
 def test_a_mirrored_wall_has_the_mirrored_windows() -> None:
@@ -50,19 +50,19 @@ def test_a_plain_wall_has_none() -> None:
     assert found.bounds.shape == (len(found.sure), 4)
 
 
-@pytest.mark.parametrize(("step", "late"), [(0.01, []), (0.02, [1.0]), (0.04, [0.0])])
-def test_a_faint_window_is_asked_for_by_its_rows_and_marked_so(step: float, late: list[float]) -> None:
+@pytest.mark.parametrize(("step", "completed"), [(0.01, []), (0.02, [1.0]), (0.04, [0.0])])
+def test_a_faint_window_is_asked_for_by_its_rows_and_marked_so(step: float, completed: list[float]) -> None:
     """Steps of 0.025 are edges, half of that where seven others ask for it: the eighth is not there, asked for, or found by itself."""
     boxes = rows_of(2, 4)
     picture = wall(np.delete(boxes, 5, axis=0), noise=0.003)
     left, top, right, bottom = boxes[5]
     picture.light[top:bottom, left:right] -= step
-    found, company, asked = searched(picture, looks_of(picture, P), P)
+    found, support, asked = searched(picture, channels_of(picture, P), P)
     at = np.abs(found.boxes - boxes[5]).max(axis=1) <= 2
-    assert asked[at].tolist() == late
-    assert company[at].tolist() == [4] * len(late)
-    assert len(found) == 7 + len(late)
-    assert asked.sum() == sum(late)
+    assert asked[at].tolist() == completed
+    assert support[at].tolist() == [4] * len(completed)
+    assert len(found) == 7 + len(completed)
+    assert asked.sum() == sum(completed)
 
 
 @pytest.mark.parametrize(("wide_m", "count"), [(9.6, 1), (STRIP_M, 1), (41.0, 2), (130.0, 4)])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import IntArray
-from cityflow.windows.candidates import Candidates, candidates, looks_of
+from cityflow.windows.candidates import Candidates, candidates, channels_of
 from cityflow.windows.picture import Picture
 from cityflow.windows.shutters import between_shutters
 from cityflow.windows.window_parameters import WindowParameters
@@ -28,8 +28,8 @@ def facade(wing: float, pane: float) -> Picture:
 
 
 def found_in(picture: Picture) -> Candidates:
-    looks = looks_of(picture, P)
-    return between_shutters(candidates(picture, looks, P), picture, looks, P)
+    channels = channels_of(picture, P)
+    return between_shutters(candidates(picture, channels, P), picture, channels, P)
 
 
 @pytest.mark.parametrize(("wing", "pane"), [(0.6, 0.3), (0.45, 0.65), (0.5, 0.35)])

@@ -22,10 +22,10 @@ class Opening:
     face : the wall that it is in
     ring : (4, 3) world metres, counter-clockwise seen from outside, from the lower left corner
     bounds : s and t of the lower left corner, then of the upper right one, metres in the frame of the face
-    kind : window, or door where it reaches down to the foot of the wall
+    kind : window, or door where it reaches down to the wall base
     confidence : 0 to 1
     support : other openings of its size in its row and column
-    completed : whether it was looked for only because its row and column left a place there
+    completed : whether it was searched for only because of a gap in its row or column
     """
 
     face: FaceKey
@@ -50,10 +50,10 @@ class FaceOpenings:
     Attributes
     ----------
     openings : row by row from below, from left to right
-    storeys : rows of windows, counted with those between that show none; 0 where too few windows tell of them
+    storeys : rows of windows, with those between that show none; 0 where there are too few windows
     area_m2 : of the wall;  seen_m2 : of it, with true texture (not interpolated)
     window_to_wall : area of the windows by `seen_m2`; None where too little of the wall is seen to say
-    reason : why no window was looked for, or none believed; else empty
+    reason : why the wall has no result; else empty
     """
 
     key: FaceKey
@@ -72,7 +72,7 @@ class UnitOpenings:
     Attributes
     ----------
     faces : walls that have a texture, in their order
-    storeys : rows of windows over all walls at their heights; None where too few windows tell of them
+    storeys : rows of windows over all walls by their heights; None where there are too few windows
     window_to_wall_ratio : area of windows by area of walls, both where the texture is true; None where too little is seen, 0 where walls have none
     seen_share : of the area of all walls, what was looked at: true texture that is fine enough
     """

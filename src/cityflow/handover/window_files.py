@@ -1,4 +1,4 @@
-"""What windows tasks leave of a unit: JSON that a person can read, too."""
+"""The result of a windows task, as JSON."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ def decode_openings(data: bytes) -> tuple[UnitOpenings, dict[FaceKey, Rings]]:
 
 
 def wall_lines(data: bytes) -> Iterator[str]:
-    """What a person wants to know of every wall, a line each: which it is, how much of it is seen, its windows and their share, or why there are none."""
+    """One line of text per wall: its name, the share that is seen, its windows and their share, or why there are none."""
     found, rings = decode_openings(data)
     for wall in found.faces:
         seen = min(wall.seen_m2 / wall.area_m2, 1.0) if wall.area_m2 > 0 else 0.0
         name = f"{wall.key[0]} face {wall.key[1]}"
         place = f"faces {_facing_deg(rings[wall.key]):.0f}°, {wall.area_m2:.1f} m², {100 * seen:.0f} % seen"
-        yield f"{name} ({place}): {_said(wall)}"
+        yield f"{name} ({place}): {_result_text(wall)}"
 
 
-def _said(wall: FaceOpenings) -> str:
+def _result_text(wall: FaceOpenings) -> str:
     if wall.reason:
         return wall.reason
     sure = [o.confidence for o in wall.openings if o.kind == "window"]

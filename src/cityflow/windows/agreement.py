@@ -1,4 +1,4 @@
-"""Windows of one width are as high as one another: where only the upper or the lower part of one was found, the rest is looked at."""
+"""Completes the height of windows of which only the upper or lower part was found, from other windows of their width."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from cityflow.windows.edges import Edges, completeness
 from cityflow.windows.rows import ALIKE
 
 LEAST_WHOLE = 2
-"""Whole windows that say how high the others are."""
+"""Number of whole windows that determine the height of the others."""
 LEAST_SIDES = 0.5
 """Completeness of the weaker of both sides of the part that is added."""
 
 
-def completed_heights(boxes: IntArray, looks: Sequence[Edges], tolerance: float) -> IntArray:
+def completed_heights(boxes: IntArray, channels: Sequence[Edges], tolerance: float) -> IntArray:
     """Boxes (N, 4) as high as higher ones of their width, downwards or upwards, where the picture shows the sides of what lies between.
 
     A blind, or what a pane mirrors, may make the half of a window as bright as its wall is; the frame remains.
@@ -27,9 +27,9 @@ def completed_heights(boxes: IntArray, looks: Sequence[Edges], tolerance: float)
         part = out.copy()
         part[:, end], part[:, other] = wanted, out[:, end]
         part[:, [1, 3]] = np.sort(part[:, [1, 3]], axis=1)
-        inside = (part[:, 1] >= 0) & (part[:, 3] <= looks[0].light.shape[0])
-        part = np.clip(part, 0, [*looks[0].light.shape[::-1]] * 2)
-        sides = np.max([completeness(e, part)[:, [0, 2]].min(axis=1) for e in looks], axis=0)
+        inside = (part[:, 1] >= 0) & (part[:, 3] <= channels[0].light.shape[0])
+        part = np.clip(part, 0, [*channels[0].light.shape[::-1]] * 2)
+        sides = np.max([completeness(e, part)[:, [0, 2]].min(axis=1) for e in channels], axis=0)
         out[:, end] = np.where(asked & inside & (sides >= LEAST_SIDES) & _free(part, boxes), wanted, out[:, end])
     return out
 

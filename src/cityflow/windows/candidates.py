@@ -1,4 +1,4 @@
-"""Boxes that may be windows, with what speaks for each."""
+"""Boxes that may be windows, with figures of their edges."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ MARGIN_M = 0.15
 """Wall that remains between a window and the edge of its wall; set by hand on drawn façades."""
 
 LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
-"""Completeness of the worst side, and of all four on average, of what is looked at more closely."""
+"""Least completeness of the worst side, and of all four on average, of a candidate."""
 RIM_M = 0.25
 GATE_M = 2.0
 HUE_RANGE = 0.06
-"""Colours that scatter less than this tell nothing that brightness does not."""
+"""Least range of the hue for which it is used beside brightness."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """Boxes and what speaks for them, as arrays of one length.
+    """Boxes and figures of their edges, as arrays of one length.
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class Candidates:
     steps : (N, 4) mean steps across the sides, in thresholds
     contrast : (N,) difference from the rim, in thresholds
     seen : (N,) share with true texture
-    look : (N,) which of the façade's edges they come from
-    around : (N, 4) the box itself; of what stands between open shutters, from the outer edge of the one wing to that of the other
+    channel : (N,) which of the façade's channels (see `channels_of`) they come from
+    around : (N, 4) the box itself; between open shutters, the box with both wings
     """
 
     boxes: IntArray
@@ -62,7 +62,7 @@ class Candidates:
     steps: FloatArray
     contrast: FloatArray
     seen: FloatArray
-    look: IntArray
+    channel: IntArray
     around: IntArray
 
     def __len__(self) -> int:
@@ -82,34 +82,34 @@ class Candidates:
         return np.asarray(0.45 * self.sides.mean(axis=1) + 0.45 * self.sides.min(axis=1) + 0.1 * strong)
 
 
-def looks_of(picture: Picture, parameters: WindowParameters) -> list[Edges]:
-    """The façade's edges for dark and bright windows, and, where it has colours, for those of either hue."""
+def channels_of(picture: Picture, parameters: WindowParameters) -> list[Edges]:
+    """The façade's edges by channel: dark and bright windows in the brightness, and where the façade has colours, in the hue."""
     values = [picture.light]
     if picture.seen.any() and np.ptp(np.quantile(picture.hue[picture.seen], [0.01, 0.99])) > HUE_RANGE:
         values.append(picture.hue)
     return [edges_of(picture, v, sign, parameters) for v in values for sign in (DARK, BRIGHT)]
 
 
-def judged(picture: Picture, looks: Sequence[Edges], look: int, boxes: IntArray) -> Candidates:
-    """What speaks for boxes in one look."""
-    edges, rim = looks[look], max(round(picture.pixels(RIM_M)), 1)
+def measured(picture: Picture, channels: Sequence[Edges], channel: int, boxes: IntArray) -> Candidates:
+    """Boxes with their figures in one channel."""
+    edges, rim = channels[channel], max(round(picture.pixels(RIM_M)), 1)
     return Candidates(
         boxes, completeness(edges, boxes), strength(edges, boxes), contrast(edges, boxes, rim), seen_share(edges, boxes),
-        np.full(len(boxes), look), boxes,
+        np.full(len(boxes), channel), boxes,
     )  # fmt: skip
 
 
-def candidates(picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
-    """All segments of all looks that have the size, the place and the sides of a window or a door."""
+def candidates(picture: Picture, channels: Sequence[Edges], parameters: WindowParameters) -> Candidates:
+    """All segments of all channels that have the size, the place and the sides of a window or a door."""
     found = []
     reach = max(round(picture.pixels(0.1)), 1)
-    for k, edges in enumerate(looks):
+    for k, edges in enumerate(channels):
         boxes = segments(picture, edges, edges.sign, parameters)
-        rough = judged(picture, looks, k, boxes)
+        rough = measured(picture, channels, k, boxes)
         boxes = refined(edges, boxes[rough.sides.mean(axis=1) >= 0.4], reach)
         boxes = np.unique(boxes[sized(boxes, picture, parameters)], axis=0)
-        part = judged(picture, looks, k, boxes)
-        found.append(part.of(_sound(part, picture)))
+        part = measured(picture, channels, k, boxes)
+        found.append(part.of(_plausible(part, picture)))
     return Candidates.joined(found)
 
 
@@ -125,16 +125,16 @@ def sized(boxes: IntArray, picture: Picture, parameters: WindowParameters) -> Bo
     )
 
 
-def _sound(found: Candidates, picture: Picture) -> BoolArray:
-    """Sides complete enough (of what stands on the foot of the wall, three), true texture, wall all around."""
-    standing = on_foot(found.boxes, picture)
+def _plausible(found: Candidates, picture: Picture) -> BoolArray:
+    """Sides complete enough (three of them at the wall base), true texture, wall all around."""
+    standing = at_wall_base(found.boxes, picture)
     sides = np.where(standing[:, None] & (np.arange(4) == 3), 1.0, found.sides)
     complete = (sides.min(axis=1) >= LEAST_SIDE) & (sides.mean(axis=1) >= LEAST_SIDES) & (found.contrast > 0.5)
     return np.asarray(complete & (found.seen >= LEAST_SEEN) & within_wall(found.boxes, picture, standing))
 
 
 def within_wall(boxes: IntArray, picture: Picture, standing: BoolArray) -> BoolArray:
-    """Whether wall remains around boxes; below those that stand on its foot it need not."""
+    """Whether wall remains around boxes; not required below those at the wall base."""
     rim = max(round(picture.pixels(MARGIN_M)), 1)
     wide = boxes + rim * np.array([-1, -1, 1, 1])
     wide[:, 3] = np.where(standing, boxes[:, 3], wide[:, 3])
@@ -142,8 +142,8 @@ def within_wall(boxes: IntArray, picture: Picture, standing: BoolArray) -> BoolA
     return np.asarray(box_sums(integral(picture.wall.astype(np.float32)), wide) >= 0.97 * area)
 
 
-def on_foot(boxes: IntArray, picture: Picture) -> BoolArray:
-    """Tall boxes, and gates, that reach down to where the wall ends, or is no longer seen."""
+def at_wall_base(boxes: IntArray, picture: Picture) -> BoolArray:
+    """Tall boxes, and gates, whose lower edge is where the wall, or its visible part, ends."""
     below = boxes.copy()
     below[:, 1], below[:, 3] = boxes[:, 3], boxes[:, 3] + max(round(picture.pixels(0.4)), 2)
     area = (below[:, 2] - below[:, 0]) * (below[:, 3] - below[:, 1])

@@ -1,4 +1,4 @@
-"""How sure it is that a box is a window: a logistic model of what speaks for it and against it."""
+"""Probability that a box is a window: a logistic model of 24 features."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from cityflow.windows.edges import Edges, box_sums, integral, roughness
 from cityflow.windows.picture import Picture
 
 NAMES = (
-    "one", "sides", "two worst sides", "worst step", "contrast", "company", "alone", "completed", "rough rim", "rough inside", "aspect", "size",
-    "by hue", "pixels across", "company of all", "unlike the others", "restless wall", "unlike the wall", "crowded", "runs on", "runs on one way",
-    "hangs under", "in a string", "ends unseen",
+    "one", "sides", "two worst sides", "worst step", "contrast", "support", "alone", "completed", "rough rim", "rough inside", "aspect", "size",
+    "by hue", "pixels across", "support of all", "size against the others", "local deviation", "difference from the wall", "unequal neighbours",
+    "weaker line beyond corners", "stronger line beyond corners",
+    "below another", "between close boxes", "ends unseen",
 )  # fmt: skip
 SQUARE_M = 0.7
-CROWD_M, HANG_M = 0.35, 0.25
+CLOSE_M, BELOW_M = 0.35, 0.25
 SMALL_M2 = 10.0
 WEIGHTS = np.array(
     [
@@ -51,37 +52,38 @@ WEIGHTS = np.array(
 
 
 def features(
-    found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
+    found: Candidates, support: IntArray, completed: FloatArray, picture: Picture, channels: Sequence[Edges]
 ) -> FloatArray:
     """(N, 24) in the order of `NAMES`; all about 0 to 3."""
     wide, high = (picture.cell * (found.boxes[:, k + 2] - found.boxes[:, k]) for k in (0, 1))
-    rim, inside = roughness(looks, found.look, found.boxes, max(round(picture.pixels(RIM_M)), 1))
-    on = running_on(looks, found)
+    rim, inside = roughness(channels, found.channel, found.boxes, max(round(picture.pixels(RIM_M)), 1))
+    on = lines_beyond_corners(channels, found)
     usual = [np.median(v) if len(v) else 1.0 for v in (wide, high)]
     return np.column_stack([
         np.ones(len(found)), found.sides.mean(axis=1), np.sort(found.sides, axis=1)[:, :2].mean(axis=1),
-        np.clip(found.steps.min(axis=1), -1, 4), np.clip(found.contrast, -1, 6) / 2, np.minimum(company, 4) / 2, company == 0, late,
-        np.clip(rim, 0, 4), np.clip(inside, 0, 4), np.abs(np.log(wide / high)), np.maximum(np.abs(np.log(wide * high / 1.5)) - np.log(3), 0), found.look >= 2,
-        np.clip(np.log(np.minimum(wide, high) / picture.cell / 10), -1.2, 1.5), np.full(len(found), np.mean(company > 0) if len(found) else 0.0),
-        np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2), np.full(len(found), restlessness(picture, looks)),
-        unlike_wall(found.boxes, picture, looks), crowding(found.boxes, picture), on.min(axis=1), on.max(axis=1),
-        hanging(found.boxes, picture), strung(found.boxes, picture), ends_unseen(found.boxes, picture),
+        np.clip(found.steps.min(axis=1), -1, 4), np.clip(found.contrast, -1, 6) / 2, np.minimum(support, 4) / 2, support == 0, completed,
+        np.clip(rim, 0, 4), np.clip(inside, 0, 4), np.abs(np.log(wide / high)), np.maximum(np.abs(np.log(wide * high / 1.5)) - np.log(3), 0),
+        found.channel >= 2,
+        np.clip(np.log(np.minimum(wide, high) / picture.cell / 10), -1.2, 1.5), np.full(len(found), np.mean(support > 0) if len(found) else 0.0),
+        np.clip(np.abs(np.log(wide / usual[0])) + np.abs(np.log(high / usual[1])), 0, 2), np.full(len(found), local_deviation(picture, channels)),
+        difference_from_wall(found.boxes, picture, channels), unequal_neighbours(found.boxes, picture), on.min(axis=1), on.max(axis=1),
+        below_another(found.boxes, picture), between_close_boxes(found.boxes, picture), ends_unseen(found.boxes, picture),
     ])  # fmt: skip
 
 
-def unlike_wall(boxes: IntArray, picture: Picture, looks: Sequence[Edges]) -> FloatArray:
-    """(N,) how far boxes are from the commonest brightness and hue of the façade: what stands between windows, bands or shadows is as the wall is."""
+def difference_from_wall(boxes: IntArray, picture: Picture, channels: Sequence[Edges]) -> FloatArray:
+    """(N,) difference of boxes from the median brightness and hue of the façade, in thresholds; areas between windows, bands or shadows are like the wall."""
     off = np.zeros(len(boxes))
     area = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
     wall = _plain_wall(boxes, picture)
-    for values, edges in zip((picture.light, picture.hue), looks[::2], strict=False):
+    for values, edges in zip((picture.light, picture.hue), channels[::2], strict=False):
         usual = float(np.median(values[wall])) if wall.any() else 0.0
         off = np.maximum(off, np.abs(box_sums(integral(values), boxes) / np.maximum(area, 1) - usual) / edges.threshold)
     return np.clip(off, 0, 6) / 2
 
 
 def _plain_wall(boxes: IntArray, picture: Picture) -> BoolArray:
-    """What the commonest brightness is that of: all that is seen; of small walls, as those of dormers, what is outside of boxes."""
+    """Cells that the median is taken of: all that are seen; of small walls, as those of dormers, those outside of the boxes."""
     if np.count_nonzero(picture.seen) * picture.cell**2 > SMALL_M2:
         return picture.seen
     out = picture.seen.copy()
@@ -90,29 +92,29 @@ def _plain_wall(boxes: IntArray, picture: Picture) -> BoolArray:
     return out if out.any() else picture.seen
 
 
-def hanging(boxes: IntArray, picture: Picture) -> FloatArray:
-    """(N,) whether a box hangs right under another: parapets of balconies do, and their shadows; windows stand storeys apart."""
+def below_another(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) whether a box follows directly below another, as parapets of balconies and their shadows do; windows are a storey apart."""
     gap = boxes[:, None, 1] - boxes[None, :, 3]
     shared = np.minimum(boxes[:, None, 2], boxes[None, :, 2]) - np.maximum(boxes[:, None, 0], boxes[None, :, 0])
     wide = boxes[:, 2] - boxes[:, 0]
-    under = (np.abs(gap) <= max(picture.pixels(HANG_M), 2)) & (shared >= 0.7 * np.minimum(wide[:, None], wide[None]))
+    under = (np.abs(gap) <= max(picture.pixels(BELOW_M), 2)) & (shared >= 0.7 * np.minimum(wide[:, None], wide[None]))
     np.fill_diagonal(under, False)
     return under.any(axis=1).astype(np.float64)
 
 
-def strung(boxes: IntArray, picture: Picture) -> FloatArray:
-    """(N,) whether boxes follow close on both sides of it, as letters do."""
+def between_close_boxes(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) whether close boxes follow on both sides, as with letters."""
     high = boxes[:, 3] - boxes[:, 1]
     level = np.minimum(boxes[:, None, 3], boxes[None, :, 3]) - np.maximum(boxes[:, None, 1], boxes[None, :, 1])
     beside = level >= 0.6 * np.minimum(high[:, None], high[None])
     gap = boxes[None, :, 0] - boxes[:, None, 2]
-    near = (gap >= -2) & (gap <= picture.pixels(CROWD_M))
+    near = (gap >= -2) & (gap <= picture.pixels(CLOSE_M))
     right, left = (beside & near).any(axis=1), (beside & near.T).any(axis=1)
     return (left & right).astype(np.float64)
 
 
 def ends_unseen(boxes: IntArray, picture: Picture) -> FloatArray:
-    """(N,) whether a box ends where the true texture ends: then nobody knows its size."""
+    """(N,) whether a box ends where the true texture ends: its size is then unknown."""
     sums, worst = integral(picture.seen.astype(np.float32)), np.ones(len(boxes))
     for side, way in enumerate((-1, -1, 1, 1)):
         strip = boxes.copy()
@@ -122,29 +124,30 @@ def ends_unseen(boxes: IntArray, picture: Picture) -> FloatArray:
     return (worst < 0.7).astype(np.float64)
 
 
-def crowding(boxes: IntArray, picture: Picture) -> FloatArray:
-    """(N,) boxes of another width close beside each: letters stand so, windows do not."""
+def unequal_neighbours(boxes: IntArray, picture: Picture) -> FloatArray:
+    """(N,) number of close boxes of another width beside each, at most 3, by 1.5: typical of letters."""
     level = np.minimum(boxes[:, None, 3], boxes[None, :, 3]) - np.maximum(boxes[:, None, 1], boxes[None, :, 1])
     gap = np.maximum(boxes[:, None, 0], boxes[None, :, 0]) - np.minimum(boxes[:, None, 2], boxes[None, :, 2])
     high, wide = boxes[:, 3] - boxes[:, 1], (boxes[:, 2] - boxes[:, 0]).astype(np.float64)
-    beside = (level >= 0.5 * np.minimum(high[:, None], high[None])) & (gap <= picture.pixels(CROWD_M)) & (gap > -2)
+    beside = (level >= 0.5 * np.minimum(high[:, None], high[None])) & (gap <= picture.pixels(CLOSE_M)) & (gap > -2)
     unlike = np.minimum(wide[:, None], wide[None]) < 0.75 * np.maximum(wide[:, None], wide[None])
     np.fill_diagonal(beside, False)
     return np.minimum((beside & unlike).sum(axis=1), 3) / 1.5
 
 
-def running_on(looks: Sequence[Edges], found: Candidates) -> FloatArray:
-    """(N, 2) steps on the lines of the upright and of the level sides, beyond the corners: those of panels, panes and beams run on, those of windows end."""
+def lines_beyond_corners(channels: Sequence[Edges], found: Candidates) -> FloatArray:
+    """(N, 2) steps on the lines of the upright and of the level sides beyond the corners; lines of panels, panes and beams continue there, those of windows
+    end."""
     on = np.zeros((len(found), 2))
-    for k, edges in enumerate(looks):
-        of = found.look == k
+    for k, edges in enumerate(channels):
+        of = found.channel == k
         for axis in (0, 1):
             on[of, axis] = _beyond_corners(edges, found.boxes[of], axis)
     return np.clip(on, 0, 3)
 
 
 def _beyond_corners(edges: Edges, boxes: IntArray, axis: int) -> FloatArray:
-    """(N,) middle one of the steps, in thresholds, on the four pieces of line that begin at the corners and lead away along an axis (0: up and down)."""
+    """(N,) median of the steps, in thresholds, on the four line segments that begin at the corners and lead away along an axis (0: up and down)."""
     sums = edges._strength[axis] if axis == 0 else edges._strength[1].T
     low, high = boxes[:, 1 - axis], boxes[:, 3 - axis]
     reach = np.maximum((high - low) // 3, 3)
@@ -157,22 +160,22 @@ def _beyond_corners(edges: Edges, boxes: IntArray, axis: int) -> FloatArray:
 
 
 def _mean_step(sums: Float32Array, line: IntArray, a: IntArray, b: IntArray) -> FloatArray:
-    """(N,) mean step, of whatever sign, on a line from a to b; what lies beyond the picture has none."""
+    """(N,) absolute mean step on a line from a to b; 0 beyond the picture."""
     ends = [np.clip(v, 0, sums.shape[0] - 1) for v in (a, b)]
     at = np.clip(line, 0, sums.shape[1] - 1)
     return np.asarray(np.abs(sums[ends[1], at] - sums[ends[0], at]) / np.maximum(b - a, 1), np.float64)
 
 
-def restlessness(picture: Picture, looks: Sequence[Edges]) -> float:
-    """How much brightness scatters within squares of a window's size, in the middle of all squares, in thresholds: walls are quiet between their windows."""
+def local_deviation(picture: Picture, channels: Sequence[Edges]) -> float:
+    """Median of the standard deviation of brightness within squares of `SQUARE_M`, in thresholds."""
     size = (max(round(picture.pixels(SQUARE_M)), 3),) * 2
     mean, squares = (cv2.boxFilter(v.astype(np.float64), -1, size) for v in (picture.light, picture.light**2))
     scatter = np.sqrt(np.maximum(squares - mean**2, 0))[picture.seen]
-    return float(np.clip(np.median(scatter) / looks[0].threshold, 0, 6)) if len(scatter) else 0.0
+    return float(np.clip(np.median(scatter) / channels[0].threshold, 0, 6)) if len(scatter) else 0.0
 
 
 def confidence(
-    found: Candidates, company: IntArray, late: FloatArray, picture: Picture, looks: Sequence[Edges]
+    found: Candidates, support: IntArray, completed: FloatArray, picture: Picture, channels: Sequence[Edges]
 ) -> FloatArray:
     """(N,) 0 to 1."""
-    return np.asarray(1 / (1 + np.exp(-features(found, company, late, picture, looks) @ WEIGHTS)))
+    return np.asarray(1 / (1 + np.exp(-features(found, support, completed, picture, channels) @ WEIGHTS)))

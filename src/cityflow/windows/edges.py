@@ -1,4 +1,4 @@
-"""How complete the four sides of boxes are, and how far a box differs from what is around it; asked for many boxes at once."""
+"""Completeness of the four sides of boxes, and contrast of boxes with their surroundings, for many boxes at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 DARK, BRIGHT = -1, 1
-"""Of a window beside its wall."""
+"""Sign of a window's brightness less that of its wall."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +92,7 @@ def _opened(light: Float32Array, size: int) -> Float32Array:
 
 
 def completeness(edges: Edges, boxes: IntArray) -> FloatArray:
-    """(N, 4) share of the left, top, right and bottom side of boxes (N, 4: left, top, right, bottom) where brightness steps as it should."""
+    """(N, 4) share of the left, top, right and bottom side of boxes (N, 4: left, top, right, bottom) with a step of brightness of the right sign."""
     left, top, right, bottom = boxes.T
     rise, fall, rise_down, fall_down = edges._sums
     high, wide = np.maximum(bottom - top, 1), np.maximum(right - left, 1)
@@ -147,11 +147,11 @@ def contrast(edges: Edges, boxes: IntArray, rim: int) -> FloatArray:
     return np.asarray(edges.sign * (inner / np.maximum(area, 1) - around) / edges.threshold)
 
 
-def roughness(looks: Sequence[Edges], look: IntArray, boxes: IntArray, rim: int) -> tuple[FloatArray, FloatArray]:
-    """(N,) and (N,) standard deviations in a rim around boxes and within them, each in the look that it comes from, in thresholds."""
+def roughness(channels: Sequence[Edges], channel: IntArray, boxes: IntArray, rim: int) -> tuple[FloatArray, FloatArray]:
+    """(N,) and (N,) standard deviations in a rim around boxes and within them, each in its own channel, in thresholds."""
     around, inside = np.zeros(len(boxes)), np.zeros(len(boxes))
-    for k, edges in enumerate(looks):
-        of = look == k
+    for k, edges in enumerate(channels):
+        of = channel == k
         rows, cols = edges.light.shape
         outer = np.clip(boxes[of] + (rim + 1) * np.array([-1, -1, 1, 1]), 0, [cols, rows, cols, rows])
         guard = np.clip(boxes[of] + np.array([-1, -1, 1, 1]), 0, [cols, rows, cols, rows])

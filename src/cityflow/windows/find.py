@@ -1,4 +1,4 @@
-"""Windows and doors of walls, from their rectified textures (Frommholz 2017, section 6, and beyond it rows and columns)."""
+"""Windows and doors of walls, from their rectified textures (Frommholz 2017, section 6, extended by rows and columns)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from cityflow.core.texture import FaceKey, FacePlane, Patch
 from cityflow.windows.fitting import fitted
 from cityflow.windows.panels import JOINT_PX, barred, panelled
 from cityflow.windows.picture import Picture, picture_of
-from cityflow.windows.search import PERHAPS, Found, found_on
+from cityflow.windows.search import LEAST_KEPT, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters
 
 MOST_GLASS = 0.6
-"""Share of a wall above which what was found is a façade of glass, not windows; set by hand on drawn façades."""
+"""Share of a wall covered by openings from which it is a glass façade; set by hand on drawn façades."""
 
 TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
@@ -26,10 +26,10 @@ GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
 SURE, FEW = 0.9, 4
 LIKELY, MANY = 0.7, 8
-"""Confidences of windows, and their numbers, from which bars from end to end do not say that a wall is of glass; of likely ones it must be most."""
+"""Confidence and number of windows from which a wall with bars over its whole length is not taken for glass; of likely windows, also at least half of all."""
 LEAST_SEEN_M2 = 0.5
 LEAST_SEEN_SHARE = 0.25
-"""Of a wall, and of all walls of a unit, with true texture: what is said from less is said of a corner, not of the building."""
+"""Least area of a wall, and least share of a wall and of all walls of a unit, with true texture: less is not representative."""
 
 
 def find_unit_windows(
@@ -41,17 +41,17 @@ def find_unit_windows(
 
 
 def unit_openings(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> UnitOpenings:
-    """A unit from what its walls show: the share of windows and the storeys are said only where enough of all its walls was looked at.
+    """Openings of a unit from those of its walls. The share of windows and the storeys are given only where enough of all walls was seen.
 
     Parameters
     ----------
     walls : all walls, also those without a texture
     """
     area = sum(float(w.polygon.area) for w in walls)
-    judged = [f for f in found if not f.reason]
-    seen = sum(min(f.seen_m2, f.area_m2) for f in judged)
+    examined = [f for f in found if not f.reason]
+    seen = sum(min(f.seen_m2, f.area_m2) for f in examined)
     share = seen / area if area > 0 else 0.0
-    windows = sum(o.area for f in judged for o in f.openings if o.kind == "window")
+    windows = sum(o.area for f in examined for o in f.openings if o.kind == "window")
     ratio = windows / seen if share >= LEAST_SEEN_SHARE and seen > 0 else None
     return UnitOpenings(tuple(found), _unit_storeys(walls, found), ratio, min(share, 1.0))
 
@@ -59,8 +59,7 @@ def unit_openings(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> 
 def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) -> FaceOpenings:
     """Windows and doors that the rectified texture of a wall shows.
 
-    The texture lies in the wall's plane, so the ray from the eye through a corner of a window meets the wall where the corner is: tracing it is the
-    identity, but for the frame of the face.
+    The rectified texture lies in the wall's plane, so corners are only transformed from the frame of the face to the world.
     """
     picture = picture_of(face, patch, parameters)
     area, seen_m2 = float(face.polygon.area), float(np.count_nonzero(picture.seen)) * picture.cell**2
@@ -71,7 +70,7 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
     found = found_on(picture, parameters)
     openings = _openings(face, found, parameters)
     covered = sum(o.area for o in openings)
-    telling = (found.sure >= PERHAPS) | found.lattice
+    telling = (found.sure >= LEAST_KEPT) | found.lattice
     if panelled(found.bounds[telling], JOINT_PX * picture.cell):
         return FaceOpenings(face.key, (), 0, area, seen_m2, None, PANELS)
     windows = [o for o in openings if o.kind == "window"]
@@ -83,7 +82,7 @@ def find_windows(face: FacePlane, patch: Patch, parameters: WindowParameters) ->
 
 
 def _is_glass(openings: Sequence[Opening], picture: Picture) -> bool:
-    """Whether bars run from end to end; they do not speak against windows that are sure."""
+    """Whether bars cover the whole façade; windows of high confidence outweigh them."""
     sure, likely = (sum(o.confidence >= least for o in openings) for least in (SURE, LIKELY))
     if sure >= FEW or likely >= max(MANY, len(openings) / 2):
         return False
@@ -102,14 +101,14 @@ def _opening(face: FacePlane, bounds: FloatArray, found: Found, k: int) -> Openi
     s_0, t_0, s_1, t_1 = (float(v) for v in bounds)
     ring = np.round(face.world(np.array([[s_0, t_0], [s_1, t_0], [s_1, t_1], [s_0, t_1]])), VERTEX_DECIMALS)
     kind: OpeningKind = "door" if found.doors[k] else "window"
-    sure, company = round(float(found.sure[k]), 3), int(found.company[k])
-    return Opening(face.key, ring, (s_0, t_0, s_1, t_1), kind, sure, company, bool(found.completed[k]))
+    sure, support = round(float(found.sure[k]), 3), int(found.support[k])
+    return Opening(face.key, ring, (s_0, t_0, s_1, t_1), kind, sure, support, bool(found.completed[k]))
 
 
 def _unit_storeys(walls: Sequence[FacePlane], found: Sequence[FaceOpenings]) -> int | None:
-    """Rows over all walls, at their heights in the world."""
-    foot = min((float(r[:, 2].min()) for w in walls for r in w.rings), default=0.0)
+    """Rows over all walls, by heights in the world."""
+    base = min((float(r[:, 2].min()) for w in walls for r in w.rings), default=0.0)
     bounds = [
         (0.0, float(o.ring[0, 2]), 1.0, float(o.ring[2, 2])) for f in found for o in f.openings if o.kind == "window"
     ]
-    return storeys_of(bounds, foot) or None
+    return storeys_of(bounds, base) or None

@@ -20,14 +20,14 @@ def fitted(bounds: FloatArray, sure: FloatArray, standing: BoolArray, wall: Poly
     Parameters
     ----------
     sure : (N,) confidence; of two that overlap the surer one stays
-    standing : (N,) bool; these may be cut off at the foot of the wall
+    standing : (N,) bool; these may be cut off at the wall base
     """
     out = bounds.copy()
     room = wall.buffer(-RIM_M, join_style="mitre")
     if room.is_empty:
         return out, np.zeros(len(out), bool)
-    foot = float(room.bounds[1])
-    out[:, 1] = np.where(standing, np.maximum(out[:, 1], foot), out[:, 1])
+    base = float(room.bounds[1])
+    out[:, 1] = np.where(standing, np.maximum(out[:, 1], base), out[:, 1])
     boxes = shapely.box(out[:, 0], out[:, 1], out[:, 2], out[:, 3])
     good = shapely.contains(room.buffer(1e-6), boxes) & (out[:, 3] > out[:, 1] + RIM_M)
     return out, good & _apart(out, sure, good)

@@ -1,4 +1,4 @@
-"""Façades of panels, of panes or of beams: boxes with no wall between them are no windows."""
+"""Recognises façades of panels, panes or beams: boxes without wall between them are not windows."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.windows.picture import Picture
 
 JOINT_M, JOINT_PX = 0.3, 3.0
-"""What parts panels, at most; in cells where these are coarse."""
+"""Widest joint between panels: metres, and cells where these are coarse."""
 LAP_M = 0.2
-"""By which neighbours may overlap: sides are found to a cell or so."""
+"""Most overlap of neighbours: sides are found to about a cell."""
 BANDS, LEAST_KNOWN, THROUGH, BAR_SIGMAS = 12, 6, 0.8, 2.0
 """Equal parts of a line, how many of them must show true texture, share of those in which a bar shows, and by how much of what differs from part to part."""
 LEAST_BAR = 0.01
 """Difference of the square root of brightness; on a quiet wall anything is more than its scatter."""
 BAR_SIDE_M = 0.16
-"""What is beside a bar."""
+"""Distance at which a bar is compared with its surroundings."""
 LEAST_BARS, BAR_EVERY_M = (4, 2), (2.2, 3.8)
 """Bars, upright and level, at least, and farthest apart in the mean."""
 LEAST_MULLIONS, MULLION_EVERY_M = 6, (0.7, 1.7)
-"""Upright bars that say it alone, at least, and how far apart in the mean."""
+"""Least number of upright bars that suffice without level ones, and their mean distance."""
 LEAST_HIGH_M = 4.0
-"""Of a façade that upright bars alone say something of: on one of a single storey doors stand from end to end."""
+"""Least height of a façade that upright bars alone can decide: one of a single storey may be all doors."""
 LEAST_BOXES, MOST_TIGHT = 6, 0.4
-"""Boxes that say what a façade is of, and share of them that may have close neighbours both beside and above or below."""
+"""Least number of boxes to decide by, and share of them with close neighbours both beside and above or below from which a façade is panelled."""
 
 
 def panelled(bounds: FloatArray, least_m: float) -> bool:
@@ -56,7 +56,7 @@ def barred(picture: Picture, empty: bool = False) -> bool:
 
     Parameters
     ----------
-    empty : nothing on the façade is surely a window: then upright bars alone say it, where they are as close as mullions, not as boards
+    empty : the façade has no window of high confidence: then upright bars alone decide, where they are as close as mullions, not as boards
     """
     rows, cols = picture.light.shape
     wide, high = cols * picture.cell, rows * picture.cell
@@ -72,7 +72,7 @@ def barred(picture: Picture, empty: bool = False) -> bool:
 
 
 def _through_lines(light: Float32Array, picture: Picture) -> int:
-    """Columns that are darker, or brighter, than those beside them in most bands from top to bottom; what a bar mirrors may turn its sign."""
+    """Number of columns that are darker or brighter than their surroundings in most bands from top to bottom; reflections may change the sign."""
     seen = picture.seen if light.shape == picture.seen.shape else picture.seen.T
     side = max(round(picture.pixels(BAR_SIDE_M)), 2)
     if light.shape[1] < 6 * side or light.shape[0] < 2 * BANDS:

@@ -1,4 +1,4 @@
-"""A façade as a picture to look for windows in: brightness, what of it is true, and its place on the wall's plane."""
+"""The rectified texture of a façade as input of the search for windows: brightness, mask of true texture, position on the wall's plane."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Picture:
 
 
 def picture_of(face: FacePlane, patch: Patch, parameters: WindowParameters) -> Picture:
-    """The rectified patch of a wall, on coarser cells where it is finer than anybody needs."""
+    """The rectified patch of a wall, resampled where it is finer than `finest_m`."""
     scale, s_min, t_max = _place(face, patch)
     factor = max(parameters.finest_m / scale, 1.0)
     rows, cols = (max(round(n / factor), 1) for n in patch.mask.shape)
@@ -70,7 +70,7 @@ def picture_of(face: FacePlane, patch: Patch, parameters: WindowParameters) -> P
 
 
 def _place(face: FacePlane, patch: Patch) -> tuple[float, float, float]:
-    """Size of a pixel, and s, t of the outer corner of the first one: the corners of the face say it."""
+    """Size of a pixel, and s, t of the outer corner of the first one, from the corners of the face."""
     st = np.concatenate([face.on_plane(ring) for ring in face.rings])
     at = np.concatenate(patch.corners)[:, :2]
     reach = np.ptp(st, axis=0)

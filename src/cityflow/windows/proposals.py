@@ -1,4 +1,4 @@
-"""Boxes that come from other boxes: panes fused over their bars, or grown over their frames."""
+"""Boxes derived from other boxes: panes merged over their bars, or grown over their frames."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.windows.candidates import ALIGN_M, Candidates, judged, sized
+from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
 from cityflow.windows.edges import Edges, strength
 from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 MULLION_M, MULLION_PX = 0.3, 4.0
 MULLIONED_M = 1.9
-"""Bars, and, where pixels are coarse, of windows up to a certain width, what may be one."""
+"""Widest bar: metres; where pixels are coarse, pixels, in windows of at most `MULLIONED_M`."""
 LAP_PX = 2
 """Cells by which boxes on both sides of a bar may overlap: each ends at the farther edge of it."""
 FRAME_M = 0.2
@@ -24,12 +24,12 @@ WHOLE = 0.7
 """Completeness of the worst side from which a box is whole."""
 
 
-def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
+def fused(found: Candidates, picture: Picture, channels: Sequence[Edges], parameters: WindowParameters) -> Candidates:
     """Pairs of boxes with a bar between them, side by side and equally high or one above the other and equally wide, as one box each."""
     tolerance = max(picture.pixels(ALIGN_M) / 2, 1.5)
     parts = [found.of(np.zeros(0, np.int64))]
-    for look in range(len(looks)):
-        boxes = found.boxes[(found.look == look) & (found.sides.min(axis=1) >= 0.4)]
+    for channel in range(len(channels)):
+        boxes = found.boxes[(found.channel == channel) & (found.sides.min(axis=1) >= 0.4)]
         for axis in (0, 1):
             ends = boxes[:, [1 - axis, 3 - axis]]
             level = (np.abs(ends[:, None] - ends[None]) <= tolerance).all(axis=2)
@@ -45,13 +45,13 @@ def fused(found: Candidates, picture: Picture, looks: Sequence[Edges], parameter
             both = np.concatenate(
                 [np.minimum(boxes[one, :2], boxes[other, :2]), np.maximum(boxes[one, 2:], boxes[other, 2:])], axis=1
             )[near]
-            made = judged(picture, looks, look, np.unique(both, axis=0))
+            made = measured(picture, channels, channel, np.unique(both, axis=0))
             parts.append(made.of(sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.5)))
     return Candidates.joined(parts)
 
 
 def hold_panes(boxes: IntArray, panes: IntArray, picture: Picture) -> BoolArray:
-    """(N,) whether a box holds one of some fused panes, hardly wider than it and up to thrice as high: then it is the whole, and that a part of it."""
+    """(N,) whether a box contains one of the merged panes, at most a frame wider and at most three times as high: then the pane is a part of it."""
     frame = picture.pixels(FRAME_M) + 1
     beside = [boxes[:, None, k] - panes[None, :, k] for k in range(4)]
     around = (beside[0] <= 1) & (beside[1] <= 1) & (beside[2] >= -1) & (beside[3] >= -1)
@@ -61,12 +61,12 @@ def hold_panes(boxes: IntArray, panes: IntArray, picture: Picture) -> BoolArray:
     return np.asarray((around & near & (taller <= 3) & (taller > 1.1)).any(axis=1))
 
 
-def framed(found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> Candidates:
+def framed(found: Candidates, picture: Picture, channels: Sequence[Edges], parameters: WindowParameters) -> Candidates:
     """Boxes grown over a frame of the other sign, where one follows on all sides; measured by its outer edges."""
     reach = np.arange(1, max(round(picture.pixels(FRAME_M)), 2) + 1)
     parts = [found.of(np.zeros(0, np.int64))]
-    for look in range(len(looks)):
-        boxes = np.unique(found.boxes[(found.look == look) & (found.sides.min(axis=1) >= 0.5)], axis=0)
+    for channel in range(len(channels)):
+        boxes = np.unique(found.boxes[(found.channel == channel) & (found.sides.min(axis=1) >= 0.5)], axis=0)
         if len(boxes) == 0:
             continue
         grown, steps = boxes.copy(), np.empty((len(boxes), 4))
@@ -78,13 +78,13 @@ def framed(found: Candidates, picture: Picture, looks: Sequence[Edges], paramete
                 tried[:, :, side] + way * reach, 0, max(most[side], cols + rows if side < 2 else 0)
             )
             tried[:, :, side] = np.minimum(tried[:, :, side], (cols, rows)[side % 2])
-            values = strength(looks[look ^ 1], tried.reshape(-1, 4))[:, side].reshape(len(boxes), -1)
+            values = strength(channels[channel ^ 1], tried.reshape(-1, 4))[:, side].reshape(len(boxes), -1)
             best = values.argmax(axis=1)
             grown[:, side], steps[:, side] = (
                 tried[np.arange(len(boxes)), best, side],
                 values[np.arange(len(boxes)), best],
             )
-        made = judged(picture, looks, look ^ 1, grown[(steps >= 0.8).all(axis=1)])
+        made = measured(picture, channels, channel ^ 1, grown[(steps >= 0.8).all(axis=1)])
         made = replace(made, contrast=made.steps.mean(axis=1))
         parts.append(made.of(sized(made.boxes, picture, parameters) & (made.sides.min(axis=1) >= 0.4)))
     return Candidates.joined(parts)

@@ -1,4 +1,4 @@
-"""Rows and columns: which boxes go together, their common edges, and the places that they leave."""
+"""Rows and columns of boxes: members, common edges, and gaps where a box is expected."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _apart(a: IntArray, b: IntArray, axis: int) -> BoolArray:
 
 
 def groups(together: BoolArray) -> IntArray:
-    """(N,) number of the group of each, from who goes with whom."""
+    """(N,) number of the connected group of each."""
     return np.asarray(connected_components(csr_array(together), directed=False)[1], np.int64)
 
 
@@ -64,14 +64,14 @@ def aligned(boxes: IntArray, weights: FloatArray, tolerance: float) -> FloatArra
 
 
 def _median(values: FloatArray, weights: FloatArray) -> float:
-    """The weighted median, between its two neighbours: boxes are whole cells, their common edge need not be."""
+    """The weighted median, interpolated: boxes are whole cells, their common edge need not be."""
     order = np.argsort(values, kind="stable")
     share = np.cumsum(weights[order]) - 0.5 * weights[order]
     return float(np.interp(0.5 * weights.sum(), share, values[order]))
 
 
 def places(boxes: IntArray, tolerance: float, reach: tuple[int, int]) -> IntArray:
-    """(N, 4) boxes that rows and columns ask for where there is none yet.
+    """(N, 4) boxes that rows and columns suggest where there is none yet.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def _crossings(boxes: IntArray, rows: BoolArray, columns: BoolArray) -> list[lis
 
 
 def _between(boxes: IntArray, together: BoolArray, axis: int) -> list[list[int]]:
-    """Places at the rhythm of a row (axis 0) or column (axis 1), also one beyond its ends."""
+    """Places at the spacing of a row (axis 0) or column (axis 1), and one beyond each end."""
     group = groups(together)
     asked = []
     for g in np.flatnonzero(np.bincount(group, minlength=1) >= 2):

@@ -1,4 +1,4 @@
-"""All that may be a window on a façade, strip by strip where it is long."""
+"""Search for windows on a façade, in overlapping strips where it is long."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from cityflow.windows.candidates import (
     ALIGN_M,
     LEAST_SEEN,
     Candidates,
+    at_wall_base,
     candidates,
-    judged,
-    looks_of,
-    on_foot,
+    channels_of,
+    measured,
     sized,
     within_wall,
 )
-from cityflow.windows.choice import chosen, support
-from cityflow.windows.confidence import confidence, running_on
+from cityflow.windows.choice import chosen, support_of
+from cityflow.windows.confidence import confidence, lines_beyond_corners
 from cityflow.windows.edges import Edges
 from cityflow.windows.fitting import bounds_of
 from cityflow.windows.picture import Picture
@@ -31,18 +31,18 @@ from cityflow.windows.shutters import between_shutters
 from cityflow.windows.storeys import door_like
 from cityflow.windows.window_parameters import WindowParameters
 
-PERHAPS = 0.3
-"""Confidence of boxes that are kept; those that are not sure enough still say what a façade is of."""
-RUNS_ON = 0.6
-"""Step beyond the corners of a box, upright and level, in thresholds, from which it is one of a lattice."""
+LEAST_KEPT = 0.3
+"""Least confidence of boxes that are kept; boxes that are not windows still help to recognise façades of panels or glass."""
+LINES_BEYOND = 0.6
+"""Step beyond the corners of a box, upright and level, in thresholds, from which it is part of a lattice."""
 STRIP_M, LAP_M = 40.0, 5.0
-"""Longest façade that is looked at as a whole, and what strips see beyond their ends: time and memory grow with the square of the boxes in one."""
+"""Longest façade that is searched as a whole, and overlap of strips: time and memory grow with the square of the number of boxes in one."""
 BONUS = (0.0, 0.2, 0.1, 0.35)
-"""What speaks for plain boxes, fused ones, those with their frames, and those between shutters, beside the parts that they hold."""
+"""Added to the soundness of plain boxes, merged ones, those with frames, and those between shutters, so that a whole precedes its parts."""
 PANE = 0.6
-"""Shortest side of a pane by that of a window."""
+"""Shortest side of a pane, as a share of that of a window."""
 AREA_BONUS = 0.05
-"""For each square metre: a window before one of its panes, where both are as sound."""
+"""Bonus for each square metre: of equally sound boxes a window precedes one of its panes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,14 +52,14 @@ class Found:
     Attributes
     ----------
     bounds : (N, 4) s, t of the lower left and the upper right corner
-    sure : (N,) confidence;  company : (N,) others in row and column
-    completed : (N,) whether only rows and columns asked for it;  doors : (N,) whether it is a door
-    lattice : (N,) whether the lines of its sides run on beyond its corners, as those of panes and panels do
+    sure : (N,) confidence;  support : (N,) number of others in row and column
+    completed : (N,) whether it was searched for only because of its row or column;  doors : (N,) whether it is a door
+    lattice : (N,) whether the lines of its sides continue beyond its corners, as those of panes and panels do
     """
 
     bounds: FloatArray
     sure: FloatArray
-    company: IntArray
+    support: IntArray
     completed: BoolArray
     doors: BoolArray
     lattice: BoolArray
@@ -69,7 +69,7 @@ class Found:
 
 
 def found_on(picture: Picture, parameters: WindowParameters) -> Found:
-    """Boxes on a façade; of a long one each strip says what has its middle in it."""
+    """Boxes on a façade; in a long one each strip contributes the boxes whose middle it contains."""
     parts = []
     for strip, low, high in strips(picture):
         found = _found_on(strip, parameters)
@@ -79,7 +79,7 @@ def found_on(picture: Picture, parameters: WindowParameters) -> Found:
 
 
 def strips(picture: Picture) -> list[tuple[Picture, float, float]]:
-    """Equal parts of a façade of at most `STRIP_M`, with what is seen beside them, and from which to which s each answers for."""
+    """Equal parts of a façade of at most `STRIP_M` with their overlap, and the range of s that each contributes."""
     cols = picture.light.shape[1]
     count = max(int(np.ceil(cols * picture.cell / STRIP_M)), 1)
     ends, lap = np.linspace(0, cols, count + 1).round().astype(int), round(picture.pixels(LAP_M))
@@ -94,45 +94,47 @@ def strips(picture: Picture) -> list[tuple[Picture, float, float]]:
 
 
 def _found_on(picture: Picture, parameters: WindowParameters) -> Found:
-    looks, tolerance = looks_of(picture, parameters), _tolerance(picture)
-    found, company, late = searched(picture, looks, parameters)
-    sure = confidence(found, company, late, picture, looks)
-    lattice = running_on(looks, found).min(axis=1) >= RUNS_ON
-    keep = (sure >= min(PERHAPS, parameters.least_confidence)) | lattice
-    found, company, sure = found.of(keep), company[keep], sure[keep]
+    channels, tolerance = channels_of(picture, parameters), _tolerance(picture)
+    found, support, completed = searched(picture, channels, parameters)
+    sure = confidence(found, support, completed, picture, channels)
+    lattice = lines_beyond_corners(channels, found).min(axis=1) >= LINES_BEYOND
+    keep = (sure >= min(LEAST_KEPT, parameters.least_confidence)) | lattice
+    found, support, sure = found.of(keep), support[keep], sure[keep]
     windows = sure >= parameters.least_confidence
     whole = found.boxes.copy()
-    whole[windows] = completed_heights(whole[windows], looks, tolerance)
+    whole[windows] = completed_heights(whole[windows], channels, tolerance)
     boxes = aligned(whole, sure, tolerance)
     alike = in_column(found.boxes, found.boxes, tolerance).any(axis=1)
-    doors = door_like(boxes, picture) | (on_foot(found.boxes, picture) & ~alike)
-    return Found(bounds_of([picture.bounds(b) for b in boxes]), sure, company, late[keep] > 0, doors, lattice[keep])
+    doors = door_like(boxes, picture) | (at_wall_base(found.boxes, picture) & ~alike)
+    return Found(
+        bounds_of([picture.bounds(b) for b in boxes]), sure, support, completed[keep] > 0, doors, lattice[keep]
+    )
 
 
 def searched(
-    picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
+    picture: Picture, channels: Sequence[Edges], parameters: WindowParameters
 ) -> tuple[Candidates, IntArray, FloatArray]:
-    """Boxes, their company, and which of them were only looked for because rows and columns ask for them."""
+    """Boxes, their support, and which of them were searched for only because of rows and columns."""
     tolerance = _tolerance(picture)
-    found, company = _first(picture, looks, parameters)
-    sure = confidence(found, company, np.zeros(len(found)), picture, looks) >= parameters.least_confidence
+    found, support = _first(picture, channels, parameters)
+    sure = confidence(found, support, np.zeros(len(found)), picture, channels) >= parameters.least_confidence
     more = _completed(picture, found.of(sure), parameters)
     more = more.of(overlap(more.boxes, found.around[sure])[1].max(axis=1, initial=0) < 0.1)
     both = Candidates.joined([found, more])
-    late = np.repeat([0.0, 1.0], [len(found), len(more)])
-    return both, support(both, tolerance), late
+    completed = np.repeat([0.0, 1.0], [len(found), len(more)])
+    return both, support_of(both, tolerance), completed
 
 
-def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameters) -> tuple[Candidates, IntArray]:
-    """What the picture shows by itself: segments, and what follows from them."""
+def _first(picture: Picture, channels: Sequence[Edges], parameters: WindowParameters) -> tuple[Candidates, IntArray]:
+    """Boxes from the picture alone: segments, and boxes derived from them."""
     panes = parameters.model_copy(
         update={"least_m": PANE * parameters.least_m, "most_aspect": parameters.most_aspect / PANE}
     )
-    plain = candidates(picture, looks, panes)
-    whole = fused(plain, picture, looks, panes)
-    whole = Candidates.joined([whole, fused(Candidates.joined([plain, whole]), picture, looks, panes)])
-    grown = framed(Candidates.joined([plain, whole]), picture, looks, panes)
-    between = between_shutters(plain, picture, looks, parameters)
+    plain = candidates(picture, channels, panes)
+    whole = fused(plain, picture, channels, panes)
+    whole = Candidates.joined([whole, fused(Candidates.joined([plain, whole]), picture, channels, panes)])
+    grown = framed(Candidates.joined([plain, whole]), picture, channels, panes)
+    between = between_shutters(plain, picture, channels, parameters)
     parts = (plain, whole, grown, between)
     found = Candidates.joined(parts)
     area = picture.cell**2 * (found.boxes[:, 2:] - found.boxes[:, :2]).prod(axis=1)
@@ -140,22 +142,22 @@ def _first(picture: Picture, looks: Sequence[Edges], parameters: WindowParameter
     holding = hold_panes(found.boxes, whole.boxes, picture) & (found.sides.min(axis=1) >= WHOLE)
     bonus = np.where(holding, np.maximum(bonus, BONUS[1]), bonus) + AREA_BONUS * np.minimum(area, 3)
     fits = (found.seen >= LEAST_SEEN) & sized(found.boxes, picture, parameters)
-    fits &= within_wall(found.boxes, picture, on_foot(found.boxes, picture))
+    fits &= within_wall(found.boxes, picture, at_wall_base(found.boxes, picture))
     return chosen(found.of(fits), bonus[fits], _tolerance(picture))
 
 
 def _completed(picture: Picture, found: Candidates, parameters: WindowParameters) -> Candidates:
-    """Boxes at the places that rows and columns leave, where the picture shows at least half of the contrast of a window."""
+    """Boxes in gaps of rows and columns where the picture shows at least half of the contrast of a window."""
     tolerance = _tolerance(picture)
     parts = [found.of(np.zeros(0, np.int64))]
     faint = parameters.model_copy(
         update={"edge_sigmas": parameters.edge_sigmas / 2, "least_contrast": parameters.least_contrast / 2}
     )
-    looks = looks_of(picture, faint) if len(found) >= 2 else []
-    for look in np.unique(found.look):
-        asked = places(found.boxes[found.look == look], tolerance, picture.light.shape[::-1])
-        if len(asked) and looks:
-            made = judged(picture, looks, int(look), asked)
+    channels = channels_of(picture, faint) if len(found) >= 2 else []
+    for channel in np.unique(found.channel):
+        asked = places(found.boxes[found.channel == channel], tolerance, picture.light.shape[::-1])
+        if len(asked) and channels:
+            made = measured(picture, channels, int(channel), asked)
             good = (made.sides.mean(axis=1) >= 0.6) & (made.contrast > 1) & (made.seen >= LEAST_SEEN)
             parts.append(made.of(good & within_wall(asked, picture, np.zeros(len(asked), bool))))
     more = Candidates.joined(parts)

@@ -1,4 +1,4 @@
-"""Segments that may be windows: the picture is cut at many brightnesses, and what comes out as a box of a window's size is kept."""
+"""Segments that may be windows: connected areas below or above each of many brightness thresholds, of a window's size and shape."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LEVELS = 48
 """Brightnesses at which façades are cut into segments; set by hand on drawn façades."""
 
 LEAST_FILL = 0.6
-"""Of its box, that a segment covers; curtains and reflections bite into windows."""
+"""Least share of its box that a segment covers; curtains and reflections reduce it."""
 
 
 def segments(picture: Picture, edges: Edges, sign: int, parameters: WindowParameters) -> IntArray:

@@ -1,4 +1,4 @@
-"""Windows between the wings of open shutters: all boxes of one size on a façade are asked together whether they have wings."""
+"""Windows between open shutters. All boxes of one size on a façade are tested together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.windows.candidates import ALIGN_M, Candidates, judged, sized
+from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
 from cityflow.windows.edges import Edges, box_sums, completeness, integral
 from cityflow.windows.picture import Picture
 from cityflow.windows.proposals import WHOLE
@@ -16,54 +16,54 @@ from cityflow.windows.rows import in_row, overlap
 from cityflow.windows.window_parameters import WindowParameters
 
 SHARES = np.concatenate([[0.0], np.linspace(0.06, 0.44, 25)])
-"""Of the width of both wings and the window, where a wing may end; a frame ends before `WING`, a leaf of the window behind it."""
+"""Tested ends of a wing, as shares of the width of the window with both wings; a frame ends before `WING`, a casement after it."""
 WING = (0.165, 0.345)
 WING_PX = 2.0
-"""Narrower wings are not told apart; set by hand on drawn façades."""
+"""Least width of a wing, pixels; set by hand on drawn façades."""
 LEAST_STEP = 0.3
 """Mean step from wing to window over all boxes of a size, in thresholds of the façade's edges."""
 OUTER = 0.08
-"""By that from wall to wing."""
+"""Least step from wing to window, as a share of the step from wall to wing."""
 EVEN = 1.6
-"""By that which differs from the left to the right wing: shutters are a pair."""
+"""Least ratio of the mean of both wings' steps to their difference: shutters are a pair."""
 LEVEL = 0.8
-"""Step from the middle of the window to the wall above and below it, in the same measure."""
+"""Least step from the middle of the window to the wall above and below it, in thresholds."""
 APART_M = 0.12
 ENDS = 0.5
-"""Least completeness of a window's lintel and sill beside its wings, in the mean over all boxes of a size."""
+"""Least completeness of a window's lintel and sill next to its wings; mean over all boxes of one size."""
 VALLEY = 0.75
-"""Least step between the outer and the inner edge of a wing by that at its inner one: the blurred edge of a window has no second edge within it."""
+"""Most of the smallest step between the edges of a wing, as a share of the step at its inner edge: a blurred edge of a window has no such minimum."""
 BAND = 0.1
-"""Width of what is compared on both sides of a wing's end, as a share."""
+"""Width that is compared on either side of a wing's end, as a share of the whole width."""
 
 
 def between_shutters(
-    found: Candidates, picture: Picture, looks: Sequence[Edges], parameters: WindowParameters
+    found: Candidates, picture: Picture, channels: Sequence[Edges], parameters: WindowParameters
 ) -> Candidates:
-    """What stands between the wings of open shutters, half as wide as itself each; what is around them are both wings and all.
+    """Windows between open shutters; `around` of each is the window with both wings.
 
-    One window alone seldom says whether it has wings: they may be as dark as its glass, and a curtain looks like one. But shutters are a pair, and the
-    same at all windows of a size, so the steps at equal places in all these are looked at together.
+    One window is rarely evidence enough: wings may be as dark as the glass, and a curtain looks like a wing. Shutters are a pair, and are alike at all
+    windows of one size. So the steps at equal places of all these windows are averaged.
     """
     shut = np.unique(np.concatenate([_around(found, picture, parameters), _between(found, picture)]), axis=0)
-    shut = shut[_filled(shut, picture, looks)]
+    shut = shut[_filled(shut, picture, channels)]
     if len(shut) == 0:
         return found.of(np.zeros(0, np.int64))
-    company = _alike(shut)
-    share, good = _wings(shut, company, picture, looks)
+    weights = _alike(shut)
+    share, good = _wings(shut, weights, picture, channels)
     wide = shut[:, 2] - shut[:, 0]
     wing = np.rint(share * wide).astype(np.int64)
     pane = np.stack([shut[:, 0] + wing, shut[:, 1], shut[:, 2] - wing, shut[:, 3]], axis=1)
     good &= (wing >= WING_PX) & sized(pane, picture, parameters)
-    good &= _mean(_holds_a_window(pane, found, picture), company) < 0.3
-    good &= _mean(_ends(pane, looks), company) >= ENDS
-    return _with_wings(pane[good], shut[good], picture, looks)
+    good &= _mean(_holds_a_window(pane, found, picture), weights) < 0.3
+    good &= _mean(_ends(pane, channels), weights) >= ENDS
+    return _with_wings(pane[good], shut[good], picture, channels)
 
 
-def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, looks: Sequence[Edges]) -> Candidates:
-    """Panes as candidates: what speaks for the whole with its wings speaks for them."""
-    made = [judged(picture, looks, k, pane) for k in range(len(looks))]
-    whole = [judged(picture, looks, k, shut) for k in range(len(looks))]
+def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, channels: Sequence[Edges]) -> Candidates:
+    """Panes as candidates; each takes the better figures of itself and of the whole with its wings."""
+    made = [measured(picture, channels, k, pane) for k in range(len(channels))]
+    whole = [measured(picture, channels, k, shut) for k in range(len(channels))]
     best = np.stack([w.sides.mean(axis=1) + np.clip(w.steps.mean(axis=1), 0, 3) / 3 for w in whole]).argmax(axis=0)
     out, around = (
         Candidates.joined([m.of(best == k) for k, m in enumerate(parts)]).of(np.argsort(_order(best), kind="stable"))
@@ -76,7 +76,7 @@ def _with_wings(pane: IntArray, shut: IntArray, picture: Picture, looks: Sequenc
 
 
 def _order(best: IntArray) -> IntArray:
-    """Where each stood before it was sorted by its look."""
+    """Position of each before it was sorted by channel."""
     return np.argsort(best, kind="stable")
 
 
@@ -89,9 +89,9 @@ def _alike(shut: IntArray) -> FloatArray:
     return np.asarray(alike / np.maximum((alike & same).sum(axis=0), 1), np.float64)
 
 
-def _mean(values: FloatArray | BoolArray, company: FloatArray) -> FloatArray:
+def _mean(values: FloatArray | BoolArray, weights: FloatArray) -> FloatArray:
     """Means of values (N, …) over all boxes of the size of each."""
-    return np.asarray(company @ values / company.sum(axis=1)[:, *[None] * (values.ndim - 1)])
+    return np.asarray(weights @ values / weights.sum(axis=1)[:, *[None] * (values.ndim - 1)])
 
 
 def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture) -> BoolArray:
@@ -105,26 +105,26 @@ def _holds_a_window(pane: IntArray, found: Candidates, picture: Picture) -> Bool
     return np.asarray((level & apart & wide).any(axis=1))
 
 
-def _ends(pane: IntArray, looks: Sequence[Edges]) -> FloatArray:
+def _ends(pane: IntArray, channels: Sequence[Edges]) -> FloatArray:
     """(N,) completeness of lintel and sill right beside the wings, of the worse of both: where wall lies there, the wings are windows themselves."""
     quarter = np.maximum((pane[:, 2] - pane[:, 0]) // 4, 1)
     worst = np.ones(len(pane))
     for start in (pane[:, 0], pane[:, 2] - quarter):
         part = np.stack([start, pane[:, 1], start + quarter, pane[:, 3]], axis=1)
-        worst = np.minimum(worst, np.max([completeness(k, part)[:, [1, 3]].min(axis=1) for k in looks], axis=0))
+        worst = np.minimum(worst, np.max([completeness(k, part)[:, [1, 3]].min(axis=1) for k in channels], axis=0))
     return worst
 
 
 def _wings(
-    shut: IntArray, company: FloatArray, picture: Picture, looks: Sequence[Edges]
+    shut: IntArray, weights: FloatArray, picture: Picture, channels: Sequence[Edges]
 ) -> tuple[FloatArray, BoolArray]:
     """(N,) share of the width that a wing takes, and whether there are wings."""
     share, rows = SHARES, np.arange(len(shut))
     even, uneven = np.zeros((len(shut), len(share))), np.zeros((len(shut), len(share)))
-    for values, threshold in _values(picture, looks):
+    for values, threshold in _values(picture, channels):
         left, right = _steps_at(shut, values)
-        even += _mean(np.abs((left + right) / 2 / threshold), company) ** 2
-        uneven += _mean(np.abs((left - right) / 2 / threshold), company) ** 2
+        even += _mean(np.abs((left + right) / 2 / threshold), weights) ** 2
+        uneven += _mean(np.abs((left - right) / 2 / threshold), weights) ** 2
     at = np.where((share >= WING[0]) & (share <= WING[1]), even, -1).argmax(axis=1)
     top, side = np.sqrt(even[rows, at]), np.sqrt(uneven[rows, at])
     outside = np.sqrt(np.where(share[at][:, None] > share, even, np.inf).min(axis=1))
@@ -138,10 +138,10 @@ def _wings(
     return share[at], np.asarray(good)
 
 
-def _values(picture: Picture, looks: Sequence[Edges]) -> list[tuple[Float32Array, float]]:
+def _values(picture: Picture, channels: Sequence[Edges]) -> list[tuple[Float32Array, float]]:
     """Sums of brightness, and of hue where it tells something, with the threshold of their edges."""
-    values = [picture.light, picture.hue][: len(looks) // 2]
-    return [(integral(v), looks[2 * k].threshold) for k, v in enumerate(values)]
+    values = [picture.light, picture.hue][: len(channels) // 2]
+    return [(integral(v), channels[2 * k].threshold) for k, v in enumerate(values)]
 
 
 def _steps_at(shut: IntArray, values: Float32Array) -> tuple[FloatArray, FloatArray]:
@@ -172,12 +172,12 @@ def _interpolated(sums: Float32Array, at: FloatArray) -> FloatArray:
     return np.asarray((1 - part) * sums[rows, low] + part * sums[rows, low + 1])
 
 
-def _filled(shut: IntArray, picture: Picture, looks: Sequence[Edges]) -> BoolArray:
+def _filled(shut: IntArray, picture: Picture, channels: Sequence[Edges]) -> BoolArray:
     """(N,) whether the middle differs from the wall above and below: else it is wall, and the wings belong to the next windows, or are windows themselves."""
     side = (3 * (shut[:, 2] - shut[:, 0])) // 8
     middle = np.stack([shut[:, 0] + side, shut[:, 1], shut[:, 2] - side, shut[:, 3]], axis=1)
     level, size = np.zeros(len(shut)), max(round(picture.pixels(0.25)), 2)
-    for values, threshold in _values(picture, looks):
+    for values, threshold in _values(picture, channels):
         steps = [_across(middle, values, side, size) / threshold for side in (1, 3)]
         level = np.maximum(level, np.where(steps[0] * steps[1] > 0, np.minimum(*np.abs(steps)), 0.0))
     return np.asarray(level >= LEVEL)
@@ -212,8 +212,8 @@ def _between(found: Candidates, picture: Picture) -> IntArray:
     """From wing to wing of pairs of equal narrow boxes, with twice their width between them."""
     tolerance = max(picture.pixels(ALIGN_M) / 2, 1.0)
     parts = [np.empty((0, 4), np.int64)]
-    for look in np.unique(found.look):
-        b = found.boxes[found.look == look]
+    for channel in np.unique(found.channel):
+        b = found.boxes[found.channel == channel]
         one, other = np.nonzero(in_row(b, b, tolerance) & (b[:, None, 0] < b[None, :, 0]))
         gap, wide = b[other, 0] - b[one, 2], 0.5 * (b[one, 2] - b[one, 0] + b[other, 2] - b[other, 0])
         pair: BoolArray = (gap >= 1.5 * wide) & (gap <= 2.6 * wide)

@@ -1,4 +1,4 @@
-"""Rows of windows become storeys; what stands lower than they do is a door."""
+"""Storeys from rows of windows; doors from their height relative to the rows."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from cityflow.windows.picture import Picture
 LEAST_STOREY_M, USUAL_STOREY_M, MOST_STOREY_M = 2.2, 2.9, 4.5
 """Heights of storeys: lowest, usual and highest of houses and shops; set by hand."""
 DOOR_M = 1.8
-"""What stands on the ground and is at least so high is a door."""
+"""Least height of a door."""
 
 
-def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float) -> int:
-    """Storeys that rows of windows tell of, with those between or below that show none; 0 where they tell too little.
+def storeys_of(bounds: Sequence[tuple[float, float, float, float]], wall_base: float) -> int:
+    """Number of storeys from rows of windows, with those between or below that show none; 0 where there are too few.
 
-    Two rows are asked for, or one of two windows above the ground. What is only inferred, from the height of rows above the foot and above one another,
-    is never more than what is seen.
+    Required are two rows, or one of two windows above the ground. Storeys that are only inferred, from the height of rows above the base and above one
+    another, are never more than those seen.
 
     Parameters
     ----------
     bounds : lower left and upper right corner of windows; only the heights count
-    foot : height of the foot of the wall
+    wall_base : height of the wall base, metres
     """
     if len(bounds) < 2:
         return 0
@@ -38,7 +38,7 @@ def storeys_of(bounds: Sequence[tuple[float, float, float, float]], foot: float)
     usual = gaps[gaps <= MOST_STOREY_M]
     pitch = float(np.median(usual)) if len(usual) else USUAL_STOREY_M
     between = int(np.sum(np.maximum(np.rint(gaps / pitch).astype(int) - 1, 0))) if len(gaps) else 0
-    inferred = between + max(int((levels[0] - foot - 0.7) / pitch), 0)
+    inferred = between + max(int((levels[0] - wall_base - 0.7) / pitch), 0)
     least = len(levels) if len(levels) > 1 else 0
     return len(levels) + inferred if inferred <= least else 0
 

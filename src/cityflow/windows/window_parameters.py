@@ -10,7 +10,7 @@ from cityflow.core.parameters import Parameters
 
 
 class WindowParameters(Parameters):
-    """What counts as a window, and how sure one has to be."""
+    """What counts as a window, and the confidence that is required."""
 
     when: Literal["auto", "never"] = Field(
         "auto", description="auto: where photographs show the unit; an ortho alone shows no wall"
@@ -18,9 +18,11 @@ class WindowParameters(Parameters):
     least_m: float = Field(0.4, ge=0.2, le=2, description="shortest side of a window, m")
     most_m: float = Field(4.0, ge=1, le=10, description="longest side of a window, m")
     most_aspect: float = Field(4.0, ge=1, le=20, description="long by short side of a window")
-    coarsest_m: float = Field(0.2, gt=0, le=1, description="pixel of a texture above which nobody looks for windows, m")
-    finest_m: float = Field(0.04, gt=0, le=0.5, description="finer textures are looked at on cells of this size, m")
-    bars_m: float = Field(0.13, ge=0, le=0.5, description="bars up to this width do not part a window, m")
+    coarsest_m: float = Field(
+        0.2, gt=0, le=1, description="largest pixel of a texture in which windows are searched, m"
+    )
+    finest_m: float = Field(0.04, gt=0, le=0.5, description="finer textures are resampled to cells of this size, m")
+    bars_m: float = Field(0.13, ge=0, le=0.5, description="bars up to this width do not divide a window, m")
     least_contrast: float = Field(
         0.05,
         gt=0,
@@ -30,4 +32,4 @@ class WindowParameters(Parameters):
     edge_sigmas: float = Field(
         2.5, gt=0, le=10, description="difference across an edge pixel by the scatter of the wall beside it"
     )
-    least_confidence: float = Field(0.5, ge=0, le=1, description="windows that are less sure are left out")
+    least_confidence: float = Field(0.5, ge=0, le=1, description="least confidence of a window")

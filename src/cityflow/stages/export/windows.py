@@ -1,4 +1,4 @@
-"""The windows of a tile's buildings as its exports want them: on the faces that they have there, and as attributes."""
+"""The windows of a tile's buildings for its exports: on the exported faces, and as attributes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cityflow.windows.find import unit_openings
 
 
 def openings_on(data: bytes, building: Building) -> UnitOpenings:
-    """What a task wrote, for the faces of a building that have the same vertices; walls that were cut in another way are left out."""
+    """The result of a task, for the faces of a building that have the same vertices; walls that were cut otherwise are left out."""
     found, rings = decode_openings(data)
     keys = faces_of(building)
     kept = [_moved(f, keys[rings[f.key]]) for f in found.faces if rings[f.key] in keys]
@@ -25,7 +25,7 @@ def openings_on(data: bytes, building: Building) -> UnitOpenings:
 
 
 def with_window_figures(building: Building, found: UnitOpenings | None, failure: str = "") -> Building:
-    """Attributes: windows, how sure they are, their share of the walls, storeys by their rows; or why nobody could look."""
+    """Attributes: number of windows, confidence, share of the walls, storeys by rows; or why there are none."""
     if found is None or not found.faces:
         return building.with_attributes({"windows_missing": failure}) if failure else building
     sure = [o.confidence for o in found.openings if o.kind == "window"]
@@ -44,7 +44,7 @@ def with_window_figures(building: Building, found: UnitOpenings | None, failure:
 
 
 def _usual_reason(found: UnitOpenings) -> str:
-    """Why there is no share of windows: what holds for most of the walls' area, if nobody could look at any."""
+    """Why there is no share of windows: the reason of most of the walls' area, where no wall has a result."""
     reasons = sorted({f.reason for f in found.faces})
     if "" in reasons:
         return TOO_LITTLE
