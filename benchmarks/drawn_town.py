@@ -26,12 +26,12 @@ from cityflow.evaluation.wall_lines import WallStretches
 from cityflow.outlines.from_heights.regions import RegionSurface
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.synthetic.caster import Scene
-from cityflow.synthetic.drawn_frames import drawn_with_truth
-from cityflow.synthetic.drawn_points import drawn_wall_points
-from cityflow.synthetic.drawn_surface import DrawnSurface, drawn_surface
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_truth import town_truth, without
+from scenes.drawn_frames import drawn_with_truth
+from scenes.drawn_points import drawn_wall_points
+from scenes.drawn_surface import DrawnSurface, drawn_surface
 
 GSD_M = 0.08
 SEEDS = (7, 11, 13)

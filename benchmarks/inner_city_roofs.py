@@ -24,10 +24,10 @@ from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
-from cityflow.synthetic.inner_city import InnerCityParameters, inner_city
 from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
 from delft_reconstruction import made_units
 from drawn_town import table
+from scenes.inner_city import InnerCityParameters, inner_city
 
 CASES = ("old:15:1", "old:15:2.5", "old:2:1", "town:8", "town:2", "town:0.45")
 

@@ -3,7 +3,7 @@
     python benchmarks/outlines_town.py [--seeds 7 11 13] [--size 200] [--cache FOLDER]     # drawn evidence: no matching
     python benchmarks/outlines_town.py --run RUN --truth FOLDER                            # a run over what cityflow synth made
 
-Drawn evidence is what a good matcher would leave, drawn from the truth (`synthetic.drawn_frames`). Judged against blocks: units that touch are one
+Drawn evidence is what a good matcher would leave, drawn from the truth (`scenes/drawn_frames.py`). Judged against blocks: units that touch are one
 outline. A façade is visible where 2.5 m of its height are seen from one of the tilted directions.
 """
 

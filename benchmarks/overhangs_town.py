@@ -36,12 +36,12 @@ from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls
 from cityflow.stages.synth.synthetic_survey import SynthParameters
-from cityflow.synthetic.drawn_frames import NADIR_NOISE
-from cityflow.synthetic.drawn_heights import FLAT, LEAVES, TrueView, matched_heights
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
 from cityflow.synthetic.town_units import Unit
+from scenes.drawn_frames import NADIR_NOISE
+from scenes.drawn_heights import FLAT, LEAVES, TrueView, matched_heights
 from town_models import of_run
 
 GSDS_M = (0.05, 0.08, 0.12, 0.2)

@@ -14,12 +14,12 @@ import numpy as np
 
 from cityflow.core.grid import Bounds
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
-from cityflow.synthetic.drawn_frames import drawn_with_truth
-from cityflow.synthetic.drawn_points import drawn_wall_points
-from cityflow.synthetic.drawn_surface import drawn_surface
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_units import Unit
 from drawn_town import GSD_M, DrawnTown
+from scenes.drawn_frames import drawn_with_truth
+from scenes.drawn_points import drawn_wall_points
+from scenes.drawn_surface import drawn_surface
 from town_models import CACHE, KINDS, Neighbourhood, true_model
 
 RARE = (

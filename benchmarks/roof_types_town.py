@@ -40,7 +40,11 @@ from cityflow.geometry.roof_surfaces import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
 from cityflow.reconstruction.roof_types import best_roofs, reconstruct
 from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read
-from cityflow.synthetic.drawn_houses import (
+from cityflow.synthetic.roofs import MAIN, TruthFace, visible_faces
+from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
+from cityflow.synthetic.town_units import Unit
+from drawn_town import DrawnTown, drawn_town, table
+from scenes.drawn_houses import (
     BEYOND,
     COMPLEX,
     DORMERED,
@@ -51,10 +55,6 @@ from cityflow.synthetic.drawn_houses import (
     drawn_house,
     leaning,
 )
-from cityflow.synthetic.roofs import MAIN, TruthFace, visible_faces
-from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
-from cityflow.synthetic.town_units import Unit
-from drawn_town import DrawnTown, drawn_town, table
 
 CELLS_M = (0.5, 1.0, 2.0)
 BARE = ("gable", "hip", "half-hip")

@@ -23,9 +23,9 @@ from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.roof_distances import NEAR
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
-from cityflow.synthetic.inner_city import InnerCityParameters, inner_city
 from drawn_suburb import FULL_M2, Roof, suburb, town
 from drawn_town import table
+from scenes.inner_city import InnerCityParameters, inner_city
 
 FUNDAMENTAL, BLOCK, FEWER, WRONG, BOTH = (
     "too few points",

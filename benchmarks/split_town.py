@@ -27,8 +27,8 @@ from cityflow.outlines.find import FindParameters, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth.synthetic_survey import SynthParameters
-from cityflow.synthetic.drawn_evidence import split_evidence
 from drawn_town import SEEDS, DrawnTown, Layers, drawn_town, table, true_borders
+from scenes.drawn_evidence import split_evidence
 
 ASKED = {
     "sensitivity traced": "≥ 90 %", "false alarms share": "≤ 5 %", "position m": "≤ 0.2", "angle deg": "≤ 0.5",

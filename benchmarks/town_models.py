@@ -33,12 +33,12 @@ from cityflow.io.city_models.cityjson import Transform, read_feature
 from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.sample import sample
-from cityflow.synthetic.drawn_evidence import split_evidence
-from cityflow.synthetic.drawn_points import drawn_wall_points
 from cityflow.synthetic.roofs import CHIMNEY, visible_faces
 from cityflow.synthetic.town import make_town
 from cityflow.synthetic.town_units import Unit
 from drawn_town import SEEDS, DrawnTown, drawn_town
+from scenes.drawn_evidence import split_evidence
+from scenes.drawn_points import drawn_wall_points
 
 CACHE = Path(tempfile.gettempdir()) / "cityflow_units"
 KINDS = ("exact", "drawn")

@@ -22,12 +22,12 @@ from cityflow.core.wall_points import WallPoints, joined_walls
 from cityflow.geometry.roof_distances import distances_to_roof
 from cityflow.reconstruction.choose import ReconstructParameters
 from cityflow.reconstruction.model import ModelParameters
-from cityflow.synthetic.drawn_houses import disturbed
-from cityflow.synthetic.inner_city import InnerCityParameters, OldHouse, inner_city
 from cityflow.synthetic.roofs import CHIMNEY
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_units import Unit
+from scenes.drawn_houses import disturbed
+from scenes.inner_city import InnerCityParameters, OldHouse, inner_city
 
 EDGE_M, SCAN_M2 = 220.0, 20.0
 DENSITIES = (0.7, 1.4, 2.5, 4.0, 8.0, 8.0, 20.0)

@@ -23,13 +23,13 @@ from cityflow.geometry.straight_edges import wall_edges
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.overview import thinned_cells
 from cityflow.synthetic.caster import NOTHING, Scene
-from cityflow.synthetic.drawn_frames import FOLIAGE, NADIR_NOISE, UPRIGHT_SHARE
-from cityflow.synthetic.drawn_heights import FLAT, LEAVES, UPRIGHT, HeightNoise, TrueView, matched_heights
-from cityflow.synthetic.drawn_noise import smooth_noise
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, TownParameters, make_town
 from cityflow.synthetic.town_truth import without
 from cityflow.synthetic.town_units import Unit
+from scenes.drawn_frames import FOLIAGE, NADIR_NOISE, UPRIGHT_SHARE
+from scenes.drawn_heights import FLAT, LEAVES, UPRIGHT, HeightNoise, TrueView, matched_heights
+from scenes.drawn_noise import smooth_noise
 from verdict_cases import RELIEFS, STREET_TREES, Case, Survey, town_cases
 
 EDGE_M, OVER_M = 150.0, 10.0

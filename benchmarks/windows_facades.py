@@ -20,10 +20,6 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.openings import FaceOpenings
 from cityflow.evaluation.windows import IOU, MOSTLY, WindowCounts, intersection_over_union, total
-from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, draw_facade
-from cityflow.synthetic.facade_errors import ImageErrors
-from cityflow.synthetic.hard_facades import HARD, draw_hard_facade
-from cityflow.synthetic.hard_walls import WINDOWLESS
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.candidates import channels_of
 from cityflow.windows.confidence import NAMES, features
@@ -31,6 +27,10 @@ from cityflow.windows.find import find_windows
 from cityflow.windows.picture import picture_of
 from cityflow.windows.search import searched
 from cityflow.windows.window_parameters import WindowParameters
+from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
+from scenes.facade_errors import ImageErrors
+from scenes.hard_facades import HARD, draw_hard_facade
+from scenes.hard_walls import WINDOWLESS
 from windows_town import WHOLE, as_texture, judged_facade, said, sheet, shown, windows_of
 
 EVERY = (*STYLES, "blank", "glass", *HARD, *WINDOWLESS)

@@ -26,12 +26,12 @@ from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePl
 from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, total
 from cityflow.handover.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
-from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, draw_facade
-from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.find import find_unit_windows, find_windows
 from cityflow.windows.picture import picture_of
 from cityflow.windows.window_parameters import WindowParameters
+from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
+from scenes.facade_errors import ImageErrors
 
 WHOLE = 0.8
 """Share of a true window that a picture has to show before it is asked for."""

@@ -13,12 +13,12 @@ from cityflow.handover.texture_files import Rings, decode_unit, encode_unit, fac
 from cityflow.handover.window_files import decode_openings, encode_openings, wall_lines
 from cityflow.stages.export.windows import openings_on, with_window_figures
 from cityflow.stages.windows import figures, planes_of
-from cityflow.synthetic.drawn_facades import DrawnFacade, draw_facade
-from cityflow.synthetic.facade_errors import ImageErrors
 from cityflow.texture.placement.place import PlacementParameters
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
+from scenes.drawn_facades import DrawnFacade, draw_facade
+from scenes.facade_errors import ImageErrors
 
 CELL_M = 0.06
 

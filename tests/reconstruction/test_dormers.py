@@ -15,7 +15,7 @@ from cityflow.reconstruction.roof_types_parts.dormer_values import DormerParamet
 from cityflow.reconstruction.roof_types_parts.dormers import height_gains
 from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_model import roof_model
-from cityflow.synthetic.drawn_houses import DrawnHouse, dormer_outlines, drawn_house
+from scenes.drawn_houses import DrawnHouse, dormer_outlines, drawn_house
 
 PARAMETERS = RoofTypesParameters()
 

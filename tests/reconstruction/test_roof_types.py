@@ -18,8 +18,8 @@ from cityflow.reconstruction.roof_types_parts import reading as readings
 from cityflow.reconstruction.roof_types_parts.line_categories import Category
 from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
-from cityflow.synthetic.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house
 from cityflow.synthetic.roofs import MAIN, visible_faces
+from scenes.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house
 
 PARAMETERS = RoofTypesParameters()
 

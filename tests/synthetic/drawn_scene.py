@@ -6,10 +6,10 @@ from functools import cache
 
 from cityflow.core.grid import Bounds
 from cityflow.synthetic.ambient import AmbientParameters
-from cityflow.synthetic.drawn_frames import DrawnFrame, DrawnParameters, drawn_with_truth
-from cityflow.synthetic.drawn_heights import HeightNoise
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town
+from scenes.drawn_frames import DrawnFrame, DrawnParameters, drawn_with_truth
+from scenes.drawn_heights import HeightNoise
 
 CELL_M = 0.1
 BOUNDS: Bounds = (85020.0, 447060.0, 85044.0, 447084.0)

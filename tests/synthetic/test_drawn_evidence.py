@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from cityflow.core.grid import Grid
-from cityflow.synthetic.drawn_evidence import split_evidence
+from scenes.drawn_evidence import split_evidence
 from synthetic.drawn_scene import BOUNDS, drawn, town
 
 

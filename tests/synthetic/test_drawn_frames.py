@@ -8,11 +8,11 @@ import pytest
 from cityflow.core.grid import Grid
 from cityflow.evaluation.statistics import nmad
 from cityflow.synthetic.caster import Scene
-from cityflow.synthetic.drawn_frames import DrawnFrame, drawn_with_truth
-from cityflow.synthetic.drawn_heights import FLAT, LEAVES, UPRIGHT
-from cityflow.synthetic.drawn_points import drawn_wall_points
-from cityflow.synthetic.drawn_surface import drawn_surface
 from cityflow.synthetic.town_truth import truth_rasters
+from scenes.drawn_frames import DrawnFrame, drawn_with_truth
+from scenes.drawn_heights import FLAT, LEAVES, UPRIGHT
+from scenes.drawn_points import drawn_wall_points
+from scenes.drawn_surface import drawn_surface
 from synthetic.drawn_scene import BOUNDS, CELL_M, USUAL, drawn, town
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.grid import Grid
-from cityflow.synthetic.drawn_heights import FLAT, LEAVES, HeightNoise, TrueView, matched_heights
-from cityflow.synthetic.drawn_noise import smooth_noise
+from scenes.drawn_heights import FLAT, LEAVES, HeightNoise, TrueView, matched_heights
+from scenes.drawn_noise import smooth_noise
 
 CELL = 0.1
 

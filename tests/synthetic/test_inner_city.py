@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.synthetic.inner_city import InnerCityParameters, OldHouse, inner_city
+from scenes.inner_city import InnerCityParameters, OldHouse, inner_city
 
 BARE = InnerCityParameters(houses=1, clutter=0.0, unevenness_m=0.0, sigma_z_m=0.0, sigma_xy_m=0.0)
 

@@ -10,13 +10,13 @@ from cityflow.core.building import Semantic
 from cityflow.core.openings import FaceOpenings
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch
 from cityflow.evaluation.windows import WindowCounts, compare_windows, intersection_over_union, total
-from cityflow.synthetic.drawn_facades import STYLES, DrawnFacade, draw_facade
-from cityflow.synthetic.facade_errors import ImageErrors
-from cityflow.synthetic.hard_facades import HARD, draw_hard_facade
-from cityflow.synthetic.hard_walls import WINDOWLESS
 from cityflow.synthetic.town_facades import DOOR, WINDOW
 from cityflow.windows.find import GLASS, PANELS, TOO_COARSE, UNSEEN, find_unit_windows, find_windows, unit_openings
 from cityflow.windows.window_parameters import WindowParameters
+from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
+from scenes.facade_errors import ImageErrors
+from scenes.hard_facades import HARD, draw_hard_facade
+from scenes.hard_walls import WINDOWLESS
 
 CLEAR = ImageErrors(gsd_m=0.07, noise=2.0)
 P = WindowParameters()

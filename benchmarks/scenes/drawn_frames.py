@@ -21,14 +21,14 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import FrameRasters
 from cityflow.synthetic.ambient import AmbientParameters
 from cityflow.synthetic.caster import NOTHING, Scene
-from cityflow.synthetic.drawn_heights import FLAT, LEAVES, UPRIGHT, HeightNoise, TrueView, matched_heights
-from cityflow.synthetic.drawn_noise import smooth_noise
-from cityflow.synthetic.drawn_views import ParallelView, grid_over_area, parallel_heights, parallel_view
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.render import RenderParameters
 from cityflow.synthetic.sensor import blurred, noisy, toned
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_truth import without
+from scenes.drawn_heights import FLAT, LEAVES, UPRIGHT, HeightNoise, TrueView, matched_heights
+from scenes.drawn_noise import smooth_noise
+from scenes.drawn_views import ParallelView, grid_over_area, parallel_heights, parallel_view
 
 NADIR, COMPASS = "nadir", ("north", "east", "south", "west")
 ORIGIN_STEP_M = 1000.0

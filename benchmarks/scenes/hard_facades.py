@@ -8,10 +8,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cityflow.synthetic.drawn_facades import DrawnFacade, Layout, pictured_facade, wall_surface
-from cityflow.synthetic.facade_canvas import Canvas, grid_of_windows
-from cityflow.synthetic.facade_errors import FINE_M, ImageErrors
-from cityflow.synthetic.hard_walls import WINDOWLESS, blank, letters, throw_shadows
+from scenes.drawn_facades import DrawnFacade, Layout, pictured_facade, wall_surface
+from scenes.facade_canvas import Canvas, grid_of_windows
+from scenes.facade_errors import FINE_M, ImageErrors
+from scenes.hard_walls import WINDOWLESS, blank, letters, throw_shadows
 
 
 def draw_hard_facade(style: str, errors: ImageErrors, rng: np.random.Generator) -> DrawnFacade:

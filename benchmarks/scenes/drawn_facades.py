@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.synthetic.facade_errors import (
+from cityflow.synthetic.town_facades import DOOR, WINDOW
+from scenes.facade_errors import (
     FINE_M,
     ImageErrors,
     crowns_before,
@@ -20,7 +21,6 @@ from cityflow.synthetic.facade_errors import (
     shadow_on,
     smooth_noise,
 )
-from cityflow.synthetic.town_facades import DOOR, WINDOW
 
 STYLES = ("plain", "frames", "muntins", "shutters", "blinds", "double", "bright frames")
 WallStyle = Literal["plain", "frames", "muntins", "shutters", "blinds", "double", "bright frames", "blank", "glass"]

@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.depth_map import ImagePoints, joined
 from cityflow.core.grid import Bounds
 from cityflow.core.splitting import FrameRasters
-from cityflow.synthetic.drawn_noise import smooth_noise
+from scenes.drawn_noise import smooth_noise
 
 FAR_M = 3000.0
 SIGMA_GSD = 0.5

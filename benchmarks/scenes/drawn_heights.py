@@ -12,7 +12,7 @@ from scipy.special import ndtr
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
-from cityflow.synthetic.drawn_noise import smooth_noise
+from scenes.drawn_noise import smooth_noise
 
 FLAT, UPRIGHT, LEAVES = range(3)
 STEP_M = 0.6

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.synthetic.drawn_facades import wall_surface, window_part
-from cityflow.synthetic.facade_canvas import Canvas
-from cityflow.synthetic.facade_errors import FINE_M, smooth_noise
 from cityflow.synthetic.town_facades import DOOR
+from scenes.drawn_facades import wall_surface, window_part
+from scenes.facade_canvas import Canvas
+from scenes.facade_errors import FINE_M, smooth_noise
 
 
 def blank(rng: np.random.Generator) -> Canvas:

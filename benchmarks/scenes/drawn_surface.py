@@ -11,10 +11,10 @@ from scipy.special import ndtr
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.points import BUILDING, GROUND, HIGH_VEGETATION
-from cityflow.synthetic.drawn_frames import DrawnFrame
-from cityflow.synthetic.drawn_heights import LEAVES
-from cityflow.synthetic.drawn_noise import smooth_noise
 from cityflow.synthetic.town import Town
+from scenes.drawn_frames import DrawnFrame
+from scenes.drawn_heights import LEAVES
+from scenes.drawn_noise import smooth_noise
 
 LEAST_SHARE = 0.25
 HIGH_M = 2.0

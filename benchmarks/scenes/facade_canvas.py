@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.synthetic.drawn_facades import layout_of, wall_surface, window_part
-from cityflow.synthetic.facade_errors import FINE_M
 from cityflow.synthetic.town_facades import WINDOW
+from scenes.drawn_facades import layout_of, wall_surface, window_part
+from scenes.facade_errors import FINE_M
 
 
 @dataclass(slots=True)

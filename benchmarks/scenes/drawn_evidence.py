@@ -12,8 +12,8 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import OutlineEdge
 from cityflow.core.grid import Grid
 from cityflow.core.splitting import FrameRasters, SplitEvidence
-from cityflow.synthetic.drawn_frames import cut_rasters
-from cityflow.synthetic.drawn_views import grid_over_shape
+from scenes.drawn_frames import cut_rasters
+from scenes.drawn_views import grid_over_shape
 
 MARGIN_M = 2.0
 EDGE_STEP_M = 0.5
