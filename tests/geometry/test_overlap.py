@@ -6,9 +6,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cityflow.core.building import Polyhedron
-from cityflow.geometry.polygon_overlap import overlap_faults, overlap_volume
+from cityflow.geometry.polygon_overlap import overlap_volume
 from cityflow.geometry.polyhedron import triangulate, volume
-from geometry_shapes import L_SHAPE, SQUARE, VALID, YARD, box, extrude, gable
+from geometry_shapes import L_SHAPE, SQUARE, VALID, YARD, box, extrude
 
 RD = np.array([85123.4567, 447891.2345, 3.21])
 
@@ -56,10 +56,3 @@ def test_agrees_with_a_boolean_of_solids(seed: int) -> None:
     a = shifted(a, tuple(RD))
     b = Polyhedron(b.vertices @ turn.T + rng.uniform(-4, 4, 3) + RD, b.faces)
     assert overlap_volume(a, b) == pytest.approx(reference_volume(a, b), abs=1e-5)
-
-
-def test_terraced_houses_with_a_common_wall_do_not_overlap() -> None:
-    a, b = gable(6, 10, 3, 6), shifted(gable(6, 10, 4, 7.5), (6, 0, 0.2))
-    assert overlap_faults(a, b) == []
-    (fault,) = overlap_faults(a, shifted(b, (-0.01, 0, 0)))
-    assert fault.code == 601

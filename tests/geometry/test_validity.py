@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.geometry.faults import FAULT_NAMES, Tolerances
-from cityflow.geometry.validity import check_closed_ring, check_polygon, check_polyhedron, is_valid
+from cityflow.geometry.validity import check_polygon, check_polyhedron, is_valid
 from geometry_shapes import SQUARE, VALID, YARD, box, extrude, gable, noded, polyhedron, tower_on_roof
 
 Array = NDArray[np.float64]
@@ -207,13 +207,6 @@ def test_degenerate_rings_do_not_stop_the_check(ring: tuple[int, ...], code: int
 )
 def test_faults_say_where(name: str, where: str) -> None:
     assert [f.where for f in check_polyhedron(FAULTY[name][0])] == [where]
-
-
-def test_rings_as_gml_writes_them() -> None:
-    closed = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 0, 0)], np.float64)
-    assert check_closed_ring(closed) == []
-    assert [f.code for f in check_closed_ring(closed[:-1])] == [103]
-    assert [f.code for f in check_closed_ring(closed[[0, 1, 0]])] == [101]
 
 
 def test_one_polygon_in_space() -> None:

@@ -3,19 +3,28 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import laspy
 import numpy as np
 import pytest
 
-from cityflow.core.grid import tile_at
+from cityflow.core.grid import tile_at, tiles_over
+from cityflow.core.points import PointCloud
 from cityflow.errors import CatalogError
-from cityflow.io.points.las import read_points, read_points_of
-from cityflow.io.points.point_index import FileIndex, cells_over, split_file
+from cityflow.io.points.las import read_points
+from cityflow.io.points.point_index import FileIndex, split_file
 from survey_files import DELFT, points, write_las
 
 LAZ = DELFT / "data" / "ahn3_cropped_2.laz"
+
+
+def read_piece(data: bytes) -> PointCloud:
+    with NamedTemporaryFile(suffix=".laz") as file:
+        file.write(data)
+        file.flush()
+        return read_points(file.name)
 
 
 def _pieces(path: Path, cell_m: float = 50.0, **options: Any) -> tuple[FileIndex, dict[str, bytes]]:
@@ -26,7 +35,7 @@ def _pieces(path: Path, cell_m: float = 50.0, **options: Any) -> tuple[FileIndex
 def test_no_point_is_lost_doubled_or_moved() -> None:
     index, pieces = _pieces(LAZ)
     whole = read_points(LAZ)
-    clouds = {name: read_points_of(data) for name, data in pieces.items()}
+    clouds = {name: read_piece(data) for name, data in pieces.items()}
     joined = np.concatenate([c.xyz for c in clouds.values()])
     assert np.array_equal(joined[np.lexsort(joined.T)], whole.xyz[np.lexsort(whole.xyz.T)])
     assert index.points == len(whole) == sum(index.cells.values())
@@ -41,7 +50,7 @@ def test_each_point_lies_in_its_cell_and_keeps_the_order_of_the_file() -> None:
     whole = read_points(LAZ)
     owner = np.floor(whole.xyz[:, :2] / 50.0).astype(int)
     for name, data in pieces.items():
-        cell = read_points_of(data)
+        cell = read_piece(data)
         mine = (owner == [int(v) for v in name.split("_")]).all(axis=1)
         assert np.array_equal(cell.xyz, whole.xyz[mine])
         assert np.array_equal(cell.return_number, whole.return_number[mine])
@@ -74,9 +83,9 @@ def test_negative_cells_and_points_on_an_edge(tmp_path: Path) -> None:
 def test_reader_of_a_box_finds_all_its_points_in_the_cells_over_it() -> None:
     _, pieces = _pieces(LAZ)
     box = (85010.0, 447470.0, 85060.0, 447550.0)
-    near = [pieces[c.name] for c in cells_over(box, 50.0) if c.name in pieces]
+    near = [pieces[c.name] for c in tiles_over(box, 50.0) if c.name in pieces]
     assert len(near) < len(pieces)
-    assert sum(len(read_points_of(data).within(box)) for data in near) == len(read_points(LAZ).within(box))
+    assert sum(len(read_piece(data).within(box)) for data in near) == len(read_points(LAZ).within(box))
 
 
 def test_unusable_points_stay_out(tmp_path: Path) -> None:
@@ -84,7 +93,7 @@ def test_unusable_points_stay_out(tmp_path: Path) -> None:
     xyz[:10, 2] = 99_999.0
     index, pieces = _pieces(write_las(tmp_path / "a.laz", xyz))
     assert index.dropped == {"withheld": 0, "absurd": 10}
-    assert sum(len(read_points_of(d)) for d in pieces.values()) == 990
+    assert sum(len(read_piece(d)) for d in pieces.values()) == 990
     with pytest.raises(CatalogError, match="no point is usable"):
         _pieces(write_las(tmp_path / "b.laz", xyz[:10]))
 

@@ -11,7 +11,6 @@ from cityflow.io.crs import (
     fits,
     geographic_bounds,
     horizontal_transform,
-    missing_grids,
     reference_of,
     resolve,
     suspicion,
@@ -119,10 +118,3 @@ def test_suspicions() -> None:
     assert "outside" in suspicion(delft, (5e6, 5e6, 5.001e6, 5.001e6))
     assert suspicion(resolve("local"), (0.0, 0.0, 120.0, 80.0)) == ""
     assert "degrees" in suspicion(resolve("local"), (4.36, 52.01, 4.37, 52.02))
-
-
-def test_missing_grids_are_named() -> None:
-    # The wheels carry no grids, so the Dutch heights cannot be shifted to the ellipsoid; x and y alone need none.
-    names = missing_grids(CRS.from_epsg(7415), CRS.from_epsg(4979))
-    assert any("nlgeo" in name for name in names)
-    assert missing_grids(CRS.from_epsg(25831), CRS.from_epsg(25832)) == ()

@@ -10,7 +10,9 @@ from pydantic import Field
 
 from cityflow.core.parameters import Parameters
 from cityflow.errors import WorkflowError
-from cityflow.runs.model_keys import described_parameters
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.runs.known_keys import described
+from cityflow.runs.model_keys import model_keys
 
 
 class Kind(StrEnum):
@@ -34,14 +36,14 @@ class Garden(Parameters):
 
 
 def test_every_parameter_is_described() -> None:
-    lines = described_parameters().splitlines()
+    lines = described(model_keys(CityParameters)).splitlines()
     assert any(line.startswith("surface.cell_m = 0.5") and "m" in line for line in lines)
     assert not [line for line in lines if not line.split(" = ", 1)[1].split("  ")[1].strip()]
     assert not [line for line in lines if "Ge(" in line or "Le(" in line or "Gt(" in line or "MinLen" in line]
 
 
 def test_a_line_says_default_meaning_and_what_a_value_may_be() -> None:
-    assert described_parameters(Garden).splitlines() == [
+    assert described(model_keys(Garden)).splitlines() == [
         "name = no default  of the garden",
         "angle_deg = null  of the slope, degrees; null: measured  (0 to 90 or null)",
         "trees = 3  how many  (at least 1)",
@@ -67,10 +69,10 @@ def test_a_line_says_default_meaning_and_what_a_value_may_be() -> None:
     ],
 )
 def test_keys_are_chosen_by_section_by_part_and_by_pattern(wanted: str, keys: list[str]) -> None:
-    assert [line.split(" = ")[0] for line in described_parameters(Garden, wanted).splitlines()] == keys
+    assert [line.split(" = ")[0] for line in described(model_keys(Garden), wanted).splitlines()] == keys
 
 
 @pytest.mark.parametrize(("wanted", "near"), [("leafs", "leaves"), ("widht", "width_m"), ("tre*x", "trees")])
 def test_a_name_that_no_key_has_is_refused_with_the_nearest(wanted: str, near: str) -> None:
     with pytest.raises(WorkflowError, match=near):
-        described_parameters(Garden, wanted)
+        described(model_keys(Garden), wanted)

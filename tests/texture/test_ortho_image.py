@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cityflow.core.grid import Grid
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.views import view_of
+from cityflow.texture.ranking.views import views_of
 from texture_scenes import X, Y, house
 
 
@@ -26,20 +28,20 @@ def test_its_pixels_are_the_cells_whatever_the_height(grid: Grid, above: float) 
 def test_roofs_are_seen_at_the_size_of_a_cell_and_walls_not_usefully() -> None:
     image = ortho_camera(Grid(X - 50, Y + 50, 0.1, 1000, 1000), "ortho")
     roof, *walls = face_planes(house(5, 5, 10, 8, 6), None)
-    view = view_of(roof, image, 3)
+    view = replace(views_of(roof, [image])[0], image=3)
     assert view is not None
     assert view.image == 3
     assert view.gsd_m == pytest.approx(0.1, abs=1e-6)
     assert view.incidence_deg < 1e-3
     assert view.inside == pytest.approx(1.0, abs=1e-9)
     for wall in walls:
-        seen = view_of(wall, image, 0)
+        seen = next(iter(views_of(wall, [image])), None)
         assert seen is None or seen.incidence_deg > 89.9
 
 
 def test_a_roof_beyond_the_edge_is_seen_in_part() -> None:
     image = ortho_camera(Grid(X - 50, Y + 50, 0.1, 1000, 600), "ortho")
     roof = face_planes(house(5, 5, 10, 8, 6), None)[0]
-    view = view_of(roof, image, 0)
+    (view,) = views_of(roof, [image])
     assert view is not None
     assert view.inside == pytest.approx(0.5, abs=1e-5)

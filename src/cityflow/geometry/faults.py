@@ -11,7 +11,6 @@ from cityflow.core.parameters import Parameters
 FAULT_NAMES = {
     101: "TOO_FEW_POINTS",
     102: "CONSECUTIVE_POINTS_SAME",
-    103: "RING_NOT_CLOSED",
     104: "RING_SELF_INTERSECTION",
     201: "INTERSECTION_RINGS",
     202: "DUPLICATED_RINGS",
@@ -27,12 +26,7 @@ FAULT_NAMES = {
     305: "MULTIPLE_CONNECTED_COMPONENTS",
     306: "SHELL_SELF_INTERSECTION",
     307: "POLYGON_WRONG_ORIENTATION",
-    401: "INTERSECTION_SHELLS",
-    402: "DUPLICATED_SHELLS",
-    403: "INNER_SHELL_OUTSIDE",
-    404: "SOLID_INTERIOR_DISCONNECTED",
     405: "WRONG_ORIENTATION_SHELL",
-    601: "BUILDINGPARTS_OVERLAP",
     901: "INVALID_INPUT_FILE",
     902: "EMPTY_PRIMITIVE",
 }
@@ -47,7 +41,6 @@ class Tolerances(Parameters):
     touch_m: float = Field(
         1e-6, gt=0, le=1e-4, description="rings or faces closer than this touch, without sharing a vertex (m)"
     )
-    overlap_m3: float = Field(0.01, ge=0, le=10, description="volume that two solids may have in common (m³)")
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -13,7 +13,6 @@ import numpy as np
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.kernels import njit
-from cityflow.geometry.faults import Fault, Tolerances
 from cityflow.geometry.polyhedron import bounds_3d, triangulate
 
 MOST_CORNERS = 12
@@ -31,13 +30,6 @@ def overlap_volume(a: Polyhedron, b: Polyhedron) -> float:
     origin = np.array([low[0], low[1], min(a_low[2], b_low[2])])
     total = _common_volume(_corners(a, origin), _corners(b, origin))
     return max(float(total), 0.0)
-
-
-def overlap_faults(a: Polyhedron, b: Polyhedron, tolerances: Tolerances | None = None) -> list[Fault]:
-    """Fault 601 where two solids have more than the tolerated volume in common."""
-    common = overlap_volume(a, b)
-    limit = (tolerances or Tolerances()).overlap_m3
-    return [Fault.of(601, f"volume={common:.4f} m3")] if common > limit else []
 
 
 def _corners(polyhedron: Polyhedron, origin: FloatArray) -> FloatArray:

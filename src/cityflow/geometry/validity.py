@@ -98,14 +98,6 @@ def _sound_faces(arrays: FaceArrays, tolerances: Tolerances) -> tuple[list[Fault
     return faults, None if faults else Mesh(snapped.vertices, triangles, faces), snapped
 
 
-def check_closed_ring(points: FloatArray, tolerances: Tolerances = DEFAULT) -> list[Fault]:
-    """Faults of one ring as GML writes it, (n, 3) metres with the first point repeated at the end."""
-    points = np.asarray(points, np.float64).reshape(-1, 3)
-    if len(points) < 2 or np.linalg.norm(points[0] - points[-1]) > tolerances.snap_m:
-        return [Fault.of(103, "ring=0")]
-    return check_polygon([points[:-1]], tolerances)
-
-
 def check_polygon(rings: Polygon, tolerances: Tolerances = DEFAULT) -> list[Fault]:
     """Faults of one polygon in space: exterior, then holes, (n, 3) metres each, without the repeated last point."""
     return check_polygons([rings], tolerances)

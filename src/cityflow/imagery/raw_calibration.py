@@ -76,23 +76,15 @@ def master_dark(frames: Iterable[RawFrame]) -> Float32Array:
     return np.where(highest > rest + 6.0 * noise, rest, total / n).astype(np.float32)
 
 
-def column_dark(dark: Float32Array) -> Float32Array:
-    """(1, cols) dark signal of columns, for sensors whose pixels differ less than their read-out, from a master dark."""
-    return np.median(dark, axis=0, keepdims=True).astype(np.float32)
-
-
-def response_gain(
-    flats: Iterable[RawFrame], dark: Float32Array, parameters: CalibrationParameters | None = None
-) -> Float32Array:
-    """(rows, cols) float32 gains that even out photo-response non-uniformity, from frames of a uniformly lit surface.
+def gain_of(signal: Float32Array, parameters: CalibrationParameters | None = None) -> Float32Array:
+    """(rows, cols) float32 gains that even out photo-response non-uniformity.
 
     Each of the four colours of a mosaic's cell has mean gain 1, so that the colour of the lamp does not matter. Pixels that hardly answer get NaN.
+
+    Parameters
+    ----------
+    signal : (rows, cols) mean of frames of a uniformly lit surface, less the dark signal; written over
     """
-    return gain_of(master_dark(flats) - dark, parameters)
-
-
-def gain_of(signal: Float32Array, parameters: CalibrationParameters | None = None) -> Float32Array:
-    """As `response_gain`, from the mean of the flat frames less the dark signal; (rows, cols) float32, written over `signal`."""
     asked = parameters or CalibrationParameters()
     for r, c in ((0, 0), (0, 1), (1, 0), (1, 1)):
         plane = signal[r::2, c::2]

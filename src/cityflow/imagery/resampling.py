@@ -91,12 +91,6 @@ def infrared_rows(infrared: Pixels, infrared_from_colour: FloatArray, width: int
     return _sampled(infrared, x / z, y / z, cv2.INTER_LINEAR)
 
 
-def with_infrared(colour: PixelArray, infrared: PixelArray, infrared_from_colour: FloatArray) -> PixelArray:
-    """(rows, cols, 4): the image with the near-infrared picture of a second head, (rows', cols', 1) of the same dtype, as its fourth band."""
-    laid = infrared_rows(ArrayPixels(infrared), infrared_from_colour, colour.shape[1], (0, colour.shape[0]))
-    return np.concatenate([colour, laid.astype(colour.dtype)], axis=2)
-
-
 def _sampled(pixels: Pixels, u: FloatArray, v: FloatArray, flags: int) -> PixelArray:
     """(rows, cols, bands) values at image coordinates, 0 outside the image; only the window around them is read."""
     inside = _inside(pixels, u, v)

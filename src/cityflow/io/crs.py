@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 from pyproj import CRS, Transformer
-from pyproj.aoi import AreaOfInterest
 from pyproj.exceptions import CRSError, ProjError
-from pyproj.transformer import TransformerGroup
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
@@ -203,27 +199,6 @@ def suspicion(reference: Reference, bounds: Bounds) -> str:
 def looks_like_degrees(bounds: Bounds) -> bool:
     """True where every coordinate could be a longitude or latitude."""
     return max(abs(bounds[0]), abs(bounds[2])) <= 180 and max(abs(bounds[1]), abs(bounds[3])) <= 90
-
-
-def missing_grids(source: CRS, target: CRS, area: Sequence[float] | None = None) -> tuple[str, ...]:
-    """Names of the shift grids that the best transformation needs and this installation lacks.
-
-    PROJ falls back to a worse transformation in silence where a grid is missing; a vertical datum is then not shifted
-    at all.
-
-    Parameters
-    ----------
-    area : west, south, east, north in degrees, or None for anywhere
-    """
-    interest = AreaOfInterest(*area) if area is not None else None
-    with warnings.catch_warnings():
-        # The warning says what this function returns.
-        warnings.simplefilter("ignore", UserWarning)
-        group = TransformerGroup(source, target, always_xy=True, area_of_interest=interest)  # type: ignore[arg-type]
-    if group.best_available or not group.unavailable_operations:
-        return ()
-    best = group.unavailable_operations[0]
-    return tuple(sorted({grid.short_name for grid in best.grids if not grid.available}))
 
 
 def transformed(transformer: Transformer, xy: FloatArray) -> FloatArray:

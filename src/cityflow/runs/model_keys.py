@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.runs.known_keys import SYNTH, Key, described
+from cityflow.runs.known_keys import SYNTH, Key
 from cityflow.runs.settings import model_at, takes_several
 
 KINDS = {float: "number", int: "whole", bool: "flag", str: "text", type(None): "null"}
@@ -32,11 +32,6 @@ def model_of(of: str) -> type[BaseModel]:
 def model_keys(model: type[BaseModel]) -> dict[str, Key]:
     """Dotted keys of a model with what is said of each, in the order of its fields."""
     return {name: _key(field) for name, field in _fields(model, "")}
-
-
-def described_parameters(model: type[BaseModel] = CityParameters, wanted: str = "") -> str:
-    """Keys of a model in words; see `known_keys.described`."""
-    return described(model_keys(model), wanted)
 
 
 def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInfo]]:

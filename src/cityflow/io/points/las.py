@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import laspy
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud, concatenate
 from cityflow.errors import CatalogError
 from cityflow.io.points.las_header import is_one_stream, open_binary, opened
@@ -107,13 +105,6 @@ def read_points(path: str | Path) -> PointCloud:
     return read_counted(path)[0]
 
 
-def read_points_of(data: bytes, name: str = "points") -> PointCloud:
-    """All usable points of a file's contents; `name` stands for the file in errors."""
-    with opened(io.BytesIO(data), name) as reader:
-        records = reader.read_points(-1)
-        return _cloud(records, *usable_points(records))
-
-
 @dataclass(frozen=True, slots=True)
 class Sample:
     """What some of a file's points say.
@@ -167,9 +158,3 @@ def _parts(points: int) -> list[tuple[int, int]]:
     step = points // SAMPLE_PARTS
     # A LAZ file is decompressed by chunks of 50,000 points; parts that begin with one cost one chunk each.
     return [(k * step // SAMPLE_PART_POINTS * SAMPLE_PART_POINTS, SAMPLE_PART_POINTS) for k in range(SAMPLE_PARTS)]
-
-
-def read_pieces(paths: Iterable[str | Path], bounds: Bounds | None = None) -> PointCloud:
-    """Points of several small files one after the other, only those within `bounds` (half-open) where given."""
-    clouds = [read_points(path) for path in paths]
-    return concatenate(clouds if bounds is None else [cloud.within(bounds) for cloud in clouds])

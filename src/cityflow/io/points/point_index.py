@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, IntArray
-from cityflow.core.grid import Bounds, Tile, tiles_over
+from cityflow.core.grid import Bounds, Tile
 from cityflow.errors import CatalogError
 from cityflow.io.points.las import CHUNK_POINTS, Dropped, stream_records, usable_points
 from cityflow.io.points.las_header import LasHeader, read_header
@@ -72,15 +72,6 @@ class _Tally:
     high: NDArray[np.float64] = field(default_factory=lambda: np.full(3, -np.inf))
     points: int = 0
     has_returns: bool = False
-
-
-def cells_over(bounds: Bounds, cell_m: float) -> list[Tile]:
-    """The cells that a reader of `bounds` needs, from the south-west.
-
-    >>> [c.name for c in cells_over((0.0, 0.0, 60.0, 50.0), 50.0)]
-    ['0_0', '1_0']
-    """
-    return list(tiles_over(bounds, cell_m))
 
 
 def split_file(

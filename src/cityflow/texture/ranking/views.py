@@ -60,12 +60,6 @@ class _Cameras:
         return out
 
 
-def view_of(face: FacePlane, image: OrientedImage, index: int) -> FaceView | None:
-    """How an image looks at a face; None where the face looks away, or is out of the frame or behind the camera."""
-    views = views_of(face, [image])
-    return FaceView(index, views[0].gsd_m, views[0].incidence_deg, views[0].inside) if views else None
-
-
 def views_of(face: FacePlane, images: Sequence[OrientedImage]) -> tuple[FaceView, ...]:
     """How those of the images look at a face that have it, or some of it, in their frame, from outside; in their order.
 
