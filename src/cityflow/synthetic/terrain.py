@@ -122,6 +122,11 @@ class Terrain:
         line, half_width, _, _ = self.river
         return np.asarray(np.abs(line.signed_distance(x, y)) < half_width)
 
+    @property
+    def has_steps(self) -> bool:
+        """Whether it has walls or a scarp, which show on a fine lattice only."""
+        return self.terraces is not None or self.scarp[1] != 0
+
     def slope(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Magnitude of the gradient over 1 m, dimensionless."""
         d_x = self.z(x + 0.5, y) - self.z(x - 0.5, y)
@@ -136,9 +141,9 @@ class Terrain:
         return np.asarray(on_dike | (np.abs(line.signed_distance(x, y)) < width / 2 + margin_m))
 
     def is_buildable(self, x: FloatArray, y: FloatArray, margin_m: float = 4.0) -> BoolArray:
-        """Neither water nor bank nor break nor track."""
+        """Neither water nor bank nor break nor track nor where a bridge begins."""
         line, half_width, _, _ = self.river
-        free = np.abs(line.signed_distance(x, y)) > half_width + 6 + margin_m
+        free = np.abs(line.signed_distance(x, y)) > half_width + 9 + margin_m
         for track, half_width, _ in self.terraces.tracks if self.terraces else ():
             free &= np.abs(track.signed_distance(x, y)) > half_width + margin_m
         return np.asarray(free & ~self.is_break(x, y, margin_m))
@@ -149,6 +154,19 @@ class Terrain:
         y = np.arange(bounds[1] - 10, bounds[3] + 10 + step_m, step_m)
         middle = shapely.linestrings(np.column_stack([line.x_at(y), y]))
         return shapely.intersection(shapely.buffer(middle, half_width, cap_style="flat"), shapely.box(*bounds))
+
+
+def plane(origin: tuple[float, float], base_m: float, tilt: tuple[float, float] = (0.0, 0.0)) -> Terrain:
+    """A plane, without anything on it."""
+    nowhere, none = WavyLine(origin[0] - 1e6, 0.0, 1e3, 0.0), np.empty((0, 4))
+    away = (nowhere, 0.0, 1.0)
+    return Terrain(origin, base_m, np.array(tilt), none, none, away, away, (nowhere, 1.0, 1.0, base_m - 1000.0))
+
+
+def unbroken(terrain: Terrain) -> Terrain:
+    """The same without river, dike and scarp."""
+    bare = plane(terrain.origin, terrain.base_m)
+    return replace(terrain, scarp=bare.scarp, dike=bare.dike, river=bare.river)
 
 
 def make_terrain(rng: np.random.Generator, bounds: Bounds, relief: float) -> Terrain:
@@ -186,23 +204,14 @@ def terraced(rng: np.random.Generator, terrain: Terrain, bounds: Bounds, kind: s
     """A terrain with retaining walls of 1 to 4 m.
 
     `kind` is ``tracks`` (two ways lead up without a step, one of them over the first hill), ``closed`` (none does), or
-    ``hillside`` (none does, and the whole scene is one side of a valley, whose walls run from border to border).
+    ``hillside`` (none does, and the whole scene is one side of a valley without a river; its walls run from border to border).
     """
     lines: tuple[tuple[WavyLine, float, float], ...] = ()
     width = bounds[2] - bounds[0]
     if kind == "hillside":
         heading, slope = rng.uniform(0, 2 * np.pi), rng.uniform(0.18, 0.28)
-        line, half_width, bank, level = terrain.river
-        scarp, _, width_m = terrain.scarp
-        far = replace(line, x_0=bounds[0] - 10 * width)
         tilt = slope * np.array([np.cos(heading), np.sin(heading)])
-        terrain = replace(
-            terrain,
-            tilt=tilt,
-            hills=terrain.hills[:0],
-            river=(far, half_width, bank, level),
-            scarp=(scarp, 0.0, width_m),
-        )
+        terrain = replace(unbroken(terrain), tilt=tilt, hills=terrain.hills[:0])
     if kind == "tracks":
         at = float(terrain.hills[0, 0]), bounds[0] + rng.uniform(0.35, 0.65) * width
         lines = tuple((WavyLine(a, 8.0, rng.uniform(150, 300), rng.uniform(0, 2 * np.pi)), 2.0, 4.0) for a in at)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,7 +13,9 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters
 from cityflow.synthetic.mesh import TownMesh
-from cityflow.synthetic.terrain import Terrain, make_terrain
+from cityflow.synthetic.prisms import add_bridge, bridge_over
+from cityflow.synthetic.roofs import TruthFace
+from cityflow.synthetic.terrain import Terrain, make_terrain, terraced, unbroken
 from cityflow.synthetic.town_cars import Cars, add_cars, park_cars
 from cityflow.synthetic.town_facades import DOOR, Wall, plan_walls
 from cityflow.synthetic.town_green import LeafRule, Trees, add_trees, plant_trees
@@ -32,6 +35,11 @@ class TownParameters(Parameters):
     width_m: float = Field(250.0, ge=100, le=5000, description="extent eastwards, metres")
     height_m: float = Field(250.0, ge=100, le=5000, description="extent northwards, metres")
     relief: float = Field(0.4, ge=0, le=1, description="scale of tilt, waves and hills; 0 is a polder, 1 a hilly town")
+    landscape: Literal["plain", "river", "tracks", "closed", "hillside"] = Field(
+        "plain",
+        description="river: with a river and its bridge, a dike and a scarp; tracks, closed: these, and hills in terraces of 1 to 4 m, "
+        "with tracks up that have no wall or with none; hillside: one side of a valley, in terraces",
+    )
     park_share: float = Field(0.06, ge=0, le=1, description="share of street blocks that are parks")
     street_tree_share: float = Field(0.4, ge=0, le=1, description="share of pavements with a row of trees")
     car_share: float = Field(0.3, ge=0, le=1, description="share of parking places at the kerbs that are taken")
@@ -40,6 +48,11 @@ class TownParameters(Parameters):
     row_gaps: RowGaps | None = Field(
         None, description="gaps between houses of a row; null: one after every eighth, half of them with a tree"
     )
+
+    @property
+    def bounds(self) -> Bounds:
+        """World metres."""
+        return self.origin_x, self.origin_y, self.origin_x + self.width_m, self.origin_y + self.height_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +78,7 @@ class Town:
     gaps : between units of one row
     terrain : smooth terrain;  ground : the TIN of it that the mesh shows, and that truth heights follow
     net : frame of the streets
-    trees, cars : what else stands on the ground
+    trees, cars : what else stands on the ground;  bridge : its deck over the river, if there is one
     """
 
     seed: int
@@ -79,6 +92,7 @@ class Town:
     net: StreetNet
     trees: Trees
     cars: Cars
+    bridge: TruthFace | None = None
 
     @cached_property
     def _boxes(self) -> FloatArray:
@@ -123,14 +137,15 @@ class Town:
         p = self.parameters
         add_trees(soup, self.trees, within, LeafRule(p.leaf_m, p.leaf_area_index, self.seed))
         add_cars(soup, self.cars, within)
+        if self.bridge is not None:
+            add_bridge(soup, self.bridge)
         return soup.mesh()
 
 
 def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     """A town from one seed: the same seed and parameters give the same town."""
     p = parameters or TownParameters()
-    bounds = (p.origin_x, p.origin_y, p.origin_x + p.width_m, p.origin_y + p.height_m)
-    terrain = town_terrain(seed, bounds, p.relief)
+    bounds, terrain = p.bounds, town_terrain(seed, p)
     net = make_net(np.random.default_rng([seed, 2]), bounds)
     blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps)
     units, gaps = build_units(blocks, net, terrain, bounds)
@@ -138,16 +153,13 @@ def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     trees = plant_trees(seed, blocks, units, (net, terrain, bounds), p.street_tree_share)
     cars = park_cars(seed, blocks, net, ground, (bounds, p.car_share))
     walls = plan_walls(units, terrain)
-    return Town(seed, p, bounds, units, walls, gaps, terrain, ground, net, trees, cars)
+    bridge = bridge_over(terrain, bounds) if p.landscape not in ("plain", "hillside") else None
+    return Town(seed, p, bounds, units, walls, gaps, terrain, ground, net, trees, cars, bridge)
 
 
-def town_terrain(seed: int, bounds: Bounds, relief: float) -> Terrain:
-    """Tilt, waves and hills, without the breaks and the river of the LiDAR scene: streets run everywhere."""
-    made = make_terrain(np.random.default_rng([seed, 1]), bounds, relief)
-    nowhere = replace(made.river[0], x_0=bounds[0] - 1e6)
-    return replace(
-        made,
-        scarp=(nowhere, 0.0, made.scarp[2]),
-        dike=(nowhere, 0.0, made.dike[2]),
-        river=(nowhere, 1.0, 1.0, made.base_m - 1000.0),
-    )
+def town_terrain(seed: int, p: TownParameters) -> Terrain:
+    """Tilt, waves and hills, and what the landscape adds to them."""
+    made = make_terrain(np.random.default_rng([seed, 1]), p.bounds, p.relief)
+    if p.landscape == "plain":
+        return unbroken(made)
+    return made if p.landscape == "river" else terraced(np.random.default_rng([seed, 3]), made, p.bounds, p.landscape)

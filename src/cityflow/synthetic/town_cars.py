@@ -56,6 +56,7 @@ def park_cars(
     table = np.concatenate(rows)
     x, y = net.to_world(table[:, 0], table[:, 1])
     inside = (x > bounds[0] + 4) & (x < bounds[2] - 4) & (y > bounds[1] + 4) & (y < bounds[3] - 4)
+    inside &= ground.terrain.is_buildable(x, y)
     x, y, table = x[inside], y[inside], table[inside]
     paint = rng.integers(len(PAINTS), size=len(x))
     return Cars(x, y, table[:, 2] + net.heading, ground.z(x, y), paint)

@@ -35,6 +35,10 @@ class Trees:
     def __len__(self) -> int:
         return len(self.x)
 
+    def plan(self) -> shapely.Geometry:
+        """Plan of all crowns."""
+        return shapely.union_all(shapely.buffer(shapely.points(self.x, self.y), self.radius, quad_segs=16))
+
 
 @dataclass(frozen=True, slots=True)
 class LeafRule:
@@ -59,6 +63,7 @@ def plant_trees(
     table = np.concatenate([table, _street_trees(np.random.default_rng([seed, 21]), blocks, street_trees)])
     x, y = net.to_world(table[:, 0], table[:, 1])
     inside = (x > bounds[0] + 1) & (x < bounds[2] - 1) & (y > bounds[1] + 1) & (y < bounds[3] - 1)
+    inside &= ~terrain.is_water(x, y)
     if units:
         tree = shapely.STRtree([u.wall_outline for u in units])
         built = tree.query(shapely.points(x, y), predicate="dwithin", distance=FOOT_FREE_M)[0]

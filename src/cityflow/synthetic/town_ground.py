@@ -14,7 +14,8 @@ from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_layout import PAVEMENT_M, Axis, PlacedBlock, StreetNet
 from cityflow.synthetic.town_soup import FaceSoup, Look, TextureFrame
 
-STEP_M = 2.0
+STEP_M, FINE_M = 2.0, 0.5
+"""Width of lattice cells, and where the terrain has walls or a scarp."""
 CARRIAGEWAY, PAVEMENT = -1, -2
 LOOKS: dict[int, Look] = {
     0: Look(Part.GROUND, Material.GRASS, (96, 122, 66), seed=1),
@@ -22,8 +23,9 @@ LOOKS: dict[int, Look] = {
     2: Look(Part.STREET, Material.PAVING, (150, 148, 144), seed=3),
     3: Look(Part.STREET, Material.ASPHALT, (92, 92, 94), seed=4),
     4: Look(Part.GROUND, Material.SOIL, (124, 104, 80), seed=5),
+    5: Look(Part.WATER, Material.WATER, (70, 84, 78), seed=6),
 }
-GARDEN, YARD, WALK, ROAD, BED = range(5)
+GARDEN, YARD, WALK, ROAD, BED, RIVER = range(6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +36,12 @@ class Lattice:
     code: IntArray
 
 
-def make_lattice(axis: Axis) -> Lattice:
-    """Lines at all borders of blocks, pavements and carriageways, and at most `STEP_M` between."""
+def make_lattice(axis: Axis, step_m: float = STEP_M) -> Lattice:
+    """Lines at all borders of blocks, pavements and carriageways, and at most `step_m` between."""
     pieces, codes = [], []
     for k in range(len(axis.start)):
         for low, high, code in _intervals(axis, k):
-            parts = max(1, int(np.ceil((high - low) / STEP_M - 1e-9)))
+            parts = max(1, int(np.ceil((high - low) / step_m - 1e-9)))
             pieces.append(np.linspace(low, high, parts + 1)[:-1])
             codes.append(np.full(parts, code))
     return Lattice(np.concatenate([*pieces, axis.end[-1:]]), np.concatenate(codes))
@@ -70,7 +72,8 @@ class Ground:
             (b.col, b.row): tuple((b.u + r[0], b.v + r[1], b.u + r[2], b.v + r[3]) for r in b.draft.paved)
             for b in blocks
         }
-        return cls(terrain, net, make_lattice(net.u), make_lattice(net.v), paved)
+        step = FINE_M if terrain.has_steps else STEP_M
+        return cls(terrain, net, make_lattice(net.u, step), make_lattice(net.v, step), paved)
 
     def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Height of the TIN at world x, y; metres. Beyond the lattice that of the terrain."""
@@ -124,7 +127,7 @@ class Ground:
         return i[meets], j[meets]
 
     def kinds(self, i: IntArray, j: IntArray) -> IntArray:
-        """What each cell is: garden, yard, walk, road or bed."""
+        """What each cell is: garden, yard, walk, road, bed or river."""
         a, b = self.u.code[i], self.v.code[j]
         kind = np.where((a >= 0) & (b >= 0), GARDEN, WALK)
         kind[(a == CARRIAGEWAY) | (b == CARRIAGEWAY)] = ROAD
@@ -136,6 +139,7 @@ class Ground:
             mine = np.flatnonzero((a == col) & (b == row))
             for u_0, v_0, u_1, v_1 in rectangles if len(mine) else ():
                 kind[mine[(u[mine] > u_0) & (u[mine] < u_1) & (v[mine] > v_0) & (v[mine] < v_1)]] = YARD
+        kind[self.terrain.is_water(*self.net.to_world(u, v))] = RIVER
         return kind
 
 

@@ -1,9 +1,9 @@
-"""A laser scanner flown over the synthetic town: strips, pulses with a footprint, several returns, and the truth of each."""
+"""A laser scanner flown over a synthetic scene: strips, pulses with a footprint, several returns, and the truth of each."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -14,8 +14,8 @@ from cityflow.core.grid import Bounds, Tile, tiles_over
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.synthetic.caster import NOTHING, Scene
-from cityflow.synthetic.mesh import Part
-from cityflow.synthetic.town import Town
+from cityflow.synthetic.mesh import Part, TownMesh
+from cityflow.synthetic.terrain import Terrain
 
 TILE_M = 125.0
 HALO_M = 45.0
@@ -25,11 +25,14 @@ MAX_RETURNS = 5
 SEPARATION_M = 0.8
 """Echoes of one pulse that are closer than this melt into one."""
 OVERLAP = 0.3
+WATER_SHARE = 0.08
+"""Of the pulses on water, that come back."""
 WALL_PARTS = (Part.WALL, Part.WINDOW, Part.DOOR, Part.PIPE, Part.OVERHANG)
 LAS_CLASS = np.full(256, las.UNCLASSIFIED, np.uint8)
 LAS_CLASS[[Part.GROUND, Part.STREET]] = las.GROUND
 LAS_CLASS[[Part.ROOF, Part.CHIMNEY, *WALL_PARTS]] = las.BUILDING
 LAS_CLASS[[Part.FOLIAGE, Part.TRUNK]] = las.HIGH_VEGETATION
+LAS_CLASS[[Part.WATER, Part.BRIDGE]] = las.WATER, las.BRIDGE
 
 
 class TownLidarParameters(Parameters):
@@ -47,7 +50,21 @@ class TownLidarParameters(Parameters):
     sigma_strip_m: float = Field(0.015, ge=0, le=1, description="height offset between strips, metres (std deviation)")
     low_outliers_per_ha: float = Field(2.0, ge=0, le=1000, description="points below the ground per hectare")
     high_outliers_per_ha: float = Field(2.0, ge=0, le=1000, description="birds and haze per hectare")
-    classes: Literal["none", "perfect"] = Field("none", description="classification that the cloud carries")
+    classes: Literal["none", "perfect", "errors", "ahn"] = Field(
+        "none", description="classification that the cloud carries; ahn: trees and walls unclassified, bridges class 26"
+    )
+    class_error_rate: float = Field(0.02, ge=0, le=0.5, description="share of wrong classes where classes is errors")
+
+
+class Scanned(Protocol):
+    """What can be scanned: its bounds, its ground, and the mesh of what meets some bounds."""
+
+    @property
+    def bounds(self) -> Bounds: ...
+    @property
+    def terrain(self) -> Terrain: ...
+    def dtm(self, x: FloatArray, y: FloatArray) -> FloatArray: ...
+    def mesh(self, bounds: Bounds) -> TownMesh: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +77,7 @@ class TownLidar:
     strip : (N,) number of the flight strip, -1 for outliers
     truth_class : (N,) ASPRS class (7 and 18 for outliers)
     truth_part : (N,) `Part` of what reflected, 255 for outliers
-    truth_unit : (N,) index into `Town.units`, -1 for none
+    truth_unit : (N,) number of the unit in the scene (index into `Town.units`), -1 for none
     is_wall : (N,) echo of a wall or of what hangs on it
     """
 
@@ -95,18 +112,18 @@ class _Echoes:
 
 
 def town_lidar(
-    town: Town, seed: int, parameters: TownLidarParameters | None = None, bounds: Bounds | None = None
+    town: Scanned, seed: int, parameters: TownLidarParameters | None = None, bounds: Bounds | None = None
 ) -> TownLidar:
-    """Scan the town, or what of it lies in `bounds`; tile by tile, so that points do not depend on `bounds`."""
+    """Scan a town or another scene, or what of it lies in `bounds`; tile by tile, so that points do not depend on `bounds`."""
     p = parameters or TownLidarParameters()
     strips = plan_strips(town, p)
     shift = np.random.default_rng([seed, 41]).normal(0, p.sigma_strip_m, len(strips.line))
     within = bounds or town.bounds
     parts = [_scan_tile(town, (seed, p), strips, shift, tile) for tile in tiles_over(within, TILE_M)]
-    return _within(_joined(parts, p), within)
+    return _within(_joined(parts), within)
 
 
-def plan_strips(town: Town, p: TownLidarParameters) -> Strips:
+def plan_strips(town: Scanned, p: TownLidarParameters) -> Strips:
     """At least two lines over the town's bounds whose strips overlap by 30 %."""
     heading = np.radians(p.heading_deg)
     along, across = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
@@ -124,16 +141,20 @@ def plan_strips(town: Town, p: TownLidarParameters) -> Strips:
 
 
 def _scan_tile(
-    town: Town, how: tuple[int, TownLidarParameters], strips: Strips, shift: FloatArray, tile: Tile
+    town: Scanned, how: tuple[int, TownLidarParameters], strips: Strips, shift: FloatArray, tile: Tile
 ) -> TownLidar:
     seed, p = how
-    rng = np.random.default_rng([seed, 42, tile.col, tile.row])
+    place = tile.col % 2**32, tile.row % 2**32
+    rng = np.random.default_rng([seed, 42, *place])
     aim, strip = _aims(rng, strips, p, tile.bounds)
     mesh = town.mesh(tile.buffered(HALO_M))
     ground = town.dtm(aim[:, 0], aim[:, 1])
     sensor = _sensors(strips, aim, strip)
     echoes = _cast(rng, Scene(mesh), (sensor, np.column_stack([aim, ground])), p.spot_radius_m)
     part = mesh.part[echoes.triangle]
+    if (wet := part == Part.WATER).any():
+        seen = ~wet | (rng.random(len(part)) < WATER_SHARE)
+        echoes, part = _Echoes(echoes.pulse[seen], echoes.xyz[seen], echoes.triangle[seen]), part[seen]
     number, of = _numbered(echoes.pulse)
     xyz = echoes.xyz + rng.normal(0, 1, echoes.xyz.shape) * np.array([p.sigma_xy_m, p.sigma_xy_m, p.sigma_z_m])
     xyz[:, 2] += shift[strip[echoes.pulse]]
@@ -145,7 +166,7 @@ def _scan_tile(
         mesh.unit[echoes.triangle].astype(np.int64),
         np.isin(part, WALL_PARTS),
     )
-    return _joined([echo, _outliers(rng, town, p, tile.bounds)], p)
+    return _told(np.random.default_rng([seed, 43, *place]), _joined([echo, _outliers(rng, town, p, tile.bounds)]), p)
 
 
 def _aims(
@@ -219,7 +240,7 @@ def _numbered(pulse: IntArray) -> tuple[ByteArray, ByteArray]:
     return number.astype(np.uint8), of[first].astype(np.uint8)
 
 
-def _outliers(rng: np.random.Generator, town: Town, p: TownLidarParameters, bounds: Bounds) -> TownLidar:
+def _outliers(rng: np.random.Generator, town: Scanned, p: TownLidarParameters, bounds: Bounds) -> TownLidar:
     area_ha = (bounds[2] - bounds[0]) * (bounds[3] - bounds[1]) / 1e4
     low, high = rng.poisson(p.low_outliers_per_ha * area_ha), rng.poisson(p.high_outliers_per_ha * area_ha)
     xy = rng.uniform(bounds[:2], bounds[2:], (low + high, 2))
@@ -232,14 +253,24 @@ def _outliers(rng: np.random.Generator, town: Town, p: TownLidarParameters, boun
     )
 
 
-def _joined(parts: list[TownLidar], p: TownLidarParameters) -> TownLidar:
-    points = las.concatenate([part.points for part in parts])
-    truth = np.concatenate([part.truth_class for part in parts])
-    classes = truth if p.classes == "perfect" else np.zeros_like(truth)
+def _told(rng: np.random.Generator, scan: TownLidar, p: TownLidarParameters) -> TownLidar:
+    """The scan as its provider tells it: in millimetres, with the classes asked for."""
+    truth, points = scan.truth_class, scan.points
+    told = np.zeros_like(truth) if p.classes == "none" else truth.copy()
+    if p.classes == "ahn":
+        told[scan.is_wall | np.isin(truth, (las.HIGH_VEGETATION, las.LOW_NOISE, las.HIGH_NOISE))] = las.UNCLASSIFIED
+        told[truth == las.BRIDGE] = las.CIVIL_STRUCTURE
+    elif p.classes == "errors":
+        wrong = rng.random(len(truth)) < p.class_error_rate
+        told[wrong] = rng.choice([las.UNCLASSIFIED, las.GROUND, las.HIGH_VEGETATION, las.BUILDING], int(wrong.sum()))
+    return replace(scan, points=replace(points, xyz=np.round(points.xyz, 3), classification=told))
+
+
+def _joined(parts: list[TownLidar]) -> TownLidar:
     return TownLidar(
-        PointCloud(np.round(points.xyz, 3), classes.copy(), points.return_number, points.number_of_returns),
+        las.concatenate([part.points for part in parts]),
         np.concatenate([part.strip for part in parts]),
-        truth,
+        np.concatenate([part.truth_class for part in parts]),
         np.concatenate([part.truth_part for part in parts]),
         np.concatenate([part.truth_unit for part in parts]),
         np.concatenate([part.is_wall for part in parts]),

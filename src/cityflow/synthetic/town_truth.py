@@ -14,12 +14,14 @@ from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from cityflow.core.grid import Grid, grown
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Part, TownMesh
+from cityflow.synthetic.prisms import DECK_WIDTH_M
 from cityflow.synthetic.town import Town
 from cityflow.synthetic.town_cuts import blocks_of, cut_lines
 
 NO_PART = 255
 PASSING_PARTS = (Part.FOLIAGE, Part.TRUNK, Part.CAR)
 GROUND_PARTS = (Part.GROUND, Part.STREET)
+NO_BUILDING = (*GROUND_PARTS, Part.WATER, Part.BRIDGE)
 STEP_SLOPE, STEP_M = 4.5, 0.1
 """A step is more than 0.1 m + 4.5 cells of fall within 3 x 3 cells: steeper than the steepest roof but spires."""
 RAYS_AT_ONCE = 2_000_000
@@ -105,7 +107,7 @@ def judged_cells(truth: TruthRasters, apart_px: float = 2.0, rim_m: float = 1.0)
     steps = height_steps(truth.dsm, truth.grid.cell)
     plain = np.isin(truth.part, (*GROUND_PARTS, Part.ROOF))
     far = _distance_px(steps) > apart_px
-    built = (truth.part_bare != NO_PART) & ~np.isin(truth.part_bare, GROUND_PARTS)
+    built = (truth.part_bare != NO_PART) & ~np.isin(truth.part_bare, NO_BUILDING)
     edges = height_steps(truth.dsm_bare, truth.grid.cell) & maximum_filter(built, 3)
     near = _distance_px(edges) * truth.grid.cell <= rim_m
     hard = (truth.part != NO_PART) & ~np.isin(truth.part, PASSING_PARTS)
@@ -121,7 +123,7 @@ def _distance_px(cells: BoolArray) -> FloatArray:
 
 def town_truth(town: Town) -> dict[str, list[Record]]:
     """Layers of geometry (world) with properties that any vector format takes."""
-    return {
+    layers: dict[str, list[Record]] = {
         "units": [(u.wall_outline, _unit_properties(town, u.index)) for u in town.units],
         "wall_outlines": [(u.wall_outline, {"unit": u.id, "block": u.block}) for u in town.units],
         "roof_outlines": [(u.roof_outline, {"unit": u.id, "block": u.block}) for u in town.units],
@@ -133,6 +135,10 @@ def town_truth(town: Town) -> dict[str, list[Record]]:
         "trees": _trees(town),
         "cars": [(p, {"height_m": 1.45}) for p in town.cars.polygons()],
     }
+    if town.bridge is not None:
+        layers["water"] = [(town.terrain.water_polygon(town.bounds), {"height_m": town.terrain.river[3]})]
+        layers["bridges"] = [(town.bridge.polygon, {"width_m": DECK_WIDTH_M})]
+    return layers
 
 
 def _unit_properties(town: Town, index: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.polygon import orient
 
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds
 from cityflow.synthetic import roofs
 from cityflow.synthetic.roofs import MAIN, Placement, TruthFace
@@ -20,8 +20,10 @@ from cityflow.synthetic.town_drafts import GapDraft, Style, UnitDraft
 from cityflow.synthetic.town_layout import PlacedBlock, StreetNet
 from cityflow.synthetic.town_shapes import Volume, moved
 
-MAX_FALL_M = 4.0
-"""Terrain under one unit falls no more than this."""
+MAX_FALL_M, HILL_FALL_M = 4.0, 8.0
+"""Terrain under one unit falls no more than this, and where houses are cut into terraces."""
+LEAST_EAVE_M = 1.0
+"""In terraces, no corner of a roof is nearer to the ground."""
 LEVEL_ROW_FALL_M = 1.5
 TIE_M = 1e-5
 
@@ -112,10 +114,14 @@ def build_units(
 ) -> tuple[tuple[Unit, ...], tuple[Gap, ...]]:
     """All units that the terrain and the bounds allow, and the gaps between those that remain."""
     sites = [_site(d, b, k) for b in blocks for k, d in enumerate(b.draft.units)]
-    z_low, z_mean, z_high = _heights([s.walls for s in sites], net, terrain)
-    inside = _inside([s.roof for s in sites], net, bounds)
-    kept = [int(k) for k in np.flatnonzero(inside & (z_high - z_low <= MAX_FALL_M))]
+    z_low, z_mean, z_high, free = _heights([s.walls for s in sites], net, terrain)
+    allowed = _inside([s.roof for s in sites], net, bounds) & free
+    allowed &= z_high - z_low <= (HILL_FALL_M if terrain.terraces else MAX_FALL_M)
+    kept = [int(k) for k in np.flatnonzero(allowed)]
     base = _bases([sites[k] for k in kept], z_mean[kept], z_low[kept], z_high[kept])
+    if terrain.terraces:
+        bare = [not _buried(sites[k], b, net, terrain) for k, b in zip(kept, base, strict=True)]
+        kept, base = [k for k, b in zip(kept, bare, strict=True) if b], base[bare]
     walls = _tied([sites[k].walls for k in kept])
     place = {(id(sites[k].block), sites[k].number): n for n, k in enumerate(kept)}
     units = []
@@ -147,14 +153,24 @@ def _one(shape: shapely.Geometry) -> Polygon:
 
 def _heights(
     polygons: Sequence[Polygon], net: StreetNet, terrain: Terrain
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Lowest, mean and highest terrain height along each outline."""
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Lowest, mean and highest terrain height along each outline, and whether one may build there."""
     dense = shapely.segmentize(shapely.get_exterior_ring(np.array(polygons, dtype=object)), 2.0)
     uv, owner = shapely.get_coordinates(dense, return_index=True)
-    z = terrain.z(*net.to_world(uv[:, 0], uv[:, 1]))
+    xy = net.to_world(uv[:, 0], uv[:, 1])
+    z, free = terrain.z(*xy), terrain.is_buildable(*xy)
     first = np.searchsorted(owner, np.arange(len(polygons)))
     count = np.diff(np.r_[first, len(owner)])
-    return np.minimum.reduceat(z, first), np.add.reduceat(z, first) / count, np.maximum.reduceat(z, first)
+    mean = np.add.reduceat(z, first) / count
+    return np.minimum.reduceat(z, first), mean, np.maximum.reduceat(z, first), np.logical_and.reduceat(free, first)
+
+
+def _buried(site: _Site, base_m: float, net: StreetNet, terrain: Terrain) -> bool:
+    """Whether the ground comes nearer than `LEAST_EAVE_M` to a corner of the roof."""
+    faces = [(np.array(f.ring), f) for v in site.draft.volumes for f in v.faces]
+    uv = np.concatenate([ring for ring, _ in faces])
+    roof = np.concatenate([base_m + ring @ (f.slope_u, f.slope_v) + f.height for ring, f in faces])
+    return bool((roof < terrain.z(*net.to_world(*uv.T)) + LEAST_EAVE_M).any())
 
 
 def _inside(polygons: Sequence[Polygon], net: StreetNet, bounds: Bounds) -> IntArray:

@@ -105,10 +105,8 @@ class SynthParameters(Parameters):
         """What is flown, with true poses."""
         if self.flight is None:
             return ()
-        town = self.whole_town
-        bounds = (town.origin_x, town.origin_y, town.origin_x + town.width_m, town.origin_y + town.height_m)
         x, y = (self.area[0] + self.area[2]) / 2, (self.area[1] + self.area[3]) / 2
-        ground = float(town_terrain(self.seed, bounds, town.relief).z(np.array([x]), np.array([y]))[0])
+        ground = float(town_terrain(self.seed, self.whole_town).z(np.array([x]), np.array([y]))[0])
         return plan_flight(self.area, round(ground, 1), self.flight)
 
 
