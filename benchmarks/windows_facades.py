@@ -31,7 +31,7 @@ from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors
 from scenes.hard_facades import HARD, draw_hard_facade
 from scenes.hard_walls import WINDOWLESS
-from windows_town import WHOLE, as_texture, judged_facade, said, sheet, shown, windows_of
+from windows_town import WHOLE, as_texture, figures_of, judged_facade, sheet, shown, windows_of
 
 EVERY = (*STYLES, "blank", "glass", *HARD, *WINDOWLESS)
 DECILES = np.linspace(0.5, 1.0, 6)
@@ -68,10 +68,14 @@ def table(asked: argparse.Namespace) -> None:
                 pictures.append(shown(patch, found, facade.cell_m, (0.0, facade.size_m[1])))
         whole = total(counts)
         wrong = round(100 * (whole.found - whole.right) / area, 2)
-        print(json.dumps({"style": style, **said(whole), "wrong a 100 m2": wrong, "facades": len(counts)}), flush=True)
+        print(
+            json.dumps({"style": style, **figures_of(whole), "wrong a 100 m2": wrong, "facades": len(counts)}),
+            flush=True,
+        )
         everything += counts
     figures = {"storeys right": round(float(np.mean(storeys)), 3) if storeys else None, "said": len(storeys)}
-    print(json.dumps({"style": "all", **said(total(everything)), **figures, "seconds a façade, median": round(float(np.median(seconds)), 3)}))  # fmt: skip
+    figures |= {"seconds a façade, median": round(float(np.median(seconds)), 3)}
+    print(json.dumps({"style": "all", **figures_of(total(everything)), **figures}))
     calibration(np.concatenate(trust))
     sheet(pictures, asked.picture)
 

@@ -62,7 +62,7 @@ def judged_facade(drawn: DrawnFacade, found: FaceOpenings) -> WindowCounts:
     return compare_windows(windows_of(found), drawn.openings[of][:, [0, 2, 1, 3]], drawn.visible[of] >= WHOLE)
 
 
-def said(c: WindowCounts) -> dict[str, float]:
+def figures_of(c: WindowCounts) -> dict[str, float]:
     return {
         "precision": round(c.precision, 3), "recall": round(c.recall, 3), "found": c.found, "true": c.true,
         "mean IoU": round(c.iou / c.right, 3) if c.right else 0.0,
@@ -99,7 +99,7 @@ def run_table(run: Path, survey: Path | None, picture: Path | None) -> None:
                 pictures.append(shown(patch, found, cell, (s_min, t_max)))
     known = [r for r in ratios if r is not None]
     print(json.dumps({
-        "units": len(seconds), **(said(total(counts)) if truth is not None else {}), "seconds a unit, median": round(float(np.median(seconds)), 3),
+        "units": len(seconds), **(figures_of(total(counts)) if truth is not None else {}), "seconds a unit, median": round(float(np.median(seconds)), 3),
         "most": round(max(seconds), 2), "windows to walls, median": round(float(np.median(known)), 3) if known else None,
         "storeys": {str(k): storeys.count(k) for k in sorted(set(storeys), key=str)},
     }))  # fmt: skip

@@ -26,7 +26,7 @@ def split_evidence(
     terrain: tuple[Grid, FloatArray],
     inner_edges: tuple[OutlineEdge, ...] = (),
 ) -> SplitEvidence:
-    """Rasters of every frame over an outline and `MARGIN_M` around it, from the lowest terrain to the highest surface.
+    """Rasters of every local frame over an outline and `MARGIN_M` around it, from the lowest terrain to the highest surface.
 
     Parameters
     ----------

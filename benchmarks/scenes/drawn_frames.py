@@ -61,7 +61,7 @@ NADIR_NOISE = HeightNoise(
 class DrawnParameters(Parameters):
     """Which look directions are drawn, how fine, and how badly."""
 
-    oblique_cell_m: float = Field(0.12, ge=0.02, le=1, description="cells of the tilted frames, metres")
+    oblique_cell_m: float = Field(0.12, ge=0.02, le=1, description="cells of the tilted local frames, metres")
     tilt_deg: float = Field(45.0, gt=10, lt=80, description="of the tilted views, from straight down, degrees")
     heading_deg: float = Field(
         20.0, ge=-45, le=45, description="the tilted views look this much clockwise of the compass points, degrees"
@@ -76,7 +76,7 @@ class DrawnParameters(Parameters):
         5.0,
         ge=0,
         le=30,
-        description="images look this far off the frame's direction (standard deviation), degrees: wrong heights shift the ortho",
+        description="images look this far off the local frame's direction (standard deviation), degrees: wrong heights shift the ortho",
     )
     render: RenderParameters = Field(
         RenderParameters(ambient=AmbientParameters(rays=8)), description="light and sensor"
@@ -85,12 +85,12 @@ class DrawnParameters(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class DrawnFrame:
-    """A frame's rasters with what is true of its cells.
+    """A local frame's rasters with what is true of its cells.
 
     Attributes
     ----------
     rasters : what matching would leave
-    true_height : (rows, cols) float64, frame metres
+    true_height : (rows, cols) float64, local frame metres
     triangle : (rows, cols) int64 of the mesh that it was drawn from, -1 for none
     kind : (rows, cols) uint8, `FLAT`, `UPRIGHT` or `LEAVES`
     """
@@ -158,7 +158,7 @@ def _drawn(
     drawing: tuple[float, int],
     p: DrawnParameters,
 ) -> DrawnFrame:
-    """One frame of a scene, which is given once more without trees."""
+    """One local frame of a scene, which is given once more without trees."""
     (scene, bare), (cell, seed) = scenes, drawing
     heights = float(scene.mesh.vertices[:, 2].min()), float(scene.mesh.vertices[:, 2].max())
     grid = grid_over_area(frame, areas[1], heights, cell)
@@ -189,7 +189,7 @@ def _cut(drawn: DrawnFrame, grid: Grid) -> DrawnFrame:
 
 
 def cut_rasters(rasters: FrameRasters, grid: Grid) -> FrameRasters:
-    """The part of a frame's rasters over a smaller grid of the same lattice."""
+    """The part of a local frame's rasters over a smaller grid of the same lattice."""
     rows, cols = rasters.grid.slices(grid)
     ortho = None if rasters.ortho is None else rasters.ortho[:, rows, cols].copy()
     seen = None if rasters.seen is None else rasters.seen[rows, cols].copy()

@@ -31,7 +31,7 @@ class HeightNoise(Parameters):
     """How much worse than the truth a matched surface is. What is given in GSD counts in cells of the frame."""
 
     level_gsd: float = Field(0.35, ge=0, le=10, description="noise of heights on roofs and ground (NMAD), GSD")
-    facade_gsd: float = Field(1.1, ge=0, le=10, description="noise across façades in tilted frames (NMAD), GSD")
+    facade_gsd: float = Field(1.1, ge=0, le=10, description="noise across façades in tilted local frames (NMAD), GSD")
     fine_cells: float = Field(1.2, ge=0, le=20, description="Gaussian that the finer noise is smoothed with, cells")
     coarse_cells: float = Field(6.0, ge=0, le=50, description="Gaussian that the coarser noise is smoothed with, cells")
     coarse_share: float = Field(0.7, ge=0, le=1, description="share of the noise's variance that is coarse")
@@ -53,12 +53,12 @@ class HeightNoise(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class TrueView:
-    """What is true of a frame's cells, (rows, cols) each.
+    """What is true of a local frame's cells, (rows, cols) each.
 
     Attributes
     ----------
-    grid : of the frame
-    height : float64, frame metres; NaN where there is nothing;  behind : the same without trees
+    grid : of the local frame
+    height : float64, local frame metres; NaN where there is nothing;  behind : the same without trees
     kind : uint8, `FLAT`, `UPRIGHT` or `LEAVES`
     dark : bool, in shadow;  contrast : float32, standard deviation of grey values around
     """

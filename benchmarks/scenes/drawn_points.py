@@ -1,4 +1,4 @@
-"""The cells of drawn frames as points in the world, as matching leaves them."""
+"""The cells of drawn local frames as points in the world, as matching leaves them."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ MOST_VIEWS = 4
 
 
 def drawn_wall_points(frames: Sequence[FrameRasters], seed: int = 0, bounds: Bounds | None = None) -> ImagePoints:
-    """All cells with a height, frame by frame, over `bounds` of the world where they are given.
+    """All cells with a height, local frame by local frame, over `bounds` of the world where they are given.
 
-    Each frame counts as one base image that stands 3 km away against its viewing direction.
+    Each local frame counts as one reference image that stands 3 km away against its viewing direction.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def drawn_surface(town: Town, nadir: DrawnFrame, factor: int = 5, recall: float 
 
     Parameters
     ----------
-    factor : fine cells along the edge of a coarse one; the frame's grid must lie on that lattice
+    factor : fine cells along the edge of a coarse one; the local frame's grid must lie on that lattice
     recall : share of high foliage that is recognised
     """
     fine, origin = nadir.rasters.grid, nadir.rasters.frame.origin

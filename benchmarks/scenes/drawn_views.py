@@ -1,4 +1,4 @@
-"""A town as an orthographic camera would see it: parallel rays, one light, heights in the frame of the view."""
+"""A town as an orthographic camera would see it: parallel rays, one light, heights in the local frame of the view."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ParallelView:
     Attributes
     ----------
     light : (rows, cols, bands) float32, 1 for white in the sun
-    height : float64, frame metres towards the observer; NaN where nothing of the area is seen
+    height : float64, local frame metres towards the observer; NaN where nothing of the area is seen
     triangle : int64, of the scene's mesh; -1 with it
     lit : bool, whether the sun reaches the place
     """
@@ -48,7 +48,7 @@ class ParallelView:
 def parallel_view(
     scene: Scene, frame: LocalFrame, grid: Grid, area: Bounds, parameters: RenderParameters
 ) -> ParallelView:
-    """Look along -z of a frame at what stands over `area` (world metres); the rest stays empty.
+    """Look along -z of a local frame at what stands over `area` (world metres); the rest stays empty.
 
     The `parameters` give sun, sky and sampling; lens and sensor play no part.
     """
@@ -62,7 +62,7 @@ def parallel_view(
 
 
 def parallel_heights(scene: Scene, frame: LocalFrame, grid: Grid) -> FloatArray:
-    """(rows, cols) frame heights of what parallel rays meet first; NaN where there is nothing."""
+    """(rows, cols) local frame heights of what parallel rays meet first; NaN where there is nothing."""
     top = float(frame.from_world(scene.mesh.vertices)[:, 2].max()) + ABOVE_M
     out = np.empty(grid.shape)
     for rows in _chunks(grid):
@@ -74,7 +74,7 @@ def parallel_heights(scene: Scene, frame: LocalFrame, grid: Grid) -> FloatArray:
 
 
 def grid_over_area(frame: LocalFrame, area: Bounds, heights: tuple[float, float], cell_m: float) -> Grid:
-    """The frame's grid over all that stands over `area` between two world heights, metres."""
+    """The local frame's grid over all that stands over `area` between two world heights, metres."""
     x, y, z = np.meshgrid([area[0], area[2]], [area[1], area[3]], heights)
     corners = frame.from_world(np.column_stack([x.ravel(), y.ravel(), z.ravel()]))
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -82,7 +82,7 @@ def grid_over_area(frame: LocalFrame, area: Bounds, heights: tuple[float, float]
 
 
 def grid_over_shape(frame: LocalFrame, shape: shapely.Geometry, heights: tuple[float, float], cell_m: float) -> Grid:
-    """The frame's grid over all that stands over `shape` (plan, world) between two world heights, metres."""
+    """The local frame's grid over all that stands over `shape` (plan, world) between two world heights, metres."""
     xy = shapely.get_coordinates(shape)
     corners = frame.from_world(np.concatenate([np.column_stack([xy, np.full(len(xy), h)]) for h in heights]))
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -90,7 +90,7 @@ def grid_over_shape(frame: LocalFrame, shape: shapely.Geometry, heights: tuple[f
 
 
 class _Eye:
-    """Rays of one frame into one scene."""
+    """Rays of one local frame into one scene."""
 
     def __init__(self, scene: Scene, frame: LocalFrame, grid: Grid, area: Bounds, parameters: RenderParameters) -> None:
         self.scene, self.frame, self.grid, self.area, self.p = scene, frame, grid, area, parameters

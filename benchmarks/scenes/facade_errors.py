@@ -27,7 +27,7 @@ class ImageErrors:
     exposure, gamma : factor and exponent on values of 0 to 1
     trees : crowns that stand before the wall
     shadow : whether a neighbour's shadow falls on it
-    hidden_m : height of what is interpolated at its foot
+    hidden_m : height of what is interpolated at the wall base
     jpeg : quality of the compression, 0 for none
     wave_px, turn_deg : rectification that is off: displacements that change along the wall, and a rotation; openings move with what is seen of them
     """
@@ -74,7 +74,7 @@ def smooth_noise(rows: int, cols: int, size_m: float, rng: np.random.Generator) 
 
 
 def crowns_before(shape: tuple[int, int], count: int, rng: np.random.Generator) -> BoolArray:
-    """Trees before the wall: discs with ragged rims that stand on its foot."""
+    """Trees before the wall: discs with ragged rims that stand at the wall base."""
     out = np.zeros(shape, bool)
     y, x = np.mgrid[: shape[0], : shape[1]] * FINE_M
     for _ in range(count):

@@ -91,7 +91,7 @@ def test_heights_of_unknown_datum_are_left_and_said_to_be() -> None:
     globe = _globe("EPSG:28992")
     assert globe.geodetic(np.array([[85000.0, 447500.0, 12.5]]))[0, 2] == 12.5
     assert not globe.placing.is_shifted
-    said = globe.placing.said()
+    said = globe.placing.as_metadata()
     assert "left out" in str(said["geoid"])
     assert "height_accuracy_m" not in said
     assert said["vertical_datum"] == "not stated"

@@ -66,7 +66,7 @@ def test_a_house_with_a_step_and_a_bay(seed: int) -> None:
         assert wall.sigma_m < 0.1
         assert wall.seen > 0.8
         assert wall.ground_z == 0.5
-        assert abs(wall.foot_m) < 0.6
+        assert abs(wall.base_m) < 0.6
         assert 6.0 < wall.z_high < 7.2
     assert len(lines) >= 9
 
@@ -123,7 +123,7 @@ def test_a_wall_behind_a_tree_goes_on_where_it_shows() -> None:
 def test_a_wall_above_a_lower_roof_knows_its_foot() -> None:
     rng = np.random.default_rng(7)
     (wall,) = lines_of([facade(rng, np.array([0.0, 0.0]), np.array([8.0, 0.0]), (4.5, 8.5))])
-    assert 3.7 < wall.foot_m < 4.5
+    assert 3.7 < wall.base_m < 4.5
 
 
 def test_low_things_are_no_walls() -> None:

@@ -170,7 +170,7 @@ def test_a_corner_beside_an_old_vertex_is_that_vertex() -> None:
 
 
 def facade_points(lean_m: float, scatter_m: float) -> WallPoints:
-    """Points of images on a façade 0.5 m inside the south edge, which leans by so much from foot to top."""
+    """Points of images on a façade 0.5 m inside the south edge, which leans by so much from base to top."""
     rng = np.random.default_rng(6)
     z = rng.uniform(0.5, 5.5, 600)
     y = 0.5 + lean_m * (z / 5.5 - 0.5) + rng.normal(0, scatter_m, 600)

@@ -11,7 +11,7 @@ from cityflow.splitting.cut_chords import line_at, off_corners
 from cityflow.splitting.cut_places import edge_position
 from cityflow.splitting.cuts import maxima
 from cityflow.splitting.running_median import block_medians, windowed_medians
-from cityflow.splitting.skeleton import axis_pieces
+from cityflow.splitting.skeleton import axis_strips
 
 
 @pytest.mark.parametrize("true", [5.0, 5.03, 5.08, 4.91])
@@ -47,8 +47,8 @@ def test_maximum_of_a_plateau_is_its_middle() -> None:
 
 def test_line_runs_through_a_jog_of_the_outline() -> None:
     outline = Polygon([(0, 0), (12, 0), (12, 1), (30, 1), (30, 10), (0, 10)])
-    piece = axis_pieces(outline, (0.0, 90.0), 0.16, 4.5)[0]
-    line = line_at(piece, outline, float(piece.to_uv(np.array([12.1, 5.0]))[0]))
+    strip = axis_strips(outline, (0.0, 90.0), 0.16, 4.5)[0]
+    line = line_at(strip, outline, float(strip.to_uv(np.array([12.1, 5.0]))[0]))
     assert line is not None
     ends = shapely.get_coordinates(line)
     assert np.allclose(sorted(ends[:, 0]), [12, 12], atol=1e-6)
@@ -58,9 +58,9 @@ def test_line_runs_through_a_jog_of_the_outline() -> None:
 
 def test_line_at_a_corner_of_a_ring_ends_at_the_courtyard() -> None:
     ring = box(0, 0, 60, 50).difference(box(11, 11, 49, 39))
-    piece = next(p for p in axis_pieces(ring, (0.0, 90.0), 0.16, 4.5) if p.aspect_deg < 1 and p.low.mean() < 5)
-    u = float(piece.to_uv(np.array([10.9, 5.0]))[0])
-    line = line_at(piece, ring, u)
+    strip = next(p for p in axis_strips(ring, (0.0, 90.0), 0.16, 4.5) if p.aspect_deg < 1 and p.low.mean() < 5)
+    u = float(strip.to_uv(np.array([10.9, 5.0]))[0])
+    line = line_at(strip, ring, u)
     assert line is not None
     assert line.length == pytest.approx(11, abs=0.01)
     assert line.distance(shapely.Point(11, 11)) == pytest.approx(0, abs=1e-6)

@@ -7,7 +7,7 @@ import pytest
 
 from cityflow.core.arrays import Float32Array
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
-from cityflow.splitting.strip_images import RoofStrip
+from cityflow.splitting.strip_rasters import RoofRaster
 
 CELL_M, DEPTH_M, LENGTH_M = 0.08, 9.0, 30.0
 
@@ -21,7 +21,7 @@ def _roof() -> tuple[Float32Array, np.ndarray, np.ndarray]:
 
 def _found(height: Float32Array, u: np.ndarray, v: np.ndarray) -> list[GapStrip]:
     nothing = np.empty((*height.shape, 0), np.float32)
-    return find_gaps(RoofStrip(u, v, height, nothing, nothing, np.ones(height.shape, bool)), 0.0, DEPTH_M)
+    return find_gaps(RoofRaster(u, v, height, nothing, nothing, np.ones(height.shape, bool)), 0.0, DEPTH_M)
 
 
 def _in_gap(u: np.ndarray) -> np.ndarray:

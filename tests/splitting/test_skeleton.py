@@ -1,4 +1,4 @@
-"""Axis pieces of outlines whose strips one can count by hand."""
+"""Axis strips of outlines whose strips one can count by hand."""
 
 from __future__ import annotations
 
@@ -6,42 +6,42 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon, affinity, box
 
-from cityflow.splitting.skeleton import AxisPiece, axis_pieces, is_round, uv_mask
+from cityflow.splitting.skeleton import AxisStrip, axis_strips, is_round, uv_mask
 
 STEP_M, SHORTEST_M = 0.16, 4.5
 
 
-def _pieces(outline: Polygon, *aspects: float) -> tuple[AxisPiece, ...]:
-    return axis_pieces(outline, aspects, STEP_M, SHORTEST_M)
+def _pieces(outline: Polygon, *aspects: float) -> tuple[AxisStrip, ...]:
+    return axis_strips(outline, aspects, STEP_M, SHORTEST_M)
 
 
 def test_row_with_annexe_is_one_strip() -> None:
     row = affinity.rotate(box(0, 0, 40, 9).union(box(3, 8, 8, 12)), 23, origin=(0, 0))
-    (piece,) = _pieces(row)
-    assert piece.length == pytest.approx(40, abs=0.4)
-    assert piece.depth == pytest.approx(9, abs=0.05)
-    assert piece.aspect_deg == pytest.approx(23, abs=0.01)
+    (strip,) = _pieces(row)
+    assert strip.length == pytest.approx(40, abs=0.4)
+    assert strip.depth == pytest.approx(9, abs=0.05)
+    assert strip.aspect_deg == pytest.approx(23, abs=0.01)
 
 
 def test_ring_has_a_strip_on_each_side() -> None:
     ring = affinity.rotate(box(0, 0, 60, 50).difference(box(11, 11, 49, 39)), 10)
-    pieces = _pieces(ring)
-    assert sorted(round(p.length) for p in pieces) == [28, 28, 38, 38]
-    assert all(p.depth == pytest.approx(11, abs=0.05) for p in pieces)
+    strips = _pieces(ring)
+    assert sorted(round(p.length) for p in strips) == [28, 28, 38, 38]
+    assert all(p.depth == pytest.approx(11, abs=0.05) for p in strips)
 
 
 def test_wings_of_an_l() -> None:
-    pieces = _pieces(box(0, 0, 30, 9).union(box(0, 0, 9, 25)))
-    assert sorted((round(p.length), round(p.aspect_deg)) for p in pieces) == [(16, 90), (21, 0)]
+    strips = _pieces(box(0, 0, 30, 9).union(box(0, 0, 9, 25)))
+    assert sorted((round(p.length), round(p.aspect_deg)) for p in strips) == [(16, 90), (21, 0)]
 
 
 def test_curved_row_is_a_chain_of_strips_across_it() -> None:
     angle = np.pi / 2 + np.linspace(-1, 1, 19)
     spoke = np.column_stack([np.cos(angle), np.sin(angle)])
-    pieces = _pieces(Polygon(np.concatenate([26 * spoke, 16 * spoke[::-1]])))
-    assert len(pieces) >= 8
-    assert all(p.chain_m > 35 for p in pieces)
-    for p in pieces:
+    strips = _pieces(Polygon(np.concatenate([26 * spoke, 16 * spoke[::-1]])))
+    assert len(strips) >= 8
+    assert all(p.chain_m > 35 for p in strips)
+    for p in strips:
         k = len(p.stations) // 2
         middle = p.to_world(np.array([p.stations[k], (p.low[k] + p.high[k]) / 2]))
         # chords run through the centre of the arc, which is the origin
@@ -61,15 +61,15 @@ def test_known_aspect_replaces_the_edges_own() -> None:
 
 def test_slanting_bits_do_not_part_a_strip() -> None:
     row = Polygon([(0, 0), (18, 0), (19.5, 1.2), (40, 1.2), (40, 10), (0, 10)])
-    piece = _pieces(row, 0.0, 90.0)[0]
-    assert piece.length == pytest.approx(40, abs=0.4)
+    strip = _pieces(row, 0.0, 90.0)[0]
+    assert strip.length == pytest.approx(40, abs=0.4)
 
 
 def test_thousands_of_vertices() -> None:
     x = np.linspace(0, 40, 3000)
     front = np.column_stack([x, np.random.default_rng(0).normal(0, 0.03, len(x))])
-    (piece,) = _pieces(Polygon(np.concatenate([front, [(40, 9), (0, 9)]])))
-    assert piece.length == pytest.approx(40, abs=0.5)
+    (strip,) = _pieces(Polygon(np.concatenate([front, [(40, 9), (0, 9)]])))
+    assert strip.length == pytest.approx(40, abs=0.5)
 
 
 def test_circles_have_no_axis() -> None:
@@ -79,14 +79,14 @@ def test_circles_have_no_axis() -> None:
 
 
 def test_there_and_back() -> None:
-    piece = _pieces(affinity.rotate(box(0, 0, 40, 9), 23, origin=(0, 0)))[0]
+    strip = _pieces(affinity.rotate(box(0, 0, 40, 9), 23, origin=(0, 0)))[0]
     xy = np.array([[3.0, 4.0], [-5.0, 8.0]])
-    assert np.allclose(piece.to_world(piece.to_uv(xy)), xy)
+    assert np.allclose(strip.to_world(strip.to_uv(xy)), xy)
 
 
 def test_mask_has_the_outline_s_area() -> None:
     outline = affinity.rotate(box(0, 0, 40, 9).difference(box(10, 3, 14, 6)), 23, origin=(0, 0))
-    piece = _pieces(outline)[0]
-    corners = piece.to_uv(np.array(outline.exterior.coords))
+    strip = _pieces(outline)[0]
+    corners = strip.to_uv(np.array(outline.exterior.coords))
     u, v = (np.arange(corners[:, k].min() - 1, corners[:, k].max() + 1, 0.1) for k in (0, 1))
-    assert uv_mask(piece, outline, u, v).sum() * 0.01 == pytest.approx(outline.area, rel=0.03)
+    assert uv_mask(strip, outline, u, v).sum() * 0.01 == pytest.approx(outline.area, rel=0.03)

@@ -8,7 +8,7 @@ from shapely import box
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import ORTHO, Segments
-from cityflow.splitting.skeleton import AxisPiece, axis_pieces
+from cityflow.splitting.skeleton import AxisStrip, axis_strips
 from cityflow.splitting.slices import SliceEvidence, points_on_segments, slice_evidence
 
 EAVES_M, GROUND_M = 8.0, 2.0
@@ -20,15 +20,15 @@ def _segments(*ends: tuple[tuple[float, float, float], tuple[float, float, float
     return Segments(start, end, np.zeros(n, np.int64), np.full(n, ORTHO, np.uint8), np.ones(n, np.float32), ("nadir",))
 
 
-def _piece() -> AxisPiece:
-    return axis_pieces(box(0, 0, 30, 10), (0.0, 90.0), 0.16, 4.5)[0]
+def _piece() -> AxisStrip:
+    return axis_strips(box(0, 0, 30, 10), (0.0, 90.0), 0.16, 4.5)[0]
 
 
 def _evidence(segments: Segments) -> tuple[FloatArray, SliceEvidence]:
-    piece = _piece()
-    heights = np.full(len(piece.stations), EAVES_M)
-    found = slice_evidence(piece, points_on_segments(segments, 0.08), (heights, heights), GROUND_M)
-    return piece.stations, found
+    strip = _piece()
+    heights = np.full(len(strip.stations), EAVES_M)
+    found = slice_evidence(strip, points_on_segments(segments, 0.08), (heights, heights), GROUND_M)
+    return strip.stations, found
 
 
 def test_points_are_evenly_spaced_and_know_their_segment() -> None:

@@ -47,7 +47,7 @@ GIVEN = unit_evidence.EvidenceInputs(
 def seen_by(store: Store, house: shapely.Polygon, images: bool) -> Evidence:
     fine, city = (FINE, COARSE) if images else (COARSE, COARSE)
     surfaces = Surfaces(city, OVERVIEW if images else ZARR, fine)
-    return unit_evidence.gather(store, replace(GIVEN, surfaces=surfaces, own_orthos=images), Outline("u", house))
+    return unit_evidence.read_evidence(store, replace(GIVEN, surfaces=surfaces, own_orthos=images), Outline("u", house))
 
 
 @pytest.mark.parametrize(("images", "groups"), [(False, 1), (True, 2)])

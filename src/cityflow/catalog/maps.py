@@ -80,7 +80,7 @@ def _footprints(path: Path, reference: Reference, found: Preflight) -> Path:
 
 def _page(catalog: Catalog, found: Preflight) -> str:
     rows = "".join(f"<tr><th>{html.escape(k)}<td>{html.escape(v)}" for k, v in found.summary.items())
-    said = "".join(f"<li>{html.escape(str(f))}" for f in found.findings)
+    findings = "".join(f"<li>{html.escape(str(f))}" for f in found.findings)
     figures = "".join(_figure(title, note, values) for title, note, values in _pictures(found.maps))
     style = (
         "body{font:15px/1.5 sans-serif;margin:2em;max-width:75em}figure{display:inline-block;margin:0 1.5em 1.5em 0;vertical-align:top}"
@@ -88,7 +88,7 @@ def _page(catalog: Catalog, found: Preflight) -> str:
     )
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(catalog.title)}: flight</title><style>{style}</style>'
-        f"<h1>{html.escape(catalog.title)}: what the flight sees</h1><table>{rows}</table><h2>Findings</h2><ul>{said or '<li>none'}</ul>"
+        f"<h1>{html.escape(catalog.title)}: what the flight sees</h1><table>{rows}</table><h2>Findings</h2><ul>{findings or '<li>none'}</ul>"
         f"<h2>Maps</h2><p>Heights are one level, so what hides behind houses is not in these maps. Grey: nothing seen. North is up; "
         f"{found.maps.grid.cols} × {found.maps.grid.rows} cells of {found.maps.grid.cell:g} m.</p>{figures}</html>\n"
     )

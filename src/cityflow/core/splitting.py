@@ -25,9 +25,9 @@ class FrameRasters:
 
     Attributes
     ----------
-    frame : how the frame is turned against the world; the nadir one has the identity
-    grid : over frame coordinates x, y; metres
-    dsm : (rows, cols) float32, heights in the frame (towards the cameras), metres; NaN where nothing is known
+    frame : how the local frame is turned against the world; the nadir one has the identity
+    grid : over local frame coordinates x, y; metres
+    dsm : (rows, cols) float32, heights in the local frame (towards the cameras), metres; NaN where nothing is known
     ortho : (bands, rows, cols) uint8 or uint16, or None where there are no pictures
     seen : (rows, cols) bool, cells that the ortho shows; None with it
     """

@@ -56,7 +56,7 @@ class FacePlane:
         return self.origin + st[..., :1] * self.right + st[..., 1:2] * self.up
 
     def on_plane(self, xyz: FloatArray) -> FloatArray:
-        """(N, 3) world metres → (N, 2) s, t of their feet on the plane."""
+        """(N, 3) world metres → (N, 2) s, t of their projections onto the plane."""
         local = np.asarray(xyz, np.float64) - self.origin
         return np.stack([local @ self.right, local @ self.up], axis=-1)
 

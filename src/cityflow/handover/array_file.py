@@ -1,4 +1,4 @@
-"""Named arrays with a few words about them as one file: what tasks hand to each other. Blosc blocks behind a JSON header."""
+"""Named arrays with attributes in one file, for results that later tasks read. Blosc blocks behind a JSON header."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from cityflow.errors import CityflowError
 MAGIC = b"CFARR1\n"
 
 
-def encode_arrays(arrays: Mapping[str, NDArray[Any]], said: Mapping[str, Any]) -> bytes:
-    """Arrays in the order given, `said` as JSON; the same contents give the same bytes."""
+def encode_arrays(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> bytes:
+    """Arrays in the order given, attributes as JSON; the same contents give the same bytes."""
     blosc.use_threads = False
-    header: dict[str, Any] = {"said": dict(said), "arrays": {}}
+    header: dict[str, Any] = {"said": dict(attributes), "arrays": {}}
     blocks = []
     for name, array in arrays.items():
         stored = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
@@ -32,7 +32,7 @@ def encode_arrays(arrays: Mapping[str, NDArray[Any]], said: Mapping[str, Any]) -
 
 
 def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Writable arrays by name, and what was said of them.
+    """Writable arrays by name, and their attributes.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.flow.store import Store
 from cityflow.geometry.validity import check_polyhedron
-from cityflow.handover.pieces import read_surface
+from cityflow.handover.cached_reads import read_surface
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.attributes import with_source
 from cityflow.reconstruction.extruded import extrude

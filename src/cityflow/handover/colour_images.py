@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from cityflow.core.colour_image import ColourImage
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
+from cityflow.handover.cached_reads import open_pixels
 from cityflow.handover.field_types import OrientedField
-from cityflow.handover.pieces import open_pixels
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,8 +29,8 @@ def decode_depth_map(data: bytes) -> DepthMap:
     CityflowError
         These are other bytes.
     """
-    layers, said = decode_arrays(data)
+    layers, attributes = decode_arrays(data)
     return DepthMap(
-        said["image"], int(said["row"]), int(said["col"]), layers["depth"], layers["sigma"].astype(np.float32),
+        attributes["image"], int(attributes["row"]), int(attributes["col"]), layers["depth"], layers["sigma"].astype(np.float32),
         layers["views"], layers["colour"],
     )  # fmt: skip

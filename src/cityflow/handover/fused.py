@@ -18,16 +18,16 @@ UNMATCHED = "without the depths of {}"
 def encode_fused(tile: FusedTile) -> bytes:
     """What `read_fused` reads."""
     grid, surface = tile.grid, tile.surface
-    said = {"x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "factor": tile.factor}
+    attributes = {"x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "factor": tile.factor}
     arrays: dict[str, NDArray[Any]] = {
         "dsm": surface.dsm, "count": surface.count, "sigma": surface.sigma, "filled": tile.filled, "colour": tile.colour,
     }  # fmt: skip
-    return encode_arrays(arrays, said)
+    return encode_arrays(arrays, attributes)
 
 
 def read_fused(store: Store, path: str) -> FusedTile:
     """What a fuse task wrote."""
-    arrays, said = decode_arrays(store.read_bytes(path))
-    grid = Grid(said["x_min"], said["y_max"], said["cell"], *arrays["dsm"].shape)
+    arrays, attributes = decode_arrays(store.read_bytes(path))
+    grid = Grid(attributes["x_min"], attributes["y_max"], attributes["cell"], *arrays["dsm"].shape)
     surface = Fused(grid, arrays["dsm"], arrays["count"], arrays["sigma"])
-    return FusedTile(surface, arrays["filled"], said["factor"], arrays["colour"])
+    return FusedTile(surface, arrays["filled"], attributes["factor"], arrays["colour"])

@@ -18,7 +18,7 @@ from cityflow.core.points import (
     WATER,
 )
 from cityflow.flow.store import Store
-from cityflow.handover.pieces import read_points
+from cityflow.handover.cached_reads import read_points
 
 LOW_M = 0.5
 """Lower points are the ground's, whatever their class."""

@@ -19,7 +19,7 @@ from cityflow.core.json_values import finite
 from cityflow.flow.store import Store
 from cityflow.flow.task import Json
 from cityflow.flow.typed import TaskInputs
-from cityflow.handover.pieces import read_text
+from cityflow.handover.cached_reads import read_text
 from cityflow.outlines.noded.adjacency import party_edges
 
 

@@ -28,7 +28,7 @@ Rings = tuple[tuple[tuple[float, float, float], ...], ...]
 def encode_unit(texture: UnitTexture, rings: Mapping[FaceKey, Rings], parameters: PlacementParameters) -> bytes:
     """A unit's patches on atlases of its own, one for each set, with all that is known of them."""
     arrays: dict[str, NDArray[Any]] = {}
-    said: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         "images": list(texture.images),
         "plain": [[*key, _world(rings[key]), list(f.colour), f.reason] for key, f in sorted(texture.plain.items())],
     }
@@ -39,7 +39,7 @@ def encode_unit(texture: UnitTexture, rings: Mapping[FaceKey, Rings], parameters
             arrays[f"{name} {number} pixels"] = page.pixels
             arrays[f"{name} {number} index"] = page.index
             arrays[f"{name} {number} owner"] = page.owner
-        said[name] = {
+        attributes[name] = {
             "pages": len(pages),
             "patches": [
                 {
@@ -49,21 +49,21 @@ def encode_unit(texture: UnitTexture, rings: Mapping[FaceKey, Rings], parameters
                 for p, s in zip(patches, placement.spots, strict=True)
             ],
         }  # fmt: skip
-    return encode_arrays(arrays, said)
+    return encode_arrays(arrays, attributes)
 
 
 def decode_unit(data: bytes) -> tuple[UnitTexture, dict[FaceKey, Rings]]:
     """What `encode_unit` wrote."""
-    arrays, said = decode_arrays(data)
+    arrays, attributes = decode_arrays(data)
     rings: dict[FaceKey, Rings] = {}
     sets = []
     for name in SETS:
-        pages = [Page(*(arrays[f"{name} {n} {part}"] for part in ("pixels", "index", "owner"))) for n in range(said[name]["pages"])]  # fmt: skip
-        sets.append(tuple(_patch(n, tree, pages) for n, tree in enumerate(said[name]["patches"], start=1)))
-        rings.update({_key(tree["key"]): rings_of(tree["rings"]) for tree in said[name]["patches"]})
-    plain = {_key((shell, face)): PlainFace((c[0], c[1], c[2]), why) for shell, face, _, c, why in said["plain"]}
-    rings.update({_key((shell, face)): rings_of(world) for shell, face, world, _, _ in said["plain"]})
-    return UnitTexture(tuple(said["images"]), sets[0], sets[1], plain), rings
+        pages = [Page(*(arrays[f"{name} {n} {part}"] for part in ("pixels", "index", "owner"))) for n in range(attributes[name]["pages"])]  # fmt: skip
+        sets.append(tuple(_patch(n, tree, pages) for n, tree in enumerate(attributes[name]["patches"], start=1)))
+        rings.update({_key(tree["key"]): rings_of(tree["rings"]) for tree in attributes[name]["patches"]})
+    plain = {_key((shell, face)): PlainFace((c[0], c[1], c[2]), why) for shell, face, _, c, why in attributes["plain"]}
+    rings.update({_key((shell, face)): rings_of(world) for shell, face, world, _, _ in attributes["plain"]})
+    return UnitTexture(tuple(attributes["images"]), sets[0], sets[1], plain), rings
 
 
 def _patch(number: int, tree: Mapping[str, Any], pages: Sequence[Page]) -> Patch:

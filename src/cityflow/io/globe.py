@@ -59,7 +59,7 @@ class Placing:
     def is_shifted(self) -> bool:
         return bool(self.geoid)
 
-    def said(self) -> dict[str, str | float]:
+    def as_metadata(self) -> dict[str, str | float]:
         """For reports and metadata; unknown figures are left out."""
         figures = {
             "horizontal_accuracy_m": self.horizontal_accuracy_m, "height_accuracy_m": self.height_accuracy_m,
@@ -141,9 +141,9 @@ def globe_of(reference: Reference, bounds: Bounds) -> Globe | None:
     if reference.vertical_epsg is not None and whole is not None:
         complete = _known(_operations(whole, CRS.from_epsg(GEODETIC), area))
         if complete is not None:
-            said = f"PROJ: {complete.description}"
+            operation = f"PROJ: {complete.description}"
             placing = Placing(
-                complete.description, complete.accuracy, vertical_datum(reference), said, complete.accuracy
+                complete.description, complete.accuracy, vertical_datum(reference), operation, complete.accuracy
             )
             return Globe(complete, None, 0.0, placing)
     flat = _flat(horizontal, area)

@@ -20,7 +20,7 @@ from cityflow.core.parameters import Parameters
 COMPASS = ("north", "northeast", "east", "southeast", "south", "southwest", "west", "northwest")
 NADIR = "nadir"
 ORIGIN_STEP = 1000.0
-"""The origin of the frames is a multiple of this, metres."""
+"""The origin of the local frames is a multiple of this, metres."""
 BIN = 0.02
 """Edge of the cells in which unit vectors are gathered before cones are placed: 1.1°."""
 SETTLING_STEPS = 8
@@ -35,7 +35,7 @@ NADIR_DEG = 10.0
 class LookParameters(Parameters):
     """Which views look alike."""
 
-    least_images: int = Field(5, ge=1, description="a cluster of fewer images is not worth a frame of its own")
+    least_images: int = Field(5, ge=1, description="a cluster of fewer images is not worth a local frame of its own")
 
 
 def look_directions(images: Sequence[OrientedImage]) -> tuple[LocalFrame, ...]:
@@ -47,7 +47,7 @@ def look_directions(images: Sequence[OrientedImage]) -> tuple[LocalFrame, ...]:
 
     Returns
     -------
-    Frames, also of clusters that are not `worth_a_frame`. Names are unique. The nadir frame is upright; the others' y axis is the
+    Local frames, also of clusters that are not `worth_a_frame`. Names are unique. The nadir frame is upright; the others' y axis is the
     projection of the world's z, so that walls stand upright in a tilted ortho and x is level.
     """
     ordered = sorted(images, key=lambda image: image.name)
@@ -76,7 +76,7 @@ def worth_a_frame(frame: LocalFrame, parameters: LookParameters) -> bool:
 
 
 def looking(frame: LocalFrame) -> FloatArray:
-    """(3,) unit vector in which the frame looks, world."""
+    """(3,) unit vector in which the local frame looks, world."""
     return np.asarray(-frame.frame_from_world[2])
 
 

@@ -33,10 +33,10 @@ from cityflow.outlines.joined.combine import (
     footprints,
 )
 from cityflow.outlines.joined.combine_edges import KnownLines
-from cityflow.outlines.joined.combine_feet import known_walls
 from cityflow.outlines.joined.combine_gaps import parts_between_gaps
 from cityflow.outlines.joined.combine_lines import Roofs
 from cityflow.outlines.joined.combine_places import Places
+from cityflow.outlines.joined.combine_wall_bases import known_walls
 from cityflow.outlines.noded.noding import node_outlines
 
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]

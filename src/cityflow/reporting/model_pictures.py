@@ -67,8 +67,8 @@ def _counted(lods: Sequence[str], known: int) -> str:
         if lod != Lod.LOD22.value and (n := lods.count(lod))
     ]
     shapes = [f"{full:,} {_noun('model', full)} with roof shapes (LoD2.2)"] if full else []
-    said = " and ".join([*shapes, *simpler])
-    return said if len(lods) == known else f"Of {known:,} those around the densest spot: {said}"
+    caption = " and ".join([*shapes, *simpler])
+    return caption if len(lods) == known else f"Of {known:,} those around the densest spot: {caption}"
 
 
 def _noun(word: str, count: int) -> str:

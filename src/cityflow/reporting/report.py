@@ -214,7 +214,7 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
         globe = globe_of(run.catalog.reference, survey.lattice.grid.bounds)
     except CityflowError as error:
         return {"horizontal_operation": "nowhere", "geoid": str(error)}
-    return {} if globe is None else dict(globe.placing.said())
+    return {} if globe is None else dict(globe.placing.as_metadata())
 
 
 def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:

@@ -15,7 +15,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
-from cityflow.handover.pieces import open_pixels
+from cityflow.handover.cached_reads import open_pixels
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.survey.source import IMAGES, RASTERS, ZARR
 from cityflow.survey.survey import Survey

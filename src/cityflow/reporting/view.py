@@ -91,8 +91,8 @@ class _View:
         atlas_cell_of: dict[str, str] = {}
         for name, atlas_cell in atlas_cells.items():
             path = f"{DATA}/images/{quoted(name)}.json"
-            said = yield from self._kept_or_made(path, atlas_cell.digest, partial(self._images, atlas_cell))
-            atlas_cell_of |= dict.fromkeys(said["units"], name)
+            entry = yield from self._kept_or_made(path, atlas_cell.digest, partial(self._images, atlas_cell))
+            atlas_cell_of |= dict.fromkeys(entry["units"], name)
         tiles = yield from self._tiles()
         sets = yield from self._tilesets()
         yield from self._units(atlas_cell_of)
@@ -117,13 +117,13 @@ class _View:
         old = self.before.get(path)
         if old is not None and old["digest"] == digest and self.run.store.exists(path):
             self.kept.add(path)
-            said = old["said"]
+            entry = old["said"]
         else:
-            content, said = make()
+            content, entry = make()
             if content is not None:
                 yield path, content
-        self.made[path] = {"digest": digest, "said": said}
-        return said
+        self.made[path] = {"digest": digest, "said": entry}
+        return entry
 
     def _images(self, atlas_cell: view_images.AtlasCell) -> tuple[bytes, Json]:
         found = view_images.images_of_atlas_cell(self.run.store, atlas_cell)
@@ -135,16 +135,16 @@ class _View:
         sources = view_layers.point_sources(self.survey, self.records)
         for source in sources:
             path = f"{DATA}/points/{quoted(source.tile)}.bin"
-            said = yield from self._kept_or_made(
+            entry = yield from self._kept_or_made(
                 path, source.digest, partial(view_layers.points_of, store, source, len(sources), self.frame)
             )
-            if said["count"]:
-                found.setdefault(source.tile, {}).update(points=said, box=said["box"])
+            if entry["count"]:
+                found.setdefault(source.tile, {}).update(points=entry, box=entry["box"])
         for source in view_layers.relief_sources(self.records):
             path = f"{DATA}/dsm/{quoted(source.tile)}.bin"
-            said = yield from self._kept_or_made(path, source.digest, partial(self._relief, source.tile))
-            if said:
-                found.setdefault(source.tile, {}).update(dsm=said)
+            entry = yield from self._kept_or_made(path, source.digest, partial(self._relief, source.tile))
+            if entry:
+                found.setdefault(source.tile, {}).update(dsm=entry)
         return [{"name": name, **known} for name, known in sorted(found.items())]
 
     def _tilesets(self) -> Files:
@@ -167,7 +167,7 @@ class _View:
 
     def _relief(self, tile: str) -> tuple[bytes | None, Json]:
         relief = view_layers.relief_of(self.run.store, self.survey, tile, self.frame)
-        return (None, {}) if relief is None else (relief.heights.tobytes(), relief.said())
+        return (None, {}) if relief is None else (relief.heights.tobytes(), relief.as_json())
 
     def _units(self, atlas_cell_of: Mapping[str, str]) -> Iterator[tuple[str, bytes]]:
         pages = frozenset(self.run.store.find(REPORT_PAGES))
@@ -199,7 +199,7 @@ class _View:
             "tiles": tiles, "notes": [*self._notes()],
             "layers": {"points": bool(points), "dsm": any("dsm" in t for t in tiles), "cuts": cuts > 0, "failures": failed > 0},
             "pictures": [{"path": picture_path(n), "title": p.title} for n, p in enumerate(self.data.pictures)],
-            "missing": MISSING, "said": _said(points, cuts, failed),
+            "missing": MISSING, "said": _notes_of(points, cuts, failed),
         })  # fmt: skip
 
     def _notes(self) -> Iterator[str]:
@@ -225,7 +225,7 @@ MISSING = {
 }  # fmt: skip
 
 
-def _said(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[str, str]:
+def _notes_of(points: Sequence[Mapping[str, Json]], cuts: int, failed: int) -> dict[str, str]:
     """What stands at the foot of the page when a layer is switched on."""
     shown, whole = (sum(p[key] for p in points) for key in ("count", "of"))
     thin = f"{shown:,} of {whole:,} points, chosen at random" if shown < whole else f"All {whole:,} points"

@@ -96,9 +96,9 @@ def points_of(store: Store, source: TileSource, tiles: int, frame: PageFrame) ->
     chosen = thinned(len(xyz), _most_points(tiles))
     coloured = np.concatenate(colours)[chosen] if len(colours) == len(clouds) else None
     local = frame.local(xyz[chosen])
-    data, said = encode_points(local, coloured, classes[chosen])
+    data, entry = encode_points(local, coloured, classes[chosen])
     box = [*local[:, :2].min(axis=0), *local[:, :2].max(axis=0)] if len(local) else [0.0] * 4
-    return data, {**said, "of": len(xyz), "box": [round(float(v), 2) for v in box]}
+    return data, {**entry, "of": len(xyz), "box": [round(float(v), 2) for v in box]}
 
 
 def _cloud(data: bytes, name: str) -> tuple[FloatArray, ByteArray | None, ByteArray]:

@@ -72,26 +72,26 @@ def unit_files(
     textured = {r.unit: r for r in records.of(texture.NAME)}
     by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
     for unit in units:
-        said = _known(unit, made[unit.id], textured.get(unit.id))
+        entry = _known(unit, made[unit.id], textured.get(unit.id))
         if unit.id in atlas_cells:
-            said["leaf"] = atlas_cells[unit.id]
+            entry["leaf"] = atlas_cells[unit.id]
         if page_path(unit.id) in pages:
-            said["page"] = quote(page_path(unit.id))
-        by_tile[unit.tile or NO_TILE][unit.id] = said
+            entry["page"] = quote(page_path(unit.id))
+        by_tile[unit.tile or NO_TILE][unit.id] = entry
     for tile, known in sorted(by_tile.items()):
         yield tile, finite(known)
 
 
 def _known(unit: UnitRow, record: Record, textured: Record | None) -> dict[str, Json]:
-    said: dict[str, Json] = {
+    entry: dict[str, Json] = {
         "reason": unit.reason, "verdict_reason": unit.verdict_reason, "good_probability": _short(unit.good_probability),
         "method": unit.method, "lod": unit.lod, "planes": unit.planes, "seconds": round(unit.seconds, 3),
         "share_explained": _short(unit.share_explained), "kept": record.result.get("kept"), "scores": _scores(record),
         "attributes": {k: v for k, v in unit.attributes.items() if not isinstance(v, dict | list)},
     }  # fmt: skip
     if textured is not None and textured.status in (Status.DONE, Status.DEGRADED):
-        said["texture"] = dict(textured.result)
-    return said
+        entry["texture"] = dict(textured.result)
+    return entry
 
 
 def _scores(record: Record) -> list[dict[str, Json]]:

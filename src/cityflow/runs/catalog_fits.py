@@ -23,7 +23,7 @@ def refuse_unfit(city: CityParameters, catalog: Catalog) -> None:
         problem = "the catalog names nothing that a surface can be made of: no LiDAR, no images, no DSM"
         raise CatalogError(problem, where=catalog.href, remedy="make it again with --lidar, --images or --dsm")
     if wanted != "auto" and not has[wanted]:
-        there = " and ".join(said for source, said in SOURCES.items() if has[source])
+        there = " and ".join(name for source, name in SOURCES.items() if has[source])
         raise CatalogError(
             f"this workflow makes its surface of {SOURCES[wanted]}, and the catalog has {there}",
             where=catalog.href,

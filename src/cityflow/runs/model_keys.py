@@ -45,14 +45,14 @@ def _fields(model: type[BaseModel], prefix: str) -> Iterator[tuple[str, FieldInf
 
 def _key(field: FieldInfo) -> Key:
     default = field.get_default(call_default_factory=True)
-    said = "no default" if field.is_required() else json.dumps(to_jsonable_python(default), ensure_ascii=False)
+    shown = "no default" if field.is_required() else json.dumps(to_jsonable_python(default), ensure_ascii=False)
     may_be = "; ".join(part for part in (_choices(field.annotation), bounds_text(field.metadata)) if part)
     nothing = " or null" if may_be and type(None) in get_args(field.annotation) else ""
     several = takes_several(field.annotation)
     bounds = [_limit(field.metadata, *kind) for kind in ((Ge, "ge"), (Gt, "gt"), (Le, "le"), (Lt, "lt"))]
     each = _inner(field.annotation) if several else field.annotation
     return Key(
-        said,
+        shown,
         field.description or "",
         f"{may_be}{nothing}",
         several,

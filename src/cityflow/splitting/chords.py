@@ -85,16 +85,16 @@ def pieces_inside(line: LineString, area: BaseGeometry) -> Iterator[FloatArray]:
             yield np.array([p + low * direction, p + high * direction])
 
 
-def chord(piece: FloatArray, area: BaseGeometry, borders: Borders) -> FloatArray | str:
-    """A piece, (2, 2), made to run from border to border; or why it cannot.
+def chord(segment: FloatArray, area: BaseGeometry, borders: Borders) -> FloatArray | str:
+    """A segment, (2, 2), made to run from border to border; or why it cannot.
 
     Parameters
     ----------
-    piece : start and end, world metres
+    segment : start and end, world metres
     area : polygon or multipolygon that it crosses
-    borders : the area's boundary, and lines that a piece may end on
+    borders : the area's boundary, and lines that a segment may end on
     """
-    p, direction, length = _ray(LineString(piece))
+    p, direction, length = _ray(LineString(segment))
     around = [(a, b) for a, b in _intervals(p, direction, length, area) if a < length / 2 < b]
     if not around:
         return "lies outside the outline"

@@ -1,4 +1,4 @@
-"""A border as a line in plan: straight across the piece, from wall to wall, through corners of the outline where they are near."""
+"""A border as a line in plan: straight across the strip, from wall to wall, through corners of the outline where they are near."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import shapely
 from shapely import LineString, Point, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.skeleton import AxisStrip
 
 CORNER_M = 0.2
 """A border this near to a corner of the outline runs through it."""
@@ -18,13 +18,13 @@ GRAZE_M = 0.06
 OFF_CORNER_M = 0.01
 
 
-def line_at(piece: AxisPiece, outline: Polygon, u: float) -> LineString | None:
-    """The chord at u, from border to border; at a corner of the outline where one is near, and never beyond the piece."""
-    u = _at_corner(piece, outline, float(np.clip(u, piece.stations[0], piece.stations[-1])))
-    near = np.abs(piece.stations - u) <= max(CORNER_M, 1.01 * float(piece.stations[1] - piece.stations[0]))
-    low, high = float(piece.low[near].min()), float(piece.high[near].max())
-    line = LineString(piece.to_world(np.array([[u, low - BEYOND_M], [u, high + BEYOND_M]])))
-    middle = Point(piece.to_world(np.array([u, float(np.median(piece.low[near] + piece.high[near])) / 2])))
+def line_at(strip: AxisStrip, outline: Polygon, u: float) -> LineString | None:
+    """The chord at u, from border to border; at a corner of the outline where one is near, and never beyond the strip."""
+    u = _at_corner(strip, outline, float(np.clip(u, strip.stations[0], strip.stations[-1])))
+    near = np.abs(strip.stations - u) <= max(CORNER_M, 1.01 * float(strip.stations[1] - strip.stations[0]))
+    low, high = float(strip.low[near].min()), float(strip.high[near].max())
+    line = LineString(strip.to_world(np.array([[u, low - BEYOND_M], [u, high + BEYOND_M]])))
+    middle = Point(strip.to_world(np.array([u, float(np.median(strip.low[near] + strip.high[near])) / 2])))
     parts = [
         p for p in shapely.get_parts(shapely.intersection(line, outline)) if isinstance(p, LineString) and p.length > 0
     ]
@@ -76,10 +76,10 @@ def _corners(outline: Polygon) -> FloatArray:
     return np.concatenate([shapely.get_coordinates(r)[:-1, :2] for r in (outline.exterior, *outline.interiors)])
 
 
-def _at_corner(piece: AxisPiece, outline: Polygon, u: float) -> float:
+def _at_corner(strip: AxisStrip, outline: Polygon, u: float) -> float:
     """u of the nearest corner of the outline that the line would pass within a hand's breadth, or u."""
-    uv = piece.to_uv(_corners(outline))
-    low, high = piece.ends_at(u)
+    uv = strip.to_uv(_corners(outline))
+    low, high = strip.ends_at(u)
     beside = (uv[:, 1] < high + CORNER_M) & (uv[:, 1] > low - CORNER_M)
     inner = uv[beside, 0]
     if not len(inner):

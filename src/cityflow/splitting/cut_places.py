@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray
-from cityflow.splitting.piece_evidence import PieceEvidence, at_stations
 from cityflow.splitting.roof_step import bottom_of_valley
 from cityflow.splitting.score import Score
 from cityflow.splitting.score_colour import DARK, Change
+from cityflow.splitting.strip_evidence import StripEvidence, at_stations
 
 REACH_M = 0.9
 """How far from its maximum the place of a border is looked for."""
@@ -18,7 +18,7 @@ TOGETHER_M = 0.3
 """Places that agree within this are averaged."""
 
 
-def place(evidence: PieceEvidence, scores: Score, k: int) -> float:
+def place(evidence: StripEvidence, scores: Score, k: int) -> float:
     """The border near station k, from every source that changes there; robust mean of where each changes."""
     u_0 = float(evidence.stations[k])
     places = [(u_0, 0.05)]
@@ -37,7 +37,7 @@ def place(evidence: PieceEvidence, scores: Score, k: int) -> float:
     return _agreed(places)
 
 
-def _from_rows(evidence: PieceEvidence, k: int, weight: float) -> list[tuple[float, float]]:
+def _from_rows(evidence: StripEvidence, k: int, weight: float) -> list[tuple[float, float]]:
     change = evidence.height
     before, after = _levels(change.rows, change.u, float(evidence.stations[k]))
     step = after - before
@@ -117,7 +117,7 @@ def edge_position(share: FloatArray, u: FloatArray, u_0: float) -> float | None:
     return at if abs(at - u_0) <= REACH_M else None
 
 
-def _from_slices(evidence: PieceEvidence, k: int) -> list[tuple[float, float]]:
+def _from_slices(evidence: StripEvidence, k: int) -> list[tuple[float, float]]:
     """The weighted middle of adjacent slices that segments mark."""
     weight = evidence.slices.sloped + evidence.slices.vertical.sum(axis=1)
     near = np.abs(evidence.stations - evidence.stations[k]) < 0.5

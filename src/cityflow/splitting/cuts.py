@@ -13,10 +13,10 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import CutLine
 from cityflow.splitting.cut_chords import line_at
 from cityflow.splitting.cut_places import REACH_M, place
-from cityflow.splitting.piece_evidence import PieceEvidence
 from cityflow.splitting.score import score
-from cityflow.splitting.skeleton import AxisPiece
-from cityflow.splitting.strip_images import CONTEXT_M
+from cityflow.splitting.skeleton import AxisStrip
+from cityflow.splitting.strip_evidence import StripEvidence
+from cityflow.splitting.strip_rasters import CONTEXT_M
 from cityflow.splitting.weigh import Noise, Sides, Weighed, weigh
 
 APART_M = 1.8
@@ -37,7 +37,7 @@ QUANTILE, QUANTILE_SIGMAS = 0.75, 1.15
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A possible border: its place along the piece, the logarithm of its odds, the line, and what speaks for it."""
+    """A possible border: its place along the strip, the logarithm of its odds, the line, and what speaks for it."""
 
     u: float
     log_odds: float
@@ -45,16 +45,16 @@ class Candidate:
     weighed: Weighed
 
 
-def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: float) -> list[Candidate]:
-    """Possible borders of a piece: proposed by the scan, then weighed between one another, strongest first.
+def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: float) -> list[Candidate]:
+    """Possible borders of a strip: proposed by the scan, then weighed between one another, strongest first.
 
     Parameters
     ----------
     outline : that the lines shall cross
-    aspect_sigma_deg : standard deviation of the piece's direction, degrees
+    aspect_sigma_deg : standard deviation of the strip's direction, degrees
     """
     places = proposals(evidence, outline)
-    handicap = _handicap(evidence.piece)
+    handicap = _handicap(evidence.strip)
     whole = _reach(evidence, outline)
     chosen = _chosen(evidence, places, Noise(), (handicap, whole))
     noise = _background(evidence, chosen)
@@ -63,24 +63,24 @@ def candidates(evidence: PieceEvidence, outline: Polygon, aspect_sigma_deg: floa
     for u in places:
         weighed = weigh(evidence, u, _sides(whole, [c for c in chosen if c != u], u), noise)
         log_odds = weighed.log_odds - handicap
-        line = line_at(evidence.piece, outline, u)
+        line = line_at(evidence.strip, outline, u)
         if line is not None and log_odds >= LEAST_LOG_ODDS:
             cut = _cut(evidence, u, line, (log_odds, weighed.step_m), aspect_sigma_deg)
             found.append(Candidate(u, log_odds, cut, weighed))
     return sorted(found, key=lambda c: (-c.log_odds, c.u))
 
 
-def _handicap(piece: AxisPiece) -> float:
+def _handicap(strip: AxisStrip) -> float:
     """By how much less likely borders are across what is rather deep than long, or a short wing of a house."""
-    if piece.depth > piece.chain_m:
+    if strip.depth > strip.chain_m:
         return CROSSWISE_ODDS
-    return SHORT_WING_ODDS if piece.chain_m < SHORT_WING_M else 0.0
+    return SHORT_WING_ODDS if strip.chain_m < SHORT_WING_M else 0.0
 
 
-def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:
-    """Places of the maxima of the scan; the end of the piece too where another wing begins and one is near."""
+def proposals(evidence: StripEvidence, outline: Polygon) -> list[float]:
+    """Places of the maxima of the scan; the end of the strip too where another wing begins and one is near."""
     scores = score(evidence)
-    total = _allowed(evidence.piece, outline, scores.total)
+    total = _allowed(evidence.strip, outline, scores.total)
     found = [k for k in maxima(total, evidence.stations, APART_M) if total[k] > LEAST_SCORE]
     places = [place(evidence, scores, k) for k in found]
     ends = [float(evidence.stations[k]) for k in (0, -1) if np.isfinite(total[k])]
@@ -89,7 +89,7 @@ def proposals(evidence: PieceEvidence, outline: Polygon) -> list[float]:
 
 
 def _chosen(
-    evidence: PieceEvidence, places: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+    evidence: StripEvidence, places: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
 ) -> list[float]:
     """Borders that are likelier than not: each weighed alone, taken strongest first as long as it holds between those already there."""
     handicap, whole = handicap_and_whole
@@ -104,7 +104,7 @@ def _chosen(
 
 
 def _settled(
-    evidence: PieceEvidence, chosen: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+    evidence: StripEvidence, chosen: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
 ) -> list[float]:
     """Without those that do not hold between their final neighbours; the weakest goes first."""
     handicap, whole = handicap_and_whole
@@ -118,11 +118,11 @@ def _settled(
     return sorted(left)
 
 
-def _reach(evidence: PieceEvidence, outline: Polygon) -> Sides:
+def _reach(evidence: StripEvidence, outline: Polygon) -> Sides:
     """How far one may look at all: beyond an end only where another wing begins."""
-    piece = evidence.piece
-    first, last = (0.0 if _is_free(piece, outline, end) else CONTEXT_M for end in (0, -1))
-    return Sides(float(piece.stations[0]) - first, float(piece.stations[-1]) + last)
+    strip = evidence.strip
+    first, last = (0.0 if _is_free(strip, outline, end) else CONTEXT_M for end in (0, -1))
+    return Sides(float(strip.stations[0]) - first, float(strip.stations[-1]) + last)
 
 
 def _sides(whole: Sides, chosen: Sequence[float], u: float) -> Sides:
@@ -131,7 +131,7 @@ def _sides(whole: Sides, chosen: Sequence[float], u: float) -> Sides:
     )
 
 
-def _background(evidence: PieceEvidence, chosen: Sequence[float]) -> Noise:
+def _background(evidence: StripEvidence, chosen: Sequence[float]) -> Noise:
     """What changes where there is no border: between those that were found, and beside them."""
     ends = [float(evidence.stations[0]), *chosen, float(evidence.stations[-1])]
     controls = [weigh(evidence, u, Sides(a, b), Noise()) for a, b in pairwise(ends) for u in _between(a, b)]
@@ -162,7 +162,7 @@ def _middle(values: Sequence[float]) -> float:
 
 
 def _cut(
-    evidence: PieceEvidence, u: float, line: LineString, odds_and_step: tuple[float, float], sigma: float
+    evidence: StripEvidence, u: float, line: LineString, odds_and_step: tuple[float, float], sigma: float
 ) -> CutLine:
     near = np.abs(evidence.stations - u) < 0.25
     near[int(np.argmin(np.abs(evidence.stations - u)))] = True
@@ -178,20 +178,20 @@ def _cut(
     )
 
 
-def _allowed(piece: AxisPiece, outline: Polygon, total: FloatArray) -> FloatArray:
+def _allowed(strip: AxisStrip, outline: Polygon, total: FloatArray) -> FloatArray:
     """Without stations at free ends of a row."""
     allowed = total.copy()
     for end in (0, -1):
-        if _is_free(piece, outline, end):
-            allowed[np.abs(piece.stations - piece.stations[end]) < FREE_END_M] = -np.inf
+        if _is_free(strip, outline, end):
+            allowed[np.abs(strip.stations - strip.stations[end]) < FREE_END_M] = -np.inf
     return allowed
 
 
-def _is_free(piece: AxisPiece, outline: Polygon, end: int) -> bool:
-    """Whether nothing of the outline goes on beyond an end (0 or -1) of a piece."""
+def _is_free(strip: AxisStrip, outline: Polygon, end: int) -> bool:
+    """Whether nothing of the outline goes on beyond an end (0 or -1) of a strip."""
     inward = 1 if end == 0 else -1
-    middle = (piece.low[end] + piece.high[end]) / 2
-    return not outline.contains(Point(piece.to_world(np.array([piece.stations[end] - inward * 1.0, middle]))))
+    middle = (strip.low[end] + strip.high[end]) / 2
+    return not outline.contains(Point(strip.to_world(np.array([strip.stations[end] - inward * 1.0, middle]))))
 
 
 def maxima(values: FloatArray, stations: FloatArray, apart: float) -> list[int]:

@@ -1,4 +1,4 @@
-"""Gaps between houses along an axis piece: no roof over most of the depth, for a metre or so (Dahlke 2017 §2.2).
+"""Gaps between houses along an axis strip: no roof over most of the depth, for a metre or so (Dahlke 2017 §2.2).
 
 In shadow the surface is unknown or falls to the ground and no segment stands; under a tree the surface is rough and its segments follow no
 principal direction. Either way a gap is a run of columns that have no smooth roof, between two that have.
@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.splitting.strip_images import RoofStrip
+from cityflow.splitting.strip_rasters import RoofRaster
 
 SMOOTH_M = 0.12
 """A roof is nowhere farther from the median of its surroundings, chimneys and edges aside."""
@@ -29,7 +29,7 @@ ROOF_BESIDE_M = 1.5
 
 @dataclass(frozen=True, slots=True)
 class GapStrip:
-    """A gap from u_0 to u_1, metres along the piece; confidence 0 to 1."""
+    """A gap from u_0 to u_1, metres along the strip; confidence 0 to 1."""
 
     u_0: float
     u_1: float
@@ -40,7 +40,7 @@ class GapStrip:
         return self.u_1 - self.u_0
 
 
-def roofless_share(roof: RoofStrip, ground: float, leaves: bool = True) -> tuple[FloatArray, FloatArray]:
+def roofless_share(roof: RoofRaster, ground: float, leaves: bool = True) -> tuple[FloatArray, FloatArray]:
     """(U,) share of each column without a smooth roof, and (U,) number of its cells inside."""
     inside = roof.inside
     low = GROUND_M if leaves else max(GROUND_M, LOW_SHARE * _usual_height(roof, ground))
@@ -50,13 +50,13 @@ def roofless_share(roof: RoofStrip, ground: float, leaves: bool = True) -> tuple
     return share, number.astype(np.float64)
 
 
-def _usual_height(roof: RoofStrip, ground: float) -> float:
+def _usual_height(roof: RoofRaster, ground: float) -> float:
     known = roof.height[roof.inside & np.isfinite(roof.height)]
     known = known[known > ground + GROUND_M]
     return float(np.median(known)) - ground if len(known) else 0.0
 
 
-def find_gaps(roof: RoofStrip, ground: float, usual_depth: float, leaves: bool = True) -> list[GapStrip]:
+def find_gaps(roof: RoofRaster, ground: float, usual_depth: float, leaves: bool = True) -> list[GapStrip]:
     """Runs of columns without a roof that have roof on both sides.
 
     Parameters

@@ -16,9 +16,9 @@ from cityflow.splitting.cut_places import edge_position
 from cityflow.splitting.cuts import Candidate
 from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.roof_marks import RoofMarks, roof_marks, roof_rows
-from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
-from cityflow.splitting.strip_images import RoofStrip, eaves, roof_strip
+from cityflow.splitting.strip_rasters import RoofRaster, eaves, roof_raster
 from cityflow.splitting.weigh import Weighed
 
 CELL_M, REACH_M, AROUND_M = 0.2, 1.6, 2.0
@@ -54,28 +54,28 @@ def _roofs(points: PointCloud) -> PointCloud:
 
 
 def lidar_candidates(
-    piece: AxisPiece, part: Polygon, evidence: SplitEvidence, points: SegmentPoints, aspect_sigma_deg: float
+    strip: AxisStrip, part: Polygon, evidence: SplitEvidence, points: SegmentPoints, aspect_sigma_deg: float
 ) -> list[Candidate]:
-    """Possible borders of a piece, strongest first.
+    """Possible borders of a strip, strongest first.
 
     Parameters
     ----------
     part : of the outline, that the lines shall cross
-    evidence : its first frame as `from_points` lays it
+    evidence : its first local frame as `from_points` lays it
     points : on the filtered segments
-    aspect_sigma_deg : standard deviation of the piece's direction, degrees
+    aspect_sigma_deg : standard deviation of the strip's direction, degrees
     """
-    roof = roof_strip(piece, part, evidence.frames[0])
+    roof = roof_raster(strip, part, evidence.frames[0])
     rows = roof_rows(roof)
     marks = roof_marks(rows, roof.u)
-    odds = np.where(_allowed(piece, part, marks.u), mark_odds(marks) - _handicap(piece), -np.inf)
-    slices = slice_evidence(piece, points, eaves(piece, roof), evidence.ground_height)
+    odds = np.where(_allowed(strip, part, marks.u), mark_odds(marks) - _handicap(strip), -np.inf)
+    slices = slice_evidence(strip, points, eaves(strip, roof), evidence.ground_height)
     found = []
     for k, log_odds in _between_neighbours(marks.u, odds, _maxima(odds, marks.u)):
         u = place(marks, rows, roof, k)
-        line = line_at(piece, part, u)
+        line = line_at(strip, part, u)
         if line is not None:
-            cut = CutLine(line, "cut", *_of_slices(slices, piece, u), _step_m(marks, k), 0.0,
+            cut = CutLine(line, "cut", *_of_slices(slices, strip, u), _step_m(marks, k), 0.0,
                           float(1 / (1 + np.exp(-log_odds))), aspect_sigma_deg)  # fmt: skip
             weighed = Weighed(log_odds, _step_m(marks, k), log_odds, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
             found.append(Candidate(u, log_odds, cut, weighed))
@@ -89,22 +89,22 @@ def mark_odds(marks: RoofMarks) -> FloatArray:
     return np.asarray(np.minimum(CLEAR * (size - 1.0), MOST_LOG_ODDS))
 
 
-def _allowed(piece: AxisPiece, part: Polygon, u: FloatArray) -> BoolArray:
-    """Places within the piece and not near a free end of the row."""
-    allowed = (u >= piece.stations[0]) & (u <= piece.stations[-1])
+def _allowed(strip: AxisStrip, part: Polygon, u: FloatArray) -> BoolArray:
+    """Places within the strip and not near a free end of the row."""
+    allowed = (u >= strip.stations[0]) & (u <= strip.stations[-1])
     for end, outward in ((0, -1.0), (-1, 1.0)):
-        at = float(piece.stations[end])
-        middle = float(piece.low[end] + piece.high[end]) / 2
-        if not part.contains(Point(piece.to_world(np.array([at + outward, middle])))):
+        at = float(strip.stations[end])
+        middle = float(strip.low[end] + strip.high[end]) / 2
+        if not part.contains(Point(strip.to_world(np.array([at + outward, middle])))):
             allowed &= np.abs(u - at) >= FREE_END_M
     return np.asarray(allowed)
 
 
-def _handicap(piece: AxisPiece) -> float:
+def _handicap(strip: AxisStrip) -> float:
     """By how much less likely borders are across what is rather deep than long, or a short wing of a house."""
-    if piece.depth > piece.chain_m:
+    if strip.depth > strip.chain_m:
         return CROSSWISE_ODDS
-    return SHORT_WING_ODDS if piece.chain_m < SHORT_WING_M else 0.0
+    return SHORT_WING_ODDS if strip.chain_m < SHORT_WING_M else 0.0
 
 
 def _maxima(odds: FloatArray, u: FloatArray) -> list[int]:
@@ -135,7 +135,7 @@ def _between_neighbours(u: FloatArray, odds: FloatArray, order: Sequence[int]) -
     return found
 
 
-def place(marks: RoofMarks, rows: FloatArray, roof: RoofStrip, k: int) -> float:
+def place(marks: RoofMarks, rows: FloatArray, roof: RoofRaster, k: int) -> float:
     """Where the border at place k runs: the bottom of the valley, where the rows step, or the middle of the wall or trench."""
     near = np.abs(marks.u - marks.u[k]) < NEAR_M
     narrow = np.maximum(marks.wall / WALL_HALF, marks.trench / TRENCH_HALF)
@@ -168,8 +168,8 @@ def _step_m(marks: RoofMarks, k: int) -> float:
     return float(marks.step_m[k]) if np.isfinite(marks.step_m[k]) else 0.0
 
 
-def _of_slices(slices: SliceEvidence, piece: AxisPiece, u: float) -> tuple[float, float]:
+def _of_slices(slices: SliceEvidence, strip: AxisStrip, u: float) -> tuple[float, float]:
     """Shares along which upright and other segments stand near u."""
-    near = np.abs(piece.stations - u) < 0.3
-    near[int(np.argmin(np.abs(piece.stations - u)))] = True
+    near = np.abs(strip.stations - u) < 0.3
+    near[int(np.argmin(np.abs(strip.stations - u)))] = True
     return float(min(slices.vertical[near].max(), 1.0)), float(slices.sloped[near].max())

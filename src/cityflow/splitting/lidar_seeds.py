@@ -12,7 +12,7 @@ from cityflow.core.splitting import Segments, joined_segments
 from cityflow.splitting.principal import PrincipalParameters, principal_directions
 from cityflow.splitting.principal_histogram import deviation_deg
 
-PITCH_M, PIECE_M = 0.9, 3.0
+PITCH_M, SEGMENT_M = 0.9, 3.0
 LARGE_M2 = 3000.0
 """Halls have long lines."""
 NEAR_DEG = 15.0
@@ -50,18 +50,18 @@ def near_aspect(lines: FloatArray, aspects: tuple[float, ...]) -> BoolArray:
 
 
 def lattice(outline: Polygon, aspect_deg: float) -> FloatArray:
-    """(M, 4) pieces of parallel lines over the outline."""
+    """(M, 4) segments of parallel lines over the outline."""
     a = np.radians(aspect_deg)
     along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
     ring = shapely.get_coordinates(outline.exterior)
     t, u = ring @ along, ring @ across
-    piece = PIECE_M if outline.area < LARGE_M2 else 2 * PIECE_M
-    t0 = np.arange(t.min(), t.max(), piece)
+    segment = SEGMENT_M if outline.area < LARGE_M2 else 2 * SEGMENT_M
+    t0 = np.arange(t.min(), t.max(), segment)
     at_t, at_u = (g.ravel() for g in np.meshgrid(t0, np.arange(u.min(), u.max() + PITCH_M, PITCH_M)))
     start = at_t[:, None] * along + at_u[:, None] * across
-    middle = start + 0.5 * piece * along
+    middle = start + 0.5 * segment * along
     inside = shapely.dwithin(outline, shapely.points(middle), 1.0)
-    return np.column_stack([start, start + piece * along])[inside]
+    return np.column_stack([start, start + segment * along])[inside]
 
 
 def translated(outline: Polygon, by: FloatArray) -> Polygon:

@@ -14,7 +14,7 @@ from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidenc
 from cityflow.splitting import lidar_lines as laid
 from cityflow.splitting.lidar_seeds import known_aspects, lattice, near_aspect, translated, turned_to
 from cityflow.splitting.lidar_surface import highest_points, lidar_raster
-from cityflow.splitting.line_repeats import first_said
+from cityflow.splitting.line_repeats import without_repeats
 from cityflow.splitting.raster_windows import covered
 from cityflow.splitting.segment_images import EdgeImage, crease_images, step_image
 from cityflow.splitting.segment_lines import detect
@@ -108,7 +108,7 @@ def _distinct(found: FloatArray) -> BoolArray:
     """Rows but for those that repeat others that are longer, and laid through points that scatter less: a line over two roofs bends neither."""
     ends = found[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]].reshape(-1, 2, 2)
     trust = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / np.maximum(found[:, laid.SCATTER], LEAST_SCATTER_M) ** 2
-    return first_said(ends, np.argsort(-trust, kind="stable"), SAME_M, SAME_DEG)
+    return without_repeats(ends, np.argsort(-trust, kind="stable"), SAME_M, SAME_DEG)
 
 
 def _segments(found: FloatArray, origin: FloatArray, names: tuple[str, ...]) -> Segments:

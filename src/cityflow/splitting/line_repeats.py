@@ -1,4 +1,4 @@
-"""Lines that say again what another line has said."""
+"""Removes lines that mostly repeat another line."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 PLACES = 9
-MOSTLY = 0.6
+MOST_COVERED = 0.6
 
 
-def first_said(ends: FloatArray, order: IntArray, apart: float, apart_deg: float) -> BoolArray:
-    """(N,) lines that do not lie for their most part on lines of their direction that come before them in `order`.
+def without_repeats(ends: FloatArray, order: IntArray, apart: float, apart_deg: float) -> BoolArray:
+    """(N,) true for lines of which at most `MOST_COVERED` lies on lines of the same direction that precede them in `order`.
 
     Parameters
     ----------
     ends : (N, 2, 2) plane coordinates of start and end
-    order : (N,) numbers of the lines, the one to trust most first
-    apart : what is nearer is the same, in the unit of `ends`
+    order : (N,) numbers of the lines, the most reliable first
+    apart : largest distance of a repeat, in the unit of `ends`
     """
-    return np.asarray(_first_said(np.ascontiguousarray(ends), order, apart, np.sin(np.radians(apart_deg))))
+    return np.asarray(_without_repeats(np.ascontiguousarray(ends), order, apart, np.sin(np.radians(apart_deg))))
 
 
 @njit(cache=True, nogil=True)
-def _first_said(ends: FloatArray, order: IntArray, apart: float, sine: float) -> BoolArray:
+def _without_repeats(ends: FloatArray, order: IntArray, apart: float, sine: float) -> BoolArray:
     n = len(ends)
     keep, length, along = np.zeros(n, np.bool_), np.empty(n), np.empty((n, 2))
     for i in range(n):
@@ -32,9 +32,9 @@ def _first_said(ends: FloatArray, order: IntArray, apart: float, sine: float) ->
         length[i] = max(np.hypot(dx, dy), 1e-9)
         along[i, 0], along[i, 1] = dx / length[i], dy / length[i]
     kept, count = np.empty(n, np.int64), 0
-    said = np.zeros(PLACES, np.bool_)
+    covered = np.zeros(PLACES, np.bool_)
     for i in order:
-        said[:] = False
+        covered[:] = False
         ax, ay = along[i, 0], along[i, 1]
         for j in range(count):
             k = kept[j]
@@ -49,8 +49,8 @@ def _first_said(ends: FloatArray, order: IntArray, apart: float, sine: float) ->
             for p in range(PLACES):
                 s = (p + 0.5) / PLACES
                 t = (x + s * length[i] * ax) * bx + (y + s * length[i] * ay) * by
-                said[p] |= abs(u0 + s * (u1 - u0)) < apart and -apart < t < length[k] + apart
-        if said.mean() <= MOSTLY:
+                covered[p] |= abs(u0 + s * (u1 - u0)) < apart and -apart < t < length[k] + apart
+        if covered.mean() <= MOST_COVERED:
             keep[i] = True
             kept[count] = i
             count += 1

@@ -142,7 +142,7 @@ def _folded(segments: Segments, weight: FloatArray, sigma: FloatArray) -> Sample
 def _orientations(
     segments: Segments, weight: FloatArray, parameters: PrincipalParameters
 ) -> tuple[FloatArray, list[Peak]]:
-    """Standard deviations of the segments' aspects, first by their length alone, then as each frame's own scatter tells;
+    """Standard deviations of the segments' aspects, first by their length alone, then as each local frame's own scatter tells;
     and the maxima modulo 90°, strongest first."""
     sigma, peaks = aspect_sigma_deg(segments, None, parameters.metre_sigma_deg), list[Peak]()
     for _ in range(2):

@@ -1,4 +1,4 @@
-"""The part of each frame's rasters that an outline with its façades covers."""
+"""The part of each local frame's rasters that an outline with its façades covers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cityflow.core.splitting import FrameRasters
 def evidence_window(
     frames: Sequence[FrameRasters], outline: Polygon, z_range: tuple[float, float], margin: float = 2.0
 ) -> tuple[FrameRasters, ...]:
-    """Views into the rasters over `outline` between two heights; frames that do not reach it are left out.
+    """Views into the rasters over `outline` between two heights; local frames that do not reach it are left out.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def window_grid(
 
 
 def covered(raster: FrameRasters, outline: Polygon, z_range: tuple[float, float], grow: float) -> BoolArray:
-    """(rows, cols) cells of a frame on which the upright prism over `outline`, grown by `grow` metres, falls."""
+    """(rows, cols) cells of a local frame on which the upright prism over `outline`, grown by `grow` metres, falls."""
     grid = raster.grid
     polygon = outline.buffer(grow, join_style="mitre").simplify(grid.cell)
     mask = np.zeros(grid.shape, np.uint8)
@@ -62,7 +62,7 @@ def covered(raster: FrameRasters, outline: Polygon, z_range: tuple[float, float]
 
 
 def _ring_at(outline: Polygon, z: float, frame: LocalFrame) -> FloatArray:
-    """(n, 3) frame coordinates of the exterior ring at a height."""
+    """(n, 3) local frame coordinates of the exterior ring at a height."""
     xy = shapely.get_coordinates(outline.exterior)
     return frame.from_world(np.column_stack([xy, np.full(len(xy), z)]))
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.splitting.strip_images import RoofStrip
+from cityflow.splitting.strip_rasters import RoofRaster
 
 ROW_M = 0.4
 WINDOW_M, GUARD_M = 1.7, 0.35
@@ -74,7 +74,7 @@ class _Lines:
     near_slope: FloatArray
 
 
-def roof_rows(roof: RoofStrip) -> FloatArray:
+def roof_rows(roof: RoofRaster) -> FloatArray:
     """(U, R) heights of a roof along the axis, medians over 0.4 m of the depth; NaN unknown."""
     cell = float(roof.v[1] - roof.v[0])
     known = np.flatnonzero(np.isfinite(roof.height).any(axis=0))

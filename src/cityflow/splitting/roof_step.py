@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.splitting.piece_evidence import PieceEvidence
 from cityflow.splitting.score_height import VALLEY_SLOPE
+from cityflow.splitting.strip_evidence import StripEvidence
 
 SIDE_M, GUARD_M = 2.5, 0.25
 """Lines reach so far from the place, and begin so far from it."""
@@ -32,7 +32,7 @@ class RoofStep:
         return abs(self.after - self.before) if np.isfinite(self.after - self.before) else 0.0
 
 
-def roof_step(evidence: PieceEvidence, u: float, limits: tuple[float, float]) -> RoofStep:
+def roof_step(evidence: StripEvidence, u: float, limits: tuple[float, float]) -> RoofStep:
     rows, at = evidence.height.rows, evidence.height.u
     guard = max(GUARD_M, 1.5 * float(at[1] - at[0]))
     before = _lines(rows, at, (at > max(limits[0] + guard, u - SIDE_M)) & (at < u - guard), u)
@@ -49,7 +49,7 @@ def roof_step(evidence: PieceEvidence, u: float, limits: tuple[float, float]) ->
     )  # fmt: skip
 
 
-def bottom_of_valley(evidence: PieceEvidence, u: float) -> float | None:
+def bottom_of_valley(evidence: StripEvidence, u: float) -> float | None:
     """Where the roofs before and after u meet, median over the depth; None where they do not both fall towards it, nearby."""
     rows, at = evidence.height.rows, evidence.height.u
     guard = max(GUARD_M, 1.5 * float(at[1] - at[0]))

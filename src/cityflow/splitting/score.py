@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.piece_evidence import PieceEvidence, at_stations
 from cityflow.splitting.score_colour import Change
+from cityflow.splitting.strip_evidence import StripEvidence, at_stations
 
 MOST = 5.0
 """No kind of evidence adds more."""
@@ -30,7 +30,7 @@ class Score:
     segments: FloatArray
 
 
-def score(evidence: PieceEvidence) -> Score:
+def score(evidence: StripEvidence) -> Score:
     """Add up the evidence at every station; segments count as Dahlke has it, most where they are coplanar."""
     stations = len(evidence.stations)
     height = _saturating(evidence.height.significance, CLEAR) * at_stations(evidence.height.share) ** 2
@@ -49,13 +49,13 @@ def _saturating(size: FloatArray, at: float) -> FloatArray:
 
 
 def _facade(changes: Sequence[Change], stations: int) -> FloatArray:
-    """Of one side: the frame that shows most of it counts."""
+    """Of one side: the local frame that shows most of it counts."""
     if not changes:
         return np.zeros(stations)
     return _saturating(max(changes, key=lambda c: c.seen).significance, FACADE_CLEAR)
 
 
-def _segments(evidence: PieceEvidence) -> FloatArray:
+def _segments(evidence: StripEvidence) -> FloatArray:
     slices = evidence.slices
     vertical = np.clip((slices.vertical - 0.3) / 0.5, 0, 1)
     sloped = np.clip((slices.sloped - 0.3) / 0.4, 0, 1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.splitting.running_median import windowed_medians
-from cityflow.splitting.strip_images import FacadeStrip, RoofStrip
+from cityflow.splitting.strip_rasters import FacadeRaster, RoofRaster
 
 BANDS = 8
 """A roof is compared in so many bands from eaves to eaves: a change must show in most of them."""
@@ -46,7 +46,7 @@ class Change:
         return float(np.isfinite(self.image[..., 0]).mean()) if self.image.size else 0.0
 
 
-def roof_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m: float) -> Change | None:
+def roof_change(roof: RoofRaster, stations: FloatArray, window_m: float, guard_m: float) -> Change | None:
     """Change of the roof's colour: the median over bands along the axis, so that dormers and chimneys have no say."""
     if roof.colour.shape[2] == 0:
         return None
@@ -68,10 +68,10 @@ def roof_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m:
 
 
 def facade_changes(
-    strips: Sequence[FacadeStrip], stations: FloatArray, window_m: float, guard_m: float
+    facades: Sequence[FacadeRaster], stations: FloatArray, window_m: float, guard_m: float
 ) -> list[Change]:
-    """Change of each façade's colour in each frame; medians over blocks of wall, which windows are too few to sway."""
-    return [_judged(two_sided(s.colour, s.u, stations, window_m, guard_m), s.u, s.colour) for s in strips]
+    """Change of each façade's colour in each local frame; medians over blocks of wall, which windows are too few to sway."""
+    return [_judged(two_sided(s.colour, s.u, stations, window_m, guard_m), s.u, s.colour) for s in facades]
 
 
 def two_sided(image: Float32Array, u: FloatArray, stations: FloatArray, window_m: float, guard_m: float) -> FloatArray:

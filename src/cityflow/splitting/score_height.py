@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.strip_images import RoofStrip
+from cityflow.splitting.strip_rasters import RoofRaster
 
 GROUPS = 4
 """The depth of a roof is looked at in so many parts from eaves to eaves."""
@@ -43,7 +43,7 @@ class HeightChange:
     rows: FloatArray
 
 
-def height_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_m: float) -> HeightChange:
+def height_change(roof: RoofRaster, stations: FloatArray, window_m: float, guard_m: float) -> HeightChange:
     """Steps at every station."""
     cell = float(roof.u[1] - roof.u[0])
     rows = _rows(roof, max(round(ROW_M / cell), 1))
@@ -66,7 +66,7 @@ def height_change(roof: RoofStrip, stations: FloatArray, window_m: float, guard_
     return HeightChange(step_m, share, step_m / noise, slope, _median(grouped), valley, roof.u, rows)
 
 
-def _rows(roof: RoofStrip, width: int) -> FloatArray:
+def _rows(roof: RoofRaster, width: int) -> FloatArray:
     """(U, R) heights, medians over `width` cells across the axis."""
     inside = np.isfinite(roof.height).any(axis=0)
     columns = np.flatnonzero(inside)

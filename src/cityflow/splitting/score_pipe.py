@@ -9,8 +9,8 @@ from scipy.ndimage import maximum_filter1d
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.splitting.score_colour import DARK
-from cityflow.splitting.skeleton import AxisPiece
-from cityflow.splitting.strip_images import FacadeStrip
+from cityflow.splitting.skeleton import AxisStrip
+from cityflow.splitting.strip_rasters import FacadeRaster
 
 BESIDE_CELLS = (2, 3)
 """A stripe is darker or brighter than what lies so many cells to its left and to its right."""
@@ -21,33 +21,33 @@ JOG_M, JOG_REACH_M = 0.3, 0.4
 """Near jogs of the outline upright edges belong to corners of walls."""
 
 
-def stripes(strips: Sequence[FacadeStrip], piece: AxisPiece) -> FloatArray:
+def stripes(facades: Sequence[FacadeRaster], strip: AxisStrip) -> FloatArray:
     """(S, 2) how distinct a stripe stands at each station on either side, in its usual size over the façade; 0 without one.
 
     Parameters
     ----------
-    strips : façades in cells no wider than the stripes; of each side the one that shows most is used
+    facades : façades in cells no wider than the stripes; of each side the one that shows most is used
     """
-    result = np.zeros((len(piece.stations), 2))
+    result = np.zeros((len(strip.stations), 2))
     for side in (0, 1):
-        seen = [s for s in strips if s.side == side]
+        seen = [s for s in facades if s.side == side]
         if seen:
             best = max(seen, key=lambda s: int(np.isfinite(s.colour[..., 0]).sum()))
-            result[:, side] = _on_side(best, piece)
+            result[:, side] = _on_side(best, strip)
     return result
 
 
-def _on_side(strip: FacadeStrip, piece: AxisPiece) -> FloatArray:
-    contrast = stripe_contrast(strip.colour.mean(axis=2))
+def _on_side(facade: FacadeRaster, strip: AxisStrip) -> FloatArray:
+    contrast = stripe_contrast(facade.colour.mean(axis=2))
     usual = float(np.median(np.abs(contrast[contrast != 0]))) * 2.0 if (contrast != 0).any() else 0.0
     strength = np.abs(contrast) / max(FLOOR, usual)
-    step = float(piece.stations[1] - piece.stations[0])
-    cell = float(strip.u[1] - strip.u[0])
+    step = float(strip.stations[1] - strip.stations[0])
+    cell = float(facade.u[1] - facade.u[0])
     reach = max(int(np.ceil(step / cell / 2)), 1)
-    at = np.clip(np.round((piece.stations - strip.u[0]) / cell).astype(np.int64), 0, len(strip.u) - 1)
-    near = np.clip(at[:, None] + np.arange(-reach, reach + 1)[None], 0, len(strip.u) - 1)
+    at = np.clip(np.round((strip.stations - facade.u[0]) / cell).astype(np.int64), 0, len(facade.u) - 1)
+    near = np.clip(at[:, None] + np.arange(-reach, reach + 1)[None], 0, len(facade.u) - 1)
     result = strength[near].max(axis=1)
-    result[_near_jogs(piece.low if strip.side == 0 else piece.high, step)] = 0.0
+    result[_near_jogs(strip.low if facade.side == 0 else strip.high, step)] = 0.0
     return np.asarray(result)
 
 

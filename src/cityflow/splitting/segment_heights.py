@@ -19,7 +19,7 @@ ONE_PLANE = 1.2
 
 @dataclass(frozen=True, slots=True)
 class Courses:
-    """How lines run in height, in frame metres; NaN where it cannot be told.
+    """How lines run in height, in local frame metres; NaN where it cannot be told.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
 
     Parameters
     ----------
-    dsm : (rows, cols) float32, frame metres
+    dsm : (rows, cols) float32, local frame metres
     ends : (N, 2, 2) column and row of start and end, counted from the centre of the first cell
     cell : metres
     step_m : sides that differ by more are a step, and the upper one carries the line

@@ -35,7 +35,7 @@ class EdgeImage:
     ----------
     pixels : (rows, cols) uint8
     usable : (rows, cols) bool, where the pixels say something
-    factor : cells of the frame's grid per pixel
+    factor : cells of the local frame's grid per pixel
     crease : True where a line is a change of slope, not of height or colour
     """
 

@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.splitting import ORTHO, FrameRasters, Segments
-from cityflow.splitting.line_repeats import first_said
+from cityflow.splitting.line_repeats import without_repeats
 from cityflow.splitting.segment_heights import Courses, courses, unbroken
 from cityflow.splitting.segment_lines import SAME_CELLS, SAME_DEG, Lines
 
@@ -53,7 +53,7 @@ def segments_in_space(
     Parameters
     ----------
     raster : its surface tells the heights
-    of : number of the frame, layer, and names of all frames
+    of : number of the local frame, layer, and names of all local frames
     """
     index, layer, names = of
     cell = raster.grid.cell
@@ -66,7 +66,7 @@ def segments_in_space(
         step, crease = _seen_in_surface(course, limits)
         known &= step | crease
         lines, z = _at_creases(raster, lines, course, limits)
-    first = first_said(lines.ends, _trust(lines, known, layer), SAME_CELLS, SAME_DEG)
+    first = without_repeats(lines.ends, _trust(lines, known, layer), SAME_CELLS, SAME_DEG)
     lines, z = lines.take(known & first), z[known & first]
     start, end = (raster.frame.to_world(_frame_xyz(raster, lines.ends[:, i], z[:, i])) for i in (0, 1))
     found = Segments(

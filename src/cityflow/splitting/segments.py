@@ -33,11 +33,11 @@ class SegmentParameters(Parameters):
 
 
 def find_segments(evidence: SplitEvidence, parameters: SegmentParameters) -> Segments:
-    """Segments of every frame's ortho and surface model inside the outline; of LiDAR where there are no pictures.
+    """Segments of every local frame's ortho and surface model inside the outline; of LiDAR where there are no pictures.
 
     Parameters
     ----------
-    evidence : frames may reach beyond the outline; only windows of them are read
+    evidence : local frames may reach beyond the outline; only windows of them are read
     """
     names = tuple(f.frame.name for f in evidence.frames)
     if evidence.points is not None and all(f.ortho is None for f in evidence.frames):

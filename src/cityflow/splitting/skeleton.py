@@ -1,4 +1,4 @@
-"""Axis pieces of an outline: straight strips along which chords run from one façade to the one opposite (Dahlke 2017 §2.2).
+"""Axis strips of an outline: straight strips along which chords run from one façade to the one opposite (Dahlke 2017 §2.2).
 
 The skeleton that slices stand perpendicular to is made of chords: for each direction that the outline's edges have, lines across are
 swept over the outline; where both ends of a chord meet edges along that direction, and successive chords overlap, they make a strip.
@@ -36,7 +36,7 @@ ROUND = 0.88
 
 
 @dataclass(frozen=True, slots=True)
-class AxisPiece:
+class AxisStrip:
     """A strip of an outline with chords across it; u counts along it, v to its left.
 
     Attributes
@@ -99,9 +99,9 @@ def is_round(outline: Polygon) -> bool:
     return bool(4 * np.pi * outline.area / outline.length**2 > ROUND)
 
 
-def axis_pieces(
+def axis_strips(
     outline: Polygon, aspects_deg: Sequence[float], step_m: float, shortest_m: float
-) -> tuple[AxisPiece, ...]:
+) -> tuple[AxisStrip, ...]:
     """Strips of an outline, longest first.
 
     Parameters
@@ -116,18 +116,18 @@ def axis_pieces(
     origin = np.floor(np.array(plain.bounds[:2]))
     edges = _edges(plain, origin)
     directions = strip_directions(edges, aspects_deg)
-    strips = [s for angle in directions for s in _strips(edges, angle, directions, step_m)]
-    chains = _chain_lengths(strips)
+    runs = [s for angle in directions for s in _chord_runs(edges, angle, directions, step_m)]
+    chains = _chain_lengths(runs)
     kept = [
-        AxisPiece(origin, s.along, s.stations, s.low, s.high, c)
-        for s, c in zip(strips, chains, strict=True)
+        AxisStrip(origin, s.along, s.stations, s.low, s.high, c)
+        for s, c in zip(runs, chains, strict=True)
         if c >= shortest_m and len(s.stations) > 2 and np.median(s.high - s.low) <= CROSSWISE * c
     ]
     return tuple(sorted(kept, key=lambda p: -len(p.stations)))
 
 
 @dataclass(frozen=True, slots=True)
-class _Strip:
+class _ChordRun:
     along: FloatArray
     stations: FloatArray
     low: FloatArray
@@ -190,7 +190,7 @@ def _mean_angle(angle: FloatArray, weight: FloatArray) -> float:
     return float(np.degrees(np.arctan2((weight * np.sin(double)).sum(), (weight * np.cos(double)).sum())) / 2 % 180.0)
 
 
-def _strips(edges: FloatArray, angle: float, directions: FloatArray, step: float) -> list[_Strip]:
+def _chord_runs(edges: FloatArray, angle: float, directions: FloatArray, step: float) -> list[_ChordRun]:
     """Runs of chords across `angle` whose ends meet edges for which it is the nearest of the directions."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     along = np.array([c, s])
@@ -202,7 +202,7 @@ def _strips(edges: FloatArray, angle: float, directions: FloatArray, step: float
     edge_angle = np.degrees(np.arctan2(edges[:, 3] - edges[:, 1], edges[:, 2] - edges[:, 0])) % 180.0
     fits = _fits(edge_angle[ends], angle, directions)
     runs = [part for run in _runs(at, low, high) for part in _fitting(run, fits[run], round(BRIDGED_M / step))]
-    return [_Strip(along, stations[at[r]], low[r], high[r]) for r in runs]
+    return [_ChordRun(along, stations[at[r]], low[r], high[r]) for r in runs]
 
 
 def _fitting(run: IntArray, fits: BoolArray, bridged: int) -> list[IntArray]:
@@ -256,18 +256,18 @@ def _runs(at: IntArray, low: FloatArray, high: FloatArray) -> list[IntArray]:
     return [np.array(r, np.int64) for r in (*done, *open_runs)]
 
 
-def _chain_lengths(strips: Sequence[_Strip]) -> list[float]:
+def _chain_lengths(runs: Sequence[_ChordRun]) -> list[float]:
     """Of each strip the length of all that follow one another with a small turn."""
-    length = np.array([s.stations[-1] - s.stations[0] for s in strips])
-    label = np.arange(len(strips))
-    for i, a in enumerate(strips):
+    length = np.array([s.stations[-1] - s.stations[0] for s in runs])
+    label = np.arange(len(runs))
+    for i, a in enumerate(runs):
         for j in range(i):
-            if label[i] != label[j] and _follow(a, strips[j]):
+            if label[i] != label[j] and _follow(a, runs[j]):
                 label[label == label[i]] = label[j]
-    return [float(length[label == label[i]].sum()) for i in range(len(strips))]
+    return [float(length[label == label[i]].sum()) for i in range(len(runs))]
 
 
-def _follow(a: _Strip, b: _Strip) -> bool:
+def _follow(a: _ChordRun, b: _ChordRun) -> bool:
     turn = abs(a.along[0] * b.along[1] - a.along[1] * b.along[0])
     if turn > np.sin(np.radians(30.0)):
         return False
@@ -276,18 +276,18 @@ def _follow(a: _Strip, b: _Strip) -> bool:
     return bool(gaps.min() < 0.4 * depth)
 
 
-def _ends(strip: _Strip) -> FloatArray:
+def _ends(run: _ChordRun) -> FloatArray:
     """(2, 2) middle of the first and of the last chord."""
-    v = (strip.low + strip.high)[[0, -1]] / 2
-    return np.outer(strip.stations[[0, -1]], strip.along) + np.outer(v, [-strip.along[1], strip.along[0]])
+    v = (run.low + run.high)[[0, -1]] / 2
+    return np.outer(run.stations[[0, -1]], run.along) + np.outer(v, [-run.along[1], run.along[0]])
 
 
-def uv_mask(piece: AxisPiece, outline: Polygon, u: FloatArray, v: FloatArray) -> BoolArray:
+def uv_mask(strip: AxisStrip, outline: Polygon, u: FloatArray, v: FloatArray) -> BoolArray:
     """(U, V) cells of a regular grid in u, v whose centres lie inside the outline."""
     cell = float(u[1] - u[0])
     mask = np.zeros((len(v), len(u)), np.uint8)
     for ring, value in ((outline.exterior, 1), *((r, 0) for r in outline.interiors)):
-        uv = piece.to_uv(shapely.get_coordinates(ring)[:, :2])
+        uv = strip.to_uv(shapely.get_coordinates(ring)[:, :2])
         corners = np.column_stack([(uv[:, 0] - u[0]) / cell, (uv[:, 1] - v[0]) / cell])
         cv2.fillPoly(mask, [np.round(corners * 16).astype(np.int32)], value, lineType=cv2.LINE_8, shift=4)
     return np.asarray(mask.T > 0)

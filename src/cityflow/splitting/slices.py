@@ -1,4 +1,4 @@
-"""Slices of an axis piece and what of the segments lies in each (Dahlke 2017 §2.2).
+"""Slices of an axis strip and what of the segments lies in each (Dahlke 2017 §2.2).
 
 Points are laid on the segments at GSD spacing, each with the segment's attitude. A slice is as wide as two GSD; in it, upright segments at
 either façade and segments along the slice on the roof are told by the share of the façade's height and of the slice's length that they cover.
@@ -12,7 +12,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.splitting import Segments
-from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.skeleton import AxisStrip
 
 UPRIGHT_DEG = 75.0
 """Steeper segments are upright."""
@@ -37,7 +37,7 @@ class SegmentPoints:
 
 @dataclass(frozen=True, slots=True)
 class SliceEvidence:
-    """Of each station of an axis piece, (S,) each.
+    """Of each station of an axis strip, (S,) each.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def points_on_segments(segments: Segments, spacing_m: float) -> SegmentPoints:
 
 
 def slice_evidence(
-    piece: AxisPiece, points: SegmentPoints, heights: tuple[FloatArray, FloatArray], ground: float
+    strip: AxisStrip, points: SegmentPoints, heights: tuple[FloatArray, FloatArray], ground: float
 ) -> SliceEvidence:
     """Count what lies in each slice.
 
@@ -75,23 +75,23 @@ def slice_evidence(
     heights : (S,) each: height of the eaves at the lower and at the upper end of each chord; NaN where unknown
     ground : height of the ground, metres
     """
-    uv = piece.to_uv(points.xyz[:, :2])
-    step = float(piece.stations[1] - piece.stations[0])
-    at = np.floor((uv[:, 0] - piece.stations[0]) / step + 0.5).astype(np.int64)
-    within = (at >= 0) & (at < len(piece.stations))
-    within[within] &= (uv[within, 1] > piece.low[at[within]] - FACADE_REACH_M) & (
-        uv[within, 1] < piece.high[at[within]] + FACADE_REACH_M
+    uv = strip.to_uv(points.xyz[:, :2])
+    step = float(strip.stations[1] - strip.stations[0])
+    at = np.floor((uv[:, 0] - strip.stations[0]) / step + 0.5).astype(np.int64)
+    within = (at >= 0) & (at < len(strip.stations))
+    within[within] &= (uv[within, 1] > strip.low[at[within]] - FACADE_REACH_M) & (
+        uv[within, 1] < strip.high[at[within]] + FACADE_REACH_M
     )
-    number = np.bincount(at[within], minlength=len(piece.stations))
+    number = np.bincount(at[within], minlength=len(strip.stations))
     vertical = [
-        _upright_share(piece, points, (uv, at, within), end, eaves, ground)
-        for end, eaves in zip((piece.low, piece.high), heights, strict=True)
+        _upright_share(strip, points, (uv, at, within), end, eaves, ground)
+        for end, eaves in zip((strip.low, strip.high), heights, strict=True)
     ]
-    return SliceEvidence(np.column_stack(vertical), _sloped_share(piece, points, uv, at, within), number)
+    return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within), number)
 
 
 def _upright_share(
-    piece: AxisPiece,
+    strip: AxisStrip,
     points: SegmentPoints,
     where: tuple[FloatArray, IntArray, BoolArray],
     end: FloatArray,
@@ -99,7 +99,7 @@ def _upright_share(
     ground: float,
 ) -> FloatArray:
     uv, at, within = where
-    slices = len(piece.stations)
+    slices = len(strip.stations)
     near = within & points.upright
     near[near] &= np.abs(uv[near, 1] - end[at[near]]) < FACADE_REACH_M
     level = np.floor((points.xyz[:, 2] - ground) / CELL_M).astype(np.int64)
@@ -112,14 +112,14 @@ def _upright_share(
 
 
 def _sloped_share(
-    piece: AxisPiece, points: SegmentPoints, uv: FloatArray, at: IntArray, within: BoolArray
+    strip: AxisStrip, points: SegmentPoints, uv: FloatArray, at: IntArray, within: BoolArray
 ) -> FloatArray:
-    across = (piece.aspect_deg + 90.0) % 180.0
+    across = (strip.aspect_deg + 90.0) % 180.0
     turn = np.abs((points.aspect_deg - across + 90.0) % 180.0 - 90.0)
     lying = within & ~points.upright & (turn < ALONG_SLICE_DEG)
-    cells = np.maximum(np.ceil((piece.high - piece.low) / CELL_M).astype(np.int64), 1)
+    cells = np.maximum(np.ceil((strip.high - strip.low) / CELL_M).astype(np.int64), 1)
     place = np.zeros(len(uv), np.int64)
-    place[lying] = np.floor((uv[lying, 1] - piece.low[at[lying]]) / CELL_M).astype(np.int64)
+    place[lying] = np.floor((uv[lying, 1] - strip.low[at[lying]]) / CELL_M).astype(np.int64)
     lying[lying] &= (place[lying] >= 0) & (place[lying] < cells[at[lying]])
     covered = np.zeros((len(cells), int(cells.max())), bool)
     covered[at[lying], place[lying]] = True

@@ -17,15 +17,15 @@ from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
 from cityflow.splitting.lidar_cuts import from_points, lidar_candidates
 from cityflow.splitting.partition import partition
-from cityflow.splitting.piece_evidence import gather
 from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, orientation_at, principal_directions
 from cityflow.splitting.segments import SegmentParameters, find_segments
-from cityflow.splitting.skeleton import AxisPiece, axis_pieces, is_round
+from cityflow.splitting.skeleton import AxisStrip, axis_strips, is_round
 from cityflow.splitting.slices import SegmentPoints, points_on_segments
-from cityflow.splitting.strip_images import Cells, facade_cells, roof_strip
+from cityflow.splitting.strip_evidence import look_at_strip
+from cityflow.splitting.strip_rasters import Cells, facade_cells, roof_raster
 
 SAME_LINE_M = 1.2
-"""Lines of neighbouring pieces whose middles are nearer are the same border."""
+"""Lines of neighbouring strips whose middles are nearer are the same border."""
 ONE_CUT_M = 0.5
 """What is narrower is no gap."""
 SHORTEST_CHAIN_M = 4.5
@@ -102,19 +102,19 @@ def _aspects(principal: Principal) -> list[float]:
     return [a.degrees for a in principal.aspects]
 
 
-def _pieces(part: Polygon, principal: Principal, step: float) -> tuple[AxisPiece, ...]:
-    return axis_pieces(part, _aspects(principal), step, SHORTEST_CHAIN_M)
+def _strips(part: Polygon, principal: Principal, step: float) -> tuple[AxisStrip, ...]:
+    return axis_strips(part, _aspects(principal), step, SHORTEST_CHAIN_M)
 
 
 def _gaps(evidence: SplitEvidence, seen: _Seen, step: float) -> tuple[list[Polygon], list[tuple[CutLine, CutLine]]]:
     """Every gap as a polygon, with its two border lines."""
     polygons, lines = [], []
-    for piece in _pieces(evidence.outline, seen.principal, step):
-        roof = roof_strip(piece, evidence.outline, evidence.frames[0])
-        for gap in find_gaps(roof, evidence.ground_height, piece.depth, leaves=evidence.frames[0].ortho is not None):
+    for strip in _strips(evidence.outline, seen.principal, step):
+        roof = roof_raster(strip, evidence.outline, evidence.frames[0])
+        for gap in find_gaps(roof, evidence.ground_height, strip.depth, leaves=evidence.frames[0].ortho is not None):
             if gap.width < ONE_CUT_M:  # both of its borders are one cut, which the terraces show
                 continue
-            pair = _gap_lines(piece, evidence.outline, gap, _sigma(piece, seen.principal))
+            pair = _gap_lines(strip, evidence.outline, gap, _sigma(strip, seen.principal))
             if pair is not None:
                 a, b = (shapely.get_coordinates(c.line) for c in pair)
                 polygons.append(Polygon(np.concatenate([a, b[::-1]])))
@@ -122,18 +122,18 @@ def _gaps(evidence: SplitEvidence, seen: _Seen, step: float) -> tuple[list[Polyg
     return polygons, lines
 
 
-def _gap_lines(piece: AxisPiece, outline: Polygon, gap: GapStrip, sigma: float) -> tuple[CutLine, CutLine] | None:
+def _gap_lines(strip: AxisStrip, outline: Polygon, gap: GapStrip, sigma: float) -> tuple[CutLine, CutLine] | None:
     found = []
     for u in (gap.u_0, gap.u_1):
-        line = line_at(piece, outline, u)
+        line = line_at(strip, outline, u)
         if line is None:
             return None
         found.append(CutLine(line, "gap", gap_m=gap.width, confidence=gap.confidence, angle_sigma_deg=sigma))
     return found[0], found[1]
 
 
-def _sigma(piece: AxisPiece, principal: Principal) -> float:
-    near = [a.sigma for a in principal.aspects if abs((a.degrees - piece.aspect_deg + 90) % 180 - 90) < 1e-3]
+def _sigma(strip: AxisStrip, principal: Principal) -> float:
+    near = [a.sigma for a in principal.aspects if abs((a.degrees - strip.aspect_deg + 90) % 180 - 90) < 1e-3]
     return float(near[0]) if near else float("nan")
 
 
@@ -158,8 +158,8 @@ def _terraces(
     kept = filtered(inside, principal, parameters.principal) if principal.aspects else inside
     points = points_on_segments(joined_segments([kept, _walls(evidence, kept.frames)], kept.frames), evidence.gsd_m)
     found = []
-    for piece in _pieces(part, principal, step):
-        found += _of_piece(piece, part, evidence, points, seen.cells, _sigma(piece, principal))
+    for strip in _strips(part, principal, step):
+        found += _of_strip(strip, part, evidence, points, seen.cells, _sigma(strip, principal))
     return [_as_its_part(c, part, inside, principal) for c in found]
 
 
@@ -198,13 +198,13 @@ def _corners(
     parameters: SplitParameters,
     step: float,
 ) -> list[Candidate]:
-    """Also borders that end at others: within units that no axis piece of the whole has crossed, corners of a ring above all."""
+    """Also borders that end at others: within units that no axis strip of the whole has crossed, corners of a ring above all."""
     found, gaps = so_far
     lines = [off_corners(c.cut.line, evidence.outline) for c in found if c.cut.confidence >= parameters.threshold]
     if not lines:
         return found
-    pieces = [p for part in _parts(evidence.outline, gaps) for p in _pieces(part, seen.principal, step)]
-    covered = shapely.union_all([p.area() for p in pieces])
+    strips = [p for part in _parts(evidence.outline, gaps) for p in _strips(part, seen.principal, step)]
+    covered = shapely.union_all([p.area() for p in strips])
     units = partition(evidence.outline, lines, gaps, parameters.minimum_area_m2).units
     new = [
         c
@@ -216,8 +216,8 @@ def _corners(
     return _once([*found, *new])
 
 
-def _of_piece(
-    piece: AxisPiece,
+def _of_strip(
+    strip: AxisStrip,
     part: Polygon,
     evidence: SplitEvidence,
     points: SegmentPoints,
@@ -225,8 +225,8 @@ def _of_piece(
     sigma: float,
 ) -> list[Candidate]:
     if evidence.frames[0].ortho is None:
-        return lidar_candidates(piece, part, evidence, points, sigma)
-    return candidates(gather(piece, part, evidence, points, cells), part, sigma)
+        return lidar_candidates(strip, part, evidence, points, sigma)
+    return candidates(look_at_strip(strip, part, evidence, points, cells), part, sigma)
 
 
 def _within(segments: Segments, part: Polygon) -> Segments:
@@ -236,7 +236,7 @@ def _within(segments: Segments, part: Polygon) -> Segments:
 
 
 def _once(found: Sequence[Candidate]) -> list[Candidate]:
-    """Strongest first, without lines that another piece has found too."""
+    """Strongest first, without lines that another strip has found too."""
     kept: list[Candidate] = []
     for c in sorted(found, key=lambda c: (-c.log_odds, *shapely.get_coordinates(c.cut.line)[0])):
         middle = shapely.line_interpolate_point(c.cut.line, 0.5, normalized=True)

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
-from cityflow.splitting.piece_evidence import PieceEvidence
 from cityflow.splitting.roof_step import RoofStep, roof_step
 from cityflow.splitting.running_median import block_medians
 from cityflow.splitting.score_colour import BANDS, DARK, Change
 from cityflow.splitting.score_height import VALLEY_SLOPE
+from cityflow.splitting.strip_evidence import StripEvidence
 
 PRIOR = -5.0
 """Logarithm of the odds of a border where nothing is known."""
@@ -99,7 +99,7 @@ class Weighed:
     facade_change: tuple[float, float]
 
 
-def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weighed:
+def weigh(evidence: StripEvidence, u: float, sides: Sides, noise: Noise) -> Weighed:
     """Weigh a border at u."""
     if min(u - sides.left, sides.right - u) < LEAST_SIDE_M:
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
@@ -119,7 +119,7 @@ def weigh(evidence: PieceEvidence, u: float, sides: Sides, noise: Noise) -> Weig
 
 
 def _roof_odds(
-    evidence: PieceEvidence, u: float, sides: Sides, step_and_noise: tuple[RoofStep, float]
+    evidence: StripEvidence, u: float, sides: Sides, step_and_noise: tuple[RoofStep, float]
 ) -> tuple[float, float, bool, bool]:
     """What the roof's colour adds, by how much it changes, whether that is the edge of a shadow or a seam, and whether the hue stays."""
     step, noise = step_and_noise
@@ -166,7 +166,7 @@ def _valley_odds(step: RoofStep, alone: bool) -> float:
     return float(min(steep / STEEP_VALLEY, 1.0)) * (VALLEY_ALONE if alone else VALLEY_MOST)
 
 
-def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float, float, float]:
+def _roof_change(evidence: StripEvidence, u: float, sides: Sides) -> tuple[float, float, float]:
     """Relative change of the roof's colour, median over bands along the axis; of its hue; share of bands that agree with it."""
     change = evidence.roof_colour
     if change is None:
@@ -188,7 +188,7 @@ def _roof_change(evidence: PieceEvidence, u: float, sides: Sides) -> tuple[float
     return size, hue, alike * float(np.sqrt(sharp))
 
 
-def _is_light(evidence: PieceEvidence, u: float, sides: Sides, change: tuple[float, float]) -> bool:
+def _is_light(evidence: StripEvidence, u: float, sides: Sides, change: tuple[float, float]) -> bool:
     """True where the ground beside the house darkens or brightens as the roof does: the edge of a shadow, which leaves hues alone, or a seam
     between pictures of two exposures, which changes the hues of both alike."""
     size, hue = change
@@ -199,7 +199,7 @@ def _is_light(evidence: PieceEvidence, u: float, sides: Sides, change: tuple[flo
     inside = np.flatnonzero(np.atleast_1d(np.isfinite(colour.image[..., 0]).any(axis=0)))
     edges = np.array([inside[0], inside[-1] + 1], np.int64)
     roof = _ratio(colour, u, sides, edges, (ROOF_SIDE_M, ROOF_GUARD_M))[0]
-    low, high = evidence.piece.ends_at(u)
+    low, high = evidence.strip.ends_at(u)
     columns = [(at > u - SHADOW_SIDE_M) & (at < u - 0.2), (at < u + SHADOW_SIDE_M) & (at > u + 0.2)]
     for beside in (v < low - 0.6, v > high + 0.6):
         before, after = (evidence.roof.around[np.ix_(c, beside)].reshape(-1, colour.image.shape[2]) for c in columns)
@@ -233,7 +233,7 @@ def _facade_odds(facades: list[tuple[float, float]], noise: float) -> float:
 
 
 def _facade_change(changes: tuple[Change, ...], u: float, sides: Sides) -> tuple[float, float]:
-    """Relative change of a façade's colour in the frame that shows most of it, and how much that counts, 0 to 1: where it is sharp,
+    """Relative change of a façade's colour in the local frame that shows most of it, and how much that counts, 0 to 1: where it is sharp,
     lasts, and enough of the façade is known on both sides."""
     if not changes:
         return float("nan"), 0.0
@@ -305,7 +305,7 @@ def _ratio(change: Change, u: float, sides: Sides, edges: np.ndarray, reach: tup
     return np.asarray((high - low) / (0.5 * (high + low) + DARK))
 
 
-def _segment_odds(evidence: PieceEvidence, u: float) -> float:
+def _segment_odds(evidence: StripEvidence, u: float) -> float:
     slices = evidence.slices
     near = np.abs(evidence.stations - u) < 0.25
     if not near.any():

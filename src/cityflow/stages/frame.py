@@ -36,7 +36,7 @@ EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 
 
 class FrameParameters(Parameters):
-    """What a frame's tile is made with: the same as a ground tile."""
+    """What a local frame's tile is made with: the same as a ground tile."""
 
     fuse: FuseParameters = FuseParameters()
     ortho: OrthoParameters = OrthoParameters()
@@ -48,8 +48,8 @@ class FrameInputs(TaskInputs):
 
     Attributes
     ----------
-    bounds : of the tile, metres in the frame
-    grid : of the whole frame
+    bounds : of the tile, metres in the local frame
+    grid : of the whole local frame
     colours : the images that show it, oriented in the world
     """
 
@@ -61,7 +61,7 @@ class FrameInputs(TaskInputs):
 
 
 def task(survey: Survey, unit: str) -> Task:
-    """One tile of one frame, from the depth maps of its direction over the ground tiles that it looks at."""
+    """One tile of one local frame, from the depth maps of its direction over the ground tiles that it looks at."""
     place = survey.images.frame_tile(unit)
     own = {
         u: m
@@ -95,14 +95,14 @@ def task(survey: Survey, unit: str) -> Task:
 
 
 def ground_around(survey: Survey, unit: str) -> list[str]:
-    """Ground tiles whose depth maps a frame's tile needs: those that it looks at, and what looks past their points."""
+    """Ground tiles whose depth maps a local frame's tile needs: those that it looks at, and what looks past their points."""
     reach = reach_of(survey, 0.0)
     found = {n for t in survey.images.frame_tile(unit).ground_tiles for n in survey.lattice.near(t, reach)}
     return [n for n in survey.lattice.tiles if n in found]
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
-    """Turn points and images into the frame, then fuse and colour as for the world."""
+    """Turn points and images into the local frame, then fuse and colour as for the world."""
     given, parameters = task.arguments_as(FrameInputs), task.parameters_as(FrameParameters)
     frame, fusing, cell_m = given.frame, parameters.fuse, given.grid.cell
     around = grown(given.bounds, max(fusing.reach_m(cell_m), parameters.ortho.halo_m))
@@ -127,7 +127,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _in_frame(store: Store, given: FrameInputs, bounds: Bounds) -> ImagePoints:
-    """The points of the depth maps that stand over `bounds` of the frame, in the frame."""
+    """The points of the depth maps that stand over `bounds` of the local frame, in that frame."""
     world = DepthReader(store, given.depths, EVERYWHERE)(EVERYWHERE)
     points = world.rotated(given.frame.frame_from_world, given.frame.origin)
     x, y = points.xyz[:, 0], points.xyz[:, 1]
@@ -147,7 +147,7 @@ def _depth_maps(city: City, unit: str) -> Iterable[Node]:
 
 
 def _starts(city: City, ended: Node) -> Iterable[str]:
-    """The tiles of frames that look at the ground tiles to export."""
+    """The tiles of local frames that look at the ground tiles to export."""
     return (
         city.survey.images.frame_units_over(city.tiles) if ended == START and city.survey.source.kind == IMAGES else []
     )

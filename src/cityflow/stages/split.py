@@ -18,9 +18,9 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.cached_reads import read_points
 from cityflow.handover.field_types import EditsField, FrameField
 from cityflow.handover.outline_lines import OutlineAt
-from cityflow.handover.pieces import read_points
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
@@ -100,12 +100,12 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
 
 
 def frame_units(survey: Survey, outline: UnitEntry) -> list[str]:
-    """Frame tiles that show something of the tiles under the outline."""
+    """Local frame tiles that show something of the tiles under the outline."""
     return survey.images.frame_units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
 
 
 def _frames(survey: Survey, units: Sequence[str]) -> tuple[FrameRaster, ...]:
-    """Each frame once, in the order of the survey."""
+    """Each local frame once, in the order of the survey."""
     images = survey.images
     found = {images.frame_tile(u).frame.name: images.frame_tile(u).frame for u in units}
     return tuple(FrameRaster(found[name], images.frame_grid(found[name])) for name in sorted(found))
@@ -129,11 +129,11 @@ def _found(store: Store, given: SplitInputs, outline: Outline, parameters: Split
     """What the method finds; nothing is looked for where nobody wants to know."""
     if not given.looks or is_locked(outline.polygon, given.edits):
         return Splitting((outline.polygon,), reason=GIVEN)
-    evidence = gather(store, given, outline)
+    evidence = read_evidence(store, given, outline)
     return Splitting((outline.polygon,), reason=NO_SURFACE) if evidence is None else split(evidence, parameters)
 
 
-def gather(store: Store, given: SplitInputs, outline: Outline) -> SplitEvidence | None:
+def read_evidence(store: Store, given: SplitInputs, outline: Outline) -> SplitEvidence | None:
     """Rasters of every look direction over the outline, and the points where LiDAR has some; None where nothing was surveyed."""
     bounds, surfaces = grown(outline.polygon.bounds, AROUND_M), given.surfaces
     grid, layers = read_layers(store.zarr_store(surfaces.group), surfaces.working, bounds, ("dsm", "dtm"))
@@ -157,7 +157,7 @@ def _nadir(store: Store, given: SplitInputs, bounds: Bounds) -> FrameRasters:
 def _oblique(
     store: Store, frames: Iterable[FrameRaster], outline: Outline, heights: tuple[float, float]
 ) -> Iterator[FrameRasters]:
-    """The part of each frame that shows what stands on the outline."""
+    """The part of each local frame that shows what stands on the outline."""
     xy = shapely.get_coordinates(outline.polygon)
     corners = np.concatenate([np.column_stack([xy, np.full(len(xy), z)]) for z in heights])
     for raster in frames:
@@ -174,7 +174,7 @@ def _oblique(
 
 
 def _rasters(city: City, name: str) -> Iterable[Node]:
-    """Surfaces, orthos and frames that show the outline."""
+    """Surfaces, orthos and local frames that show the outline."""
     survey, outline = city.survey, city.outlines[name]
     under = survey.lattice.tiles_under(outline)
     pictures = [("ortho", t) for t in under] if survey.source.kind == IMAGES else []

@@ -1,4 +1,4 @@
-"""A terrain TIN of one tile: few triangles within an error bound, walls' feet as edges, borders that match.
+"""A terrain TIN of one tile: few triangles within an error bound, wall bases as edges, borders that match.
 
 Vertices are inserted where the triangulation is furthest from the raster until no cell is off by more than the bound.
 Border vertices are chosen along the border line alone, so two tiles that sample the same heights there choose the
@@ -150,7 +150,7 @@ def _insert(
     places = np.column_stack([x[inner], y[inner]])
     inner[inner] = cKDTree(fixed).query(places)[0] >= gap
     if lines:
-        # A vertex on or close to a wall's foot would split its edge or leave a sliver beside it.
+        # A vertex on or close to a wall base would split its edge or leave a sliver beside it.
         near = shapely.STRtree(shapely.points(x[inner], y[inner])).query(
             [shapely.LineString(line) for line in lines], predicate="dwithin", distance=gap / 2
         )[1]

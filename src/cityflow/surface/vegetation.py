@@ -54,9 +54,9 @@ def vegetation_mask(
     p = parameters
     with np.errstate(invalid="ignore"):
         high = dsm - dtm > p.least_height_m
-    said = class_votes(points, grid)
-    if said is not None:
-        return np.asarray(high & (said < 0))
+    votes = class_votes(points, grid)
+    if votes is not None:
+        return np.asarray(high & (votes < 0))
     count, leaves = _high_points(points, dtm, grid, p)
     size = 2 * round(p.window_m / grid.cell / 2) + 1
     share = uniform_filter(leaves, size) / np.maximum(uniform_filter(count, size), 1e-6)

@@ -122,10 +122,10 @@ def words_for(
 
 def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap:
     """The depth map with the words for each depth as `views`, and no depth where there are none."""
-    said = words[depth_map.image]
-    row, col = depth_map.row - said.row, depth_map.col - said.col
+    counts = words[depth_map.image]
+    row, col = depth_map.row - counts.row, depth_map.col - counts.col
     height, width = depth_map.depth.shape
-    found = said.count[row : row + height, col : col + width]
+    found = counts.count[row : row + height, col : col + width]
     kept = np.isfinite(depth_map.depth) & (found > 0)
     depth, sigma = (np.where(kept, v, np.float32(np.nan)) for v in (depth_map.depth, depth_map.sigma))
     return replace(depth_map, depth=depth, sigma=sigma, views=np.where(kept, found, np.uint8(0)))

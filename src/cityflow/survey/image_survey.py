@@ -100,7 +100,7 @@ class ImageSurvey:
 
     @cached_property
     def white(self) -> float:
-        """The value that is shown as white, the same for every tile and unit; of developed raw frames the greatest."""
+        """The value that is shown as white, the same for every tile and unit; of developed raw images the greatest."""
         if self.dtype == "uint8" or self.parameters.raw.makes_16_bits:
             return float(np.iinfo(self.dtype).max)
         return max((a.white for a in self.assets.values()), default=0.0) or float(np.iinfo(self.dtype).max)
@@ -188,7 +188,7 @@ class ImageSurvey:
         return {views[i].name for i in np.unique(order).tolist() if np.isfinite(steepness[i]).any()}
 
     def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
-        """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
+        """Images that show a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
         x_0, y_0, x_1, y_1 = bounds
         box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
         near = [v for v in self._showing(bounds) if _meets(v, box)]
@@ -216,7 +216,7 @@ class ImageSurvey:
 
     @cached_property
     def oblique_frames(self) -> tuple[LocalFrame, ...]:
-        """Frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
+        """Local frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
         chosen = self.parameters.images
         if not chosen.frames:
             return ()
@@ -225,7 +225,7 @@ class ImageSurvey:
 
     @cached_property
     def frame_tiles(self) -> dict[str, FrameTile]:
-        """All tiles of all oblique frames by unit name."""
+        """All tiles of all oblique local frames by unit name."""
         found: dict[str, FrameTile] = {}
         for frame in self.oblique_frames:
             over: dict[Tile, list[str]] = {}
@@ -241,12 +241,12 @@ class ImageSurvey:
         return self.frame_tiles[unit]
 
     def frame_units_over(self, tiles: Sequence[str]) -> list[str]:
-        """Frame tiles that show something of these ground tiles."""
+        """Local frame tiles that show something of these ground tiles."""
         chosen = set(tiles)
         return [unit for unit, f in self.frame_tiles.items() if chosen.intersection(f.ground_tiles)]
 
     def frame_cell_m(self, frame: LocalFrame) -> float:
-        """Cell of a frame's rasters: what its images resolve."""
+        """Cell of a local frame's rasters: what its images resolve."""
         return nearest_cell(float(np.median([gsd(self.flown[n]) for n in frame.images])))
 
     def frame_grid(self, frame: LocalFrame) -> Grid:
@@ -256,7 +256,7 @@ class ImageSurvey:
         )
 
     def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
-        """Frame tiles that a ground tile with all that stands on it falls on."""
+        """Local frame tiles that a ground tile with all that stands on it falls on."""
         x_0, y_0, x_1, y_1 = tile.buffered(self.parameters.images.frame_halo_m)
         low, high = self.heights_over(tile.bounds)
         corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
@@ -276,7 +276,7 @@ def _reduced(view: View, level: int) -> View:
 
 
 def _meets(view: View, box: FloatArray) -> bool:
-    """Whether the image of (8, 3) corners may meet the frame: corners behind the camera count as inside."""
+    """Whether the image of (8, 3) corners may meet the image: corners behind the camera count as inside."""
     uv, depth = view.image.project(box)
     if (depth <= 0).all():
         return False

@@ -120,13 +120,13 @@ def _has_door(volume: Volume, wall: Wall) -> bool:
 def _with_door(openings: FloatArray, wall: Wall, centre: float, terrain: Terrain) -> FloatArray:
     """A door at the terrain in the column of windows at `centre`; the windows that it would touch go."""
     x, y = wall.a + centre * wall.along + 0.1 * wall.outward
-    foot = float(terrain.z(np.asarray(x), np.asarray(y))) - 0.15
-    left, right, top = centre - DOOR_M[0] / 2, centre + DOOR_M[0] / 2, foot + 0.15 + DOOR_M[1]
+    wall_base = float(terrain.z(np.asarray(x), np.asarray(y))) - 0.15
+    left, right, top = centre - DOOR_M[0] / 2, centre + DOOR_M[0] / 2, wall_base + 0.15 + DOOR_M[1]
     if top > float(_top_at(wall, np.array([left, right])).min()) - LINTEL_M:
         return openings
     apart = (openings[:, 1] < left - 0.1) | (openings[:, 0] > right + 0.1)
     over = (np.abs((openings[:, 0] + openings[:, 1]) / 2 - centre) < 1e-6) & (openings[:, 2] > top + 0.3)
-    return np.concatenate([openings[apart | over], [[left, right, foot, top, DOOR]]])
+    return np.concatenate([openings[apart | over], [[left, right, wall_base, top, DOOR]]])
 
 
 def _dormer_window(wall: Wall) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The plain colour of a building's walls, for what no image sees of them: the middle of what images show, without the plants at their feet."""
+"""The plain colour of a building's walls, for what no image sees of them: the middle of what images show, without the plants at the wall bases."""
 
 from __future__ import annotations
 

@@ -93,21 +93,21 @@ def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
     counts = judged + [f"{summary[status]:,} {word}" for status, word in words if summary[status]]
     others = [g for g in figures["problems"] if g["stage"] != unit_stage]
     tasks, kinds = sum(g["count"] for g in others), len(figures["problems"])
-    said = []
+    parts = []
     if counts:
-        said.append(f"Buildings: {_listed(counts)}")
+        parts.append(f"Buildings: {_listed(counts)}")
     if others:
         stages = _listed(sorted({g["stage"] for g in others}))
-        said.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as asked")
+        parts.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as asked")
     if kinds > 1:
-        said.append(f"{kinds:,} kinds of reasons")
-    if not said:
+        parts.append(f"{kinds:,} kinds of reasons")
+    if not parts:
         return (
             "None: nothing failed, and every building is good."
             if summary["verdicts"]["good"]
             else "None: nothing failed."
         )
-    return f"{'; '.join(said)}.{' The map shows where.' if counts or looks else ''}"
+    return f"{'; '.join(parts)}.{' The map shows where.' if counts or looks else ''}"
 
 
 def _to_do(figures: Mapping[str, Any], run: str) -> str:

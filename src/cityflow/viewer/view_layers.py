@@ -28,7 +28,7 @@ class Relief:
     right: tuple[float, float]
     down: tuple[float, float]
 
-    def said(self) -> dict[str, Json]:
+    def as_json(self) -> dict[str, Json]:
         """What the page must know of the file."""
         rows, cols = self.heights.shape
         return {"rows": rows, "cols": cols, "origin": _rounded(self.origin), "right": _rounded(self.right), "down": _rounded(self.down)}  # fmt: skip
@@ -62,8 +62,8 @@ def encode_points(local: FloatArray, colours: ByteArray | None, classes: ByteArr
     if colours is not None:
         parts.append(np.ascontiguousarray(colours, np.uint8).tobytes())
     parts.append(np.ascontiguousarray(classes, np.uint8).tobytes())
-    said = {"count": len(local), "is_coloured": colours is not None, "origin": _rounded(origin.tolist())}
-    return b"".join(parts), said
+    entry = {"count": len(local), "is_coloured": colours is not None, "origin": _rounded(origin.tolist())}
+    return b"".join(parts), entry
 
 
 def _rounded(values: Any) -> list[float]:

@@ -38,13 +38,13 @@ class City:
 
     Attributes
     ----------
-    name : of its run;  said : what is shown
+    name : of its run;  title : heading on the terminal
     workflow, catalog : as on the command line
     aoi : the part that is modelled; empty: all
     """
 
     name: str
-    said: str
+    title: str
     workflow: str
     catalog: str
     aoi: str = ""
@@ -85,11 +85,11 @@ def run_demo(
     """
     wanted = chosen_cities(only)
     files = [(project_file(c.workflow), project_file(c.catalog) if c.catalog else Path()) for c in wanted]
-    said = []
+    summaries = []
     with connect(scheduler or None, workers or os.cpu_count() or 1) as client:
         address = scheduler or str(client.scheduler_info()["address"])
         for city, (workflow, catalog) in zip(wanted, files, strict=True):
-            console.rule(city.said)
+            console.rule(city.title)
             begun = time.monotonic()
             aoi = city.aoi
             if city is FLIGHT:
@@ -97,15 +97,15 @@ def run_demo(
                 catalog, aoi = out / SURVEY / "catalog", ",".join(f"{v:g}" for v in grown(made.area, AROUND_M))
                 make_survey(out / SURVEY, made, PoseNoise(), address, workers, console, next_step=False)
             run_workflow(workflow, str(catalog), str(out / city.name), (), aoi, address, workers, console, talk)
-            said.append(_said(city, out / city.name, time.monotonic() - begun))
+            summaries.append(_summary(city, out / city.name, time.monotonic() - begun))
     runs = [str(out / c.name) for c in wanted]
-    _conclude(said, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)
+    _conclude(summaries, runs, sys.stdout.isatty() and sys.stdin.isatty() if view is None else view, console)
 
 
-def _conclude(said: Sequence[str], runs: Sequence[str], view: bool, console: Console) -> None:
+def _conclude(summaries: Sequence[str], runs: Sequence[str], view: bool, console: Console) -> None:
     say = partial(console.print, markup=False, highlight=False, soft_wrap=True)
     console.rule("Done")
-    for line in said:
+    for line in summaries:
         say(line)
     command = f"cityflow view {' '.join(map(shlex.quote, runs))}"
     if view:
@@ -115,10 +115,10 @@ def _conclude(said: Sequence[str], runs: Sequence[str], view: bool, console: Con
         say(f"Look at them in a browser: {Path(sys.argv[0]).parent / command}")
 
 
-def _said(city: City, run: Path, seconds: float) -> str:
+def _summary(city: City, run: Path, seconds: float) -> str:
     """What came of it, in a line."""
     verdict = json.loads(Store.open(str(run)).read_bytes(CITY))["verdict"]
-    return f"{city.said} ({seconds / 60:.1f} min). {verdict} {run / 'report.html'}"
+    return f"{city.title} ({seconds / 60:.1f} min). {verdict} {run / 'report.html'}"
 
 
 def chosen_cities(names: Sequence[str]) -> tuple[City, ...]:

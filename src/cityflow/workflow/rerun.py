@@ -144,17 +144,17 @@ def _whose(chosen: AbstractSet[Node]) -> str:
 
 def _elsewhere(section: str, setting: str, chosen: AbstractSet[Node], records: CurrentRecords, run: str) -> str:
     """Where a setting takes effect: on the report, on the tiles of the chosen units, on the whole run."""
-    said, here = shlex.quote(setting), shlex.quote(run)
+    quoted, here = shlex.quote(setting), shlex.quote(run)
     if section == "report":
-        return f"cityflow report {here} --set {said}"
-    whole = f"cityflow run WORKFLOW --out {here} --set {said}"
+        return f"cityflow report {here} --set {quoted}"
+    whole = f"cityflow run WORKFLOW --out {here} --set {quoted}"
     names = {r.unit for r in records.of(section)}
     if not names:
         return f"it is one value for the whole run: {whole}"
     tiles = sorted(_tiles_of({unit for _, unit in chosen}, records) & names)
     on = f"the {'tiles' if tiles else 'units'} that have one"
     named = "".join(f" --unit {shlex.quote(t)}" for t in tiles[:UNITS_NAMED])
-    return f"for {on}: cityflow rerun {here} --stage {section}{named} --set {said}; for the whole run: {whole}"
+    return f"for {on}: cityflow rerun {here} --stage {section}{named} --set {quoted}; for the whole run: {whole}"
 
 
 def _tiles_of(units_wanted: AbstractSet[str], records: CurrentRecords) -> set[str]:

@@ -146,7 +146,7 @@ def _has_its_city(store: Store, before: Mapping[str, Any]) -> bool:
 def _before(store: Store) -> dict[str, Any]:
     """What the page of before says of the city; nothing where there is no whole page."""
     try:
-        said = json.loads(store.read_bytes(CITY))
-        return dict(said) if store.exists(PAGE) and {"state", "counts"} <= set(said) else {}
+        entry = json.loads(store.read_bytes(CITY))
+        return dict(entry) if store.exists(PAGE) and {"state", "counts"} <= set(entry) else {}
     except (FileNotFoundError, NotADirectoryError, ValueError):
         return {}

@@ -113,10 +113,10 @@ def _collection(items: Mapping[str, Mapping[str, Any]], source: Source) -> dict[
         license=source.licence,
         providers=[provider] if source.attribution else None,
     )
-    said: dict[str, Any] = made.to_dict(include_self_link=False)
-    said["links"] = [_link("root", f"./{ROOT}"), _link("parent", f"./{ROOT}")]
-    said["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in items]
-    return said
+    properties: dict[str, Any] = made.to_dict(include_self_link=False)
+    properties["links"] = [_link("root", f"./{ROOT}"), _link("parent", f"./{ROOT}")]
+    properties["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in items]
+    return properties
 
 
 def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, 
         datetime=moment,
         start_datetime=start,
         end_datetime=end,
-        properties={**_said(source, reference, item.bounds), "title": item.id, **item.properties},
+        properties={**_properties(source, reference, item.bounds), "title": item.id, **item.properties},
         stac_extensions=[FILE, PROJECTION],
     )
     for key, product in item.files.items():
@@ -141,19 +141,22 @@ def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, 
     return written
 
 
-def _said(source: Source, reference: Reference, bounds: Bounds) -> dict[str, Any]:
+def _properties(source: Source, reference: Reference, bounds: Bounds) -> dict[str, Any]:
     crs = crs_of(reference)
-    said: dict[str, Any] = {
+    properties: dict[str, Any] = {
         "license": source.licence,
         "proj:code": _epsg(reference),
         "proj:bbox": [float(v) for v in bounds],
         "vertical_datum": vertical_datum(reference),
     }
-    if crs is not None and said["proj:code"] != reference.code:
-        said["proj:wkt2"] = crs.to_wkt()
+    if crs is not None and properties["proj:code"] != reference.code:
+        properties["proj:wkt2"] = crs.to_wkt()
     if source.attribution:
-        said |= {"attribution": source.attribution, "providers": [{"name": source.attribution, "roles": ["producer"]}]}
-    return said
+        properties |= {
+            "attribution": source.attribution,
+            "providers": [{"name": source.attribution, "roles": ["producer"]}],
+        }
+    return properties
 
 
 def _epsg(reference: Reference) -> str | None:

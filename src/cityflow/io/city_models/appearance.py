@@ -95,7 +95,7 @@ def attributes_of_look(look: Look) -> dict[str, Scalar]:
 
 def figure_attributes(figures: FaceFigures) -> dict[str, Scalar]:
     """The figures of a texture as attributes of its face; those that are not numbers are left out."""
-    said = {
+    attributes = {
         "texture_gsd_m": round(float(figures.gsd_m), 4),
         "texture_incidence_deg": round(float(figures.incidence_deg), 2),
         "texture_candidates": int(figures.candidates),
@@ -103,7 +103,7 @@ def figure_attributes(figures: FaceFigures) -> dict[str, Scalar]:
         "texture_occluded": round(float(figures.occluded), 4),
         "texture_interpolated": round(float(figures.interpolated), 4),
     }
-    return {name: value for name, value in said.items() if math.isfinite(value)}
+    return {name: value for name, value in attributes.items() if math.isfinite(value)}
 
 
 def unit_colour(colour: Colour) -> tuple[float, float, float]:

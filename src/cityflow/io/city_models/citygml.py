@@ -28,8 +28,8 @@ from cityflow.io.city_models.citygml_appearance import (
     polygon_stem,
     triangle_ring,
 )  # fmt: skip
+from cityflow.io.city_models.citygml_elements import generic_xml, members_xml, polygon_xml, positions, text_xml
 from cityflow.io.city_models.citygml_openings import WallsWithOpenings
-from cityflow.io.city_models.citygml_pieces import generic_xml, members_xml, polygon_xml, positions, text_xml
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
 from cityflow.io.city_models.openings import NO_OPENINGS, Openings, attributes_of_faces
 from cityflow.io.city_models.roof_planes import plane_attributes
@@ -152,14 +152,14 @@ def _boundary_surfaces(
 ) -> Iterator[str]:
     """Thematic surfaces with the polygons of a shell; `mark` tells their ids from those of the other one."""
     polygons = list(_polygons(building.id, mark, shell, looks))
-    said = attributes_of_faces(looks, walls.said(mark))
+    of_faces = attributes_of_faces(looks, walls.attributes_of(mark))
     stem = f"{ncname('s', building.id)}-{'' if mark == SOLID_MARK else mark}"
-    for number, faces in enumerate(_surfaces(shell.faces, said)):
+    for number, faces in enumerate(_surfaces(shell.faces, of_faces)):
         first = shell.faces[faces[0]]
         kind = f"bldg:{first.semantic.value}"
         members = members_xml([polygons[i] for i in faces])
         more = walls.xml(mark, faces, shell)
-        attributes = generic_xml(_attributes_of(first, building) | said.get(faces[0], {}))
+        attributes = generic_xml(_attributes_of(first, building) | of_faces.get(faces[0], {}))
         yield (
             f'<bldg:boundedBy><{kind} gml:id="{stem}{number}">\n'
             f"{attributes}<bldg:lod2MultiSurface><gml:MultiSurface>{members}"
@@ -177,12 +177,12 @@ def _surfaces(faces: Sequence[Face], apart: Container[int]) -> list[list[int]]:
 
 
 def _attributes_of(face: Face, building: Building) -> dict[str, Scalar]:
-    said: dict[str, Scalar] = {}
+    attributes: dict[str, Scalar] = {}
     if 0 <= face.plane < len(building.planes):
-        said |= {"plane": face.plane} | plane_attributes(building.planes[face.plane])
+        attributes |= {"plane": face.plane} | plane_attributes(building.planes[face.plane])
     if face.neighbour is not None:
-        said |= {"is_party_wall": True, "neighbour": face.neighbour}
-    return scalars(said)
+        attributes |= {"is_party_wall": True, "neighbour": face.neighbour}
+    return scalars(attributes)
 
 
 def _polygons(identifier: str, mark: str, solid: Polyhedron, looks: Looks | None = None) -> Iterator[str]:

@@ -11,7 +11,7 @@ from cityflow.core.texture import FaceTexture
 from cityflow.io.attributes import ncname
 from cityflow.io.city_models.appearance import Look
 from cityflow.io.city_models.citygml_appearance import BEYOND_MARK, SOLID_MARK, BuildingAppearance, polygon_stem
-from cityflow.io.city_models.citygml_pieces import generic_xml, polygon_xml, positions
+from cityflow.io.city_models.citygml_elements import generic_xml, polygon_xml, positions
 from cityflow.io.city_models.opening_looks import opened_looks
 from cityflow.io.city_models.openings import (
     SEMANTICS,
@@ -35,7 +35,7 @@ class WallsWithOpenings:
         # what the source says of storeys stands among the generic attributes: two figures that differ would help nobody
         self._storeys = source_storeys(building) or counted
         shells = {SOLID_MARK: building.solids.get(Lod.LOD22), BEYOND_MARK: building.beyond}
-        self._said: Mapping[str, Mapping[int, Mapping[str, Scalar]]] = {
+        self._attributes: Mapping[str, Mapping[int, Mapping[str, Scalar]]] = {
             SOLID_MARK: attributes_of_walls(found, "solid", shells[SOLID_MARK]),
             BEYOND_MARK: attributes_of_walls(found, "beyond", shells[BEYOND_MARK]),
         }
@@ -47,9 +47,9 @@ class WallsWithOpenings:
         self.looks = {k: v for mark, shell in shells.items() for k, v in self._looks(mark, shell, look)}
         """How walls with openings and what fills them look, by the gml:ids of their polygons; those that look as ever are left out."""
 
-    def said(self, mark: str) -> Mapping[int, Mapping[str, Scalar]]:
+    def attributes_of(self, mark: str) -> Mapping[int, Mapping[str, Scalar]]:
         """Attributes of the walls of a shell, by the number of the face."""
-        return self._said[mark]
+        return self._attributes[mark]
 
     def storeys_xml(self) -> str:
         """Storeys as the source says them, else as far as rows of windows tell of them."""

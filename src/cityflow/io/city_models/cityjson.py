@@ -207,13 +207,13 @@ def _surfaces_of(
     """The faces as a MultiSurface with their semantics; a face of which textures or windows say something has one of its own."""
     used = sorted({i for face in solid.faces for ring in face.rings for i in ring})
     index = dict(zip(used, vertices.add(solid.vertices[used]), strict=True))
-    said = attributes_of_faces(looks, walls)
+    attributes = attributes_of_faces(looks, walls)
     kinds: dict[tuple[Semantic, int, str | None, int], int] = {}
     values = [
-        kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in said else -1), len(kinds))
+        kinds.setdefault((f.semantic, f.plane, f.neighbour, i if i in attributes else -1), len(kinds))
         for i, f in enumerate(solid.faces)
     ]
-    surfaces = [_surface(s, p, n, building.planes) | said.get(i, {}) for s, p, n, i in kinds]
+    surfaces = [_surface(s, p, n, building.planes) | attributes.get(i, {}) for s, p, n, i in kinds]
     return {
         "type": "MultiSurface",
         "lod": lod.value,

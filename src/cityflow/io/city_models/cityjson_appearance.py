@@ -140,11 +140,11 @@ class Gathered:
         start = len(self._uv)
         self._uv += appearance.get("vertices-texture", [])
         for geometry in (g for o in feature["CityObjects"].values() for g in o["geometry"]):
-            for said in geometry.get("texture", {}).values():
-                said["values"] = _each_list(said["values"], lambda ring: _ring(ring, textures, start))
-            for said in geometry.get("material", {}).values():
-                said["values"] = _each_list(
-                    said["values"], lambda row: [None if m is None else materials[m] for m in row]
+            for theme in geometry.get("texture", {}).values():
+                theme["values"] = _each_list(theme["values"], lambda ring: _ring(ring, textures, start))
+            for theme in geometry.get("material", {}).values():
+                theme["values"] = _each_list(
+                    theme["values"], lambda row: [None if m is None else materials[m] for m in row]
                 )
 
     @property

@@ -55,7 +55,7 @@ class _Surfaces:
         self.looks: dict[int, Look] = {}
 
     def shell(
-        self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]], said: AttributesOfFaces, looks: Looks
+        self, shell: Polyhedron, opened: Mapping[int, tuple[Opening, ...]], attributes: AttributesOfFaces, looks: Looks
     ) -> None:
         used = sorted({i for face in shell.faces for ring in face.rings for i in ring})
         index = dict(zip(used, self._add(shell.vertices[used]), strict=True))
@@ -66,7 +66,7 @@ class _Surfaces:
             rings = [[index[i] for i in ring] for ring in face.rings]
             self.boundaries.append([*rings, *(self._add(ring) for ring in holes(openings))])
             party = {"is_party_wall": True} if face.neighbour is not None else {}
-            self.surfaces.append({"type": face.semantic.value, **party, **said.get(number, {})})
+            self.surfaces.append({"type": face.semantic.value, **party, **attributes.get(number, {})})
             self._fill(openings)
 
     def _paint(self, look: OpenedLook) -> None:

@@ -83,8 +83,8 @@ def extent_of(buildings: Iterable[Building], more: Iterable[FloatArray] = ()) ->
 
 def extent_of_headers(headers: Iterable[bytes]) -> Bounds3 | None:
     """Bounds of all files whose headers say theirs; None where none does."""
-    said = [json.loads(header)["metadata"].get("geographicalExtent") for header in headers]
-    boxes = np.array([box for box in said if box is not None])
+    extents = [json.loads(header)["metadata"].get("geographicalExtent") for header in headers]
+    boxes = np.array([box for box in extents if box is not None])
     return extent_of((), [boxes[:, :3], boxes[:, 3:]]) if len(boxes) else None
 
 

@@ -181,12 +181,12 @@ def _tables(buildings: Sequence[Building], surfaces: Surfaces) -> tuple[Table, T
     """Row i of the first is building i, row i of the second face i."""
     ids = Column("id", [building.id for building in buildings])
     types = np.array([SEMANTICS.index(row.face.semantic.value) for row in surfaces.rows], np.uint8)
-    said = columns_of([{} if row.look is None else attributes_of_look(row.look) for row in surfaces.rows])
+    columns = columns_of([{} if row.look is None else attributes_of_look(row.look) for row in surfaces.rows])
     of_faces: tuple[Column | Classes, ...] = (
         Classes("type", types, SEMANTICS),
         Column("building", surfaces.building.tolist(), "row of the table of buildings"),
         Column("neighbour", [row.face.neighbour for row in surfaces.rows], "building behind a party wall"),
-        *said,
+        *columns,
     )
     return (
         Table(BUILDING, len(buildings), (ids, *columns_of([described(building) for building in buildings]))),

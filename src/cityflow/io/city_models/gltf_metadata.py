@@ -118,10 +118,10 @@ def _numbers(values: Sequence[Scalar], known: Sequence[float], buffer: GltfBuffe
     stand_ins = _MISSING_INTEGERS if is_narrow else _MISSING_NUMBERS
     missing = next(s for s in stand_ins if s not in known)
     filled = np.array([missing if value is None else value for value in values], np.int32 if is_narrow else np.float64)
-    said: dict[str, Json] = {"type": "SCALAR", "componentType": "INT32" if is_narrow else "FLOAT64"}
+    schema: dict[str, Json] = {"type": "SCALAR", "componentType": "INT32" if is_narrow else "FLOAT64"}
     if len(known) < len(values):
-        said["noData"] = missing
-    return said, {"values": buffer.view(filled.tobytes())}
+        schema["noData"] = missing
+    return schema, {"values": buffer.view(filled.tobytes())}
 
 
 def _texts(values: Sequence[Scalar], meaning: Json, buffer: GltfBuffer) -> tuple[Json, Json] | None:
@@ -130,8 +130,8 @@ def _texts(values: Sequence[Scalar], meaning: Json, buffer: GltfBuffer) -> tuple
     if not joined:
         return None
     offsets = np.cumsum([0, *map(len, encoded)]).astype(np.uint32)
-    said = {"type": "STRING", **({"noData": ""} if any(value is None for value in values) else {}), **meaning}
-    return said, {
+    schema = {"type": "STRING", **({"noData": ""} if any(value is None for value in values) else {}), **meaning}
+    return schema, {
         "values": buffer.view(joined), "stringOffsets": buffer.view(offsets.tobytes()), "stringOffsetType": "UINT32",
     }  # fmt: skip
 

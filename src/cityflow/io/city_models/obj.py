@@ -200,7 +200,7 @@ def _cross(p: list[float], q: list[float], r: list[float]) -> tuple[float, float
 
 def _sidecar(buildings: Sequence[Building], reference: Reference, scene: _Scene, terrain: Sequence[Tin]) -> str:
     crs, origin = crs_of(reference), scene.origin
-    said: dict[str, Any] = {
+    metadata: dict[str, Any] = {
         "crs": None if reference.is_local else reference.code,
         "crs_wkt": None if crs is None else crs.to_wkt(),
         "vertical_datum": vertical_datum(reference),
@@ -211,15 +211,18 @@ def _sidecar(buildings: Sequence[Building], reference: Reference, scene: _Scene,
     }
     objects = {ncname("b", b.id): {"id": xml_text(b.id), "attributes": described(b)} for b in buildings}
     if scene.appearance.textures is None:
-        return json.dumps(said | {"objects": objects}, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    said |= {"textures": [scene.appearance.image(p) for p in scene.appearance.pages()], "face_columns": _FACE_COLUMNS}
+        return json.dumps(metadata | {"objects": objects}, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    metadata |= {
+        "textures": [scene.appearance.image(p) for p in scene.appearance.pages()],
+        "face_columns": _FACE_COLUMNS,
+    }
     named = {name: attributes_of | {"faces": scene.faces.get(name, [])} for name, attributes_of in objects.items()}
-    return _line_by_line(said, named)
+    return _line_by_line(metadata, named)
 
 
-def _line_by_line(said: dict[str, Any], objects: dict[str, dict[str, Any]]) -> str:
+def _line_by_line(metadata: dict[str, Any], objects: dict[str, dict[str, Any]]) -> str:
     """JSON with a line for each object: indented, its hundreds of thousands of faces would be most of the writing time."""
-    head = json.dumps(said, indent=1, ensure_ascii=False, allow_nan=False).removesuffix("\n}")
+    head = json.dumps(metadata, indent=1, ensure_ascii=False, allow_nan=False).removesuffix("\n}")
     lines = (f"  {_compact(name)}: {_compact(value)}" for name, value in objects.items())
     return head + ',\n "objects": {\n' + ",\n".join(lines) + "\n }\n}\n"
 

@@ -39,8 +39,8 @@ def openings_of(
 
 def attributes_of_faces(looks: Looks, walls: AttributesOfFaces) -> dict[int, dict[str, Scalar]]:
     """What textures and windows say of the faces of a shell, by their numbers; faces of which nobody says anything are left out."""
-    said = {k: {**attributes_of_look(looks[k])} if k in looks else {} for k in sorted({*looks, *walls})}
-    return {k: row for k, own in said.items() if (row := {**own, **walls.get(k, {})})}
+    attributes = {k: {**attributes_of_look(looks[k])} if k in looks else {} for k in sorted({*looks, *walls})}
+    return {k: row for k, own in attributes.items() if (row := {**own, **walls.get(k, {})})}
 
 
 def attributes_of_walls(
@@ -56,26 +56,26 @@ def attributes_of_walls(
 def _attributes_of_wall(wall: FaceOpenings) -> dict[str, Scalar]:
     """How many windows, their share of what is seen of the wall, how sure they are; or why nobody knows."""
     sure = [float(o.confidence) for o in wall.openings if o.kind == "window"]
-    said: dict[str, Scalar] = {}
+    attributes: dict[str, Scalar] = {}
     if sure or wall.window_to_wall is not None:
-        said["windows"] = len(sure)
+        attributes["windows"] = len(sure)
     if sure:
-        said["windows_confidence"] = round(sum(sure) / len(sure), 3)
+        attributes["windows_confidence"] = round(sum(sure) / len(sure), 3)
     if wall.window_to_wall is not None:
-        said["window_to_wall_ratio"] = round(float(wall.window_to_wall), 4)
+        attributes["window_to_wall_ratio"] = round(float(wall.window_to_wall), 4)
     else:
-        said["window_to_wall_missing" if sure else "windows_missing"] = xml_text(wall.reason or TOO_LITTLE)
+        attributes["window_to_wall_missing" if sure else "windows_missing"] = xml_text(wall.reason or TOO_LITTLE)
     if wall.area_m2 > 0:
-        said["windows_seen_share"] = round(min(wall.seen_m2 / wall.area_m2, 1.0), 3)
-    return said
+        attributes["windows_seen_share"] = round(min(wall.seen_m2 / wall.area_m2, 1.0), 3)
+    return attributes
 
 
 def source_storeys(building: Building) -> int | None:
     """Storeys above ground that the building's source has counted; None where it says nothing of them, or no whole number."""
     for name in SOURCE_STOREYS:
-        said = building.attributes.get(name)
-        if isinstance(said, int | float) and not isinstance(said, bool) and said == round(said) and said > 0:
-            return int(said)
+        value = building.attributes.get(name)
+        if isinstance(value, int | float) and not isinstance(value, bool) and value == round(value) and value > 0:
+            return int(value)
     return None
 
 
@@ -90,5 +90,5 @@ def holes(openings: tuple[Opening, ...]) -> list[FloatArray]:
 
 def attributes_of_opening(opening: Opening) -> dict[str, Scalar]:
     """Attributes of a window or a door."""
-    said: dict[str, Scalar] = {"confidence": round(float(opening.confidence), 3)}
-    return said | {"completed": True} if opening.completed else said
+    attributes: dict[str, Scalar] = {"confidence": round(float(opening.confidence), 3)}
+    return attributes | {"completed": True} if opening.completed else attributes

@@ -55,11 +55,11 @@ class About:
     crs: str = "local"
     placing: Placing | None = None
 
-    def said(self) -> dict[str, str | float]:
+    def metadata(self) -> dict[str, str | float]:
         """Name → text or metres; what is empty is left out."""
         texts = {"title": self.title, "attribution": self.attribution, "date": self.date, "source_crs": self.crs}
         known: dict[str, str | float] = {name: xml_text(text) for name, text in texts.items() if text}
-        return known | ({} if self.placing is None else self.placing.said())
+        return known | ({} if self.placing is None else self.placing.as_metadata())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,15 +154,15 @@ def write_tileset(contents: Sequence[Content], frame: TileFrame, about: About) -
 
 def tileset_json(root: dict[str, Json], about: About) -> bytes:
     """A tileset around its root tile, with metadata."""
-    said = about.said()
+    metadata = about.metadata()
     properties = {
         name: {"type": "STRING"} if isinstance(value, str) else {"type": "SCALAR", "componentType": "FLOAT64"}
-        for name, value in said.items()
+        for name, value in metadata.items()
     }
     whole = {
         "asset": {"version": VERSION},
         "schema": {"id": "cityflow_tileset", "classes": {"tileset": {"properties": properties}}},
-        "metadata": {"class": "tileset", "properties": said},
+        "metadata": {"class": "tileset", "properties": metadata},
         "geometricError": 2 * root["geometricError"],
         "root": root,
     }

@@ -80,14 +80,14 @@ def parsed_columns(text: str) -> dict[str, str | int]:
 
 def read(given: OrientationFile) -> OrientationModel:
     """For `readers.READERS`: the table with what the options ``cameras``, ``columns``, ``angle_unit`` and ``rotation_order`` say of it."""
-    cameras, said = given.options.get("cameras"), given.options
+    cameras, options = given.options.get("cameras"), given.options
     if cameras is None:
         raise CatalogError(
             "a table of angles needs its cameras", where=str(given.path), remedy="name them with --cameras FILE"
         )
-    unit = _one_of(AngleUnit, said.get("angle_unit", AngleUnit.DEGREE), "--angle-unit")
-    order = _one_of(RotationOrder, said.get("rotation_order", RotationOrder.OMEGA_PHI_KAPPA), "--rotation-order")
-    return read_opk(OpkTable(given.path, Path(cameras), parsed_columns(said.get("columns", "")), unit, order))
+    unit = _one_of(AngleUnit, options.get("angle_unit", AngleUnit.DEGREE), "--angle-unit")
+    order = _one_of(RotationOrder, options.get("rotation_order", RotationOrder.OMEGA_PHI_KAPPA), "--rotation-order")
+    return read_opk(OpkTable(given.path, Path(cameras), parsed_columns(options.get("columns", "")), unit, order))
 
 
 def _one_of(choices: type[Choice], text: str, option: str) -> Choice:

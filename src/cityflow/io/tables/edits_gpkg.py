@@ -56,8 +56,8 @@ def read_edits(href: str, target: Reference) -> Edits:
     for layer in found:
         if not any(g is not None and not g.is_empty for g in layer.geometry):
             continue
-        geometry, said = to_reference(layer, target)
-        notes += [f"layer {layer.name} of {note}" for note in said]
+        geometry, remarks = to_reference(layer, target)
+        notes += [f"layer {layer.name} of {note}" for note in remarks]
         drawn[layer.name] = _features(layer, geometry, TYPE_COLUMN if layer.name == ROOF_TYPES else ID_COLUMN)
     shapes = {layer: tuple(g for _, g in features) for layer, features in drawn.items()}
     outlines = [DrawnOutline(g, name, layer == LOCKED) for layer in (LOCKED, OUTLINES) for name, g in drawn[layer]]

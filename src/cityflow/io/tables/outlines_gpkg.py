@@ -128,10 +128,10 @@ def overhang_layer(rows: Iterable[tuple[str, Sequence[float | None]]]) -> Layer:
     """Edges of units beyond which the roof stands out: x, y of both ends, reach, standard deviation (None: unknown) and share seen."""
     found = [(unit, [0.0 if v is None else float(v) for v in row], row) for unit, row in rows]
     lines = [LineString([values[0:2], values[2:4]]) for _, values, _ in found]
-    said: list[dict[str, Scalar]] = [
+    attributes: list[dict[str, Scalar]] = [
         {"unit": unit, "reach_m": row[4], "sigma_m": row[5], "seen": row[6]} for unit, _, row in found
     ]
-    return Layer("overhangs", lines, said, _LINE)
+    return Layer("overhangs", lines, attributes, _LINE)
 
 
 def status_layer(units: Iterable[tuple[str, BaseGeometry | None, Status, str]]) -> Layer:

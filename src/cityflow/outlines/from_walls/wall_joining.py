@@ -47,7 +47,7 @@ def joined(
     meets = _meets(lines, reach_m)
     met = np.asarray(meets.any(axis=0))
     alone = ~(met | met.T).any(axis=1)
-    floating = np.array([w.foot_m for w in lines]) > FLOATING_M
+    floating = np.array([w.base_m for w in lines]) > FLOATING_M
     long = certain & (length >= least_m * np.where(alone, np.where(floating, ALONE_ABOVE, ALONE), 1.0))
     across = np.abs(_normals(lines) @ _normals(lines).T) < ACROSS_COS
     as_high = _alike_high(lines) >= ALIKE_HIGH

@@ -44,7 +44,7 @@ class WallLine:
     ground_z: float = float("nan")
 
     @property
-    def foot_m(self) -> float:
+    def base_m(self) -> float:
         """How high above the terrain the lowest points stand: of a wall that rises above a lower roof, that roof's height."""
         return self.z_low - self.ground_z
 

@@ -25,7 +25,7 @@ HEIGHT_RANGE_M = 2.5
 RESERVE_RANGE_M = 2.0
 """Rule (a) of the reserve, which only joins walls: Nex 2013 §3.2 takes 2 m as well."""
 BORDER_M = 0.3
-"""So far from the foot and the top of a wall the normals are those of ground and eaves; set by hand on synthetic towns."""
+"""So far from the base and the top of a wall the normals are those of ground and eaves; set by hand on synthetic towns."""
 HALF_M = 0.5
 """Metres of wall to either side of a cell that the rules look at: as far as the normal of a wall point does."""
 FILLING = 0.1

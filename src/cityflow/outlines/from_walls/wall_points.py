@@ -95,7 +95,7 @@ def find_wall_points(points: ImagePoints, parameters: WallPointParameters) -> Wa
 
 
 def _rising(voxels: Voxels) -> BoolArray:
-    # the 3 x 3 columns are three cells wide; at the foot and at the top of a wall the rise is all on one side
+    # the 3 x 3 columns are three cells wide; at the base and at the top of a wall the rise is all on one side
     rise = max(math.ceil(3 * math.tan(math.radians(STEEP_DEG))), 2)
     return steep(voxels, Columns.of(voxels, 1), rise, rise)
 

@@ -20,10 +20,10 @@ from cityflow.core.parameters import Parameters
 from cityflow.outlines.joined.combine_cut import building_faces
 from cityflow.outlines.joined.combine_evidence import Surroundings, border_costs, evidence, leaving
 from cityflow.outlines.joined.combine_faces import faces_of, integrals
-from cityflow.outlines.joined.combine_feet import KnownWall
 from cityflow.outlines.joined.combine_lines import Roofs, candidate_pieces
 from cityflow.outlines.joined.combine_refit import on_walls
 from cityflow.outlines.joined.combine_rings import cleaned, without_necks
+from cityflow.outlines.joined.combine_wall_bases import KnownWall
 
 _WIDEST_GAP_M = 2.4
 """A roof that ends within so much before a wall ends there; set by hand on synthetic towns, as are the next two."""
@@ -92,7 +92,7 @@ def _local_footprints(
     world, reach = np.array(around.grid.bounds[:2]), parameters.overhang_m
     leaves = np.array([leaving(_moved(k, world).wall, around, _WIDEST_GAP_M) for k in walls])
     enclosed = (leaves < _ENCLOSED_SHARE) & np.array(
-        [bool(min(k.feet.min(), k.wall.foot_m) < _SEEN_DOWN_M) for k in walls], bool
+        [bool(min(k.bases.min(), k.wall.base_m) < _SEEN_DOWN_M) for k in walls], bool
     )
     pieces = candidate_pieces(walls, roofs, reach, EXTENSION_M, enclosed)
     if not len(pieces.ends):

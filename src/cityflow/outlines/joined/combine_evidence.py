@@ -22,8 +22,8 @@ _BEHIND_M = 0.5
 """So deep behind a wall is building."""
 _LEAVES_SHARE = 0.6
 """Share of a wall before which the roof ends, from which what is roof there is its eaves."""
-_ABOVE_FOOT_M = 1.0
-"""What is so much higher than the foot of a wall before it is eaves or a tree, no lower roof."""
+_ABOVE_BASE_M = 1.0
+"""What is so much higher than the base of a wall before it is eaves or a tree, no lower roof."""
 _NARROWEST_M = 0.8
 """Gaps between houses are at least so wide."""
 _UNKNOWN, _WORN_OFF, _FILLED, _SLOT, _HIDDEN = -0.1, 0.3, -1.0, -1.0, 0.3
@@ -98,7 +98,7 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
     Parameters
     ----------
     pieces : in a frame whose origin is the lower left corner of the grid
-    leaves : (walls,) see `leaving`; decides where the terrain, and so the foot of a wall, is not known
+    leaves : (walls,) see `leaving`; decides where the terrain, and so the base of a wall, is not known
     """
     gain, unknown = _base(around)
     region, loose = _fine(around.region), _fine(around.loose)
@@ -110,10 +110,10 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
     def before(number: int, depth_m: float) -> tuple[tuple[slice, slice], BoolArray]:
         """Cells of the region before a piece that are no lower roof."""
         window, mask = _strip(pieces.ends[number], depth_m, gain.shape, cell)
-        foot = pieces.foot[number]
-        if np.isnan(foot):
+        base = pieces.base[number]
+        if np.isnan(base):
             return window, mask & region[window] & bool(leaves[pieces.wall[number]] >= _LEAVES_SHARE)
-        return window, mask & region[window] & (loose[window] | (height[window] > foot + _ABOVE_FOOT_M))
+        return window, mask & region[window] & (loose[window] | (height[window] > base + _ABOVE_BASE_M))
 
     for number in along.tolist():
         window, mask = before(number, reach_m)
@@ -122,7 +122,7 @@ def evidence(around: Surroundings, pieces: Pieces, leaves: FloatArray, reach_m: 
         for number in seen.tolist():
             window, mask = before(number, depth_m)
             gain[window][mask] = np.minimum(gain[window][mask], worth)
-    standing = seen[~(pieces.foot[seen] > _STANDS_M)]
+    standing = seen[~(pieces.base[seen] > _STANDS_M)]
     for number in standing:
         window, mask = _strip(pieces.ends[number], -2 * _BEHIND_M, gain.shape, cell)
         gain[window][mask & unknown[window]] = _HIDDEN
@@ -189,5 +189,5 @@ def border_costs(faces: Faces, pieces: Pieces) -> tuple[FloatArray, FloatArray]:
 
 def _piece_costs(pieces: Pieces) -> tuple[FloatArray, FloatArray]:
     costs = np.array([_COSTS[kind] for kind in Kind])[pieces.kind]
-    costs[(pieces.foot > _STANDS_M) & (pieces.kind == Kind.SEEN)] = _COST_OF_UPPER
+    costs[(pieces.base > _STANDS_M) & (pieces.kind == Kind.SEEN)] = _COST_OF_UPPER
     return costs[:, 0], costs[:, 1]

@@ -12,12 +12,12 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.outlines.from_walls.wall_line import CURVE, WallLine
-from cityflow.outlines.joined.combine_feet import KnownWall
+from cityflow.outlines.joined.combine_wall_bases import KnownWall
 
 _PARALLEL_SIN = np.sin(np.radians(10.0))
 """Lines that turn less are parallel; set by hand on synthetic towns, as are those below."""
-_SAME_FOOT_M = 0.5
-"""A wall whose foot changes by more is two."""
+_SAME_BASE_M = 0.5
+"""A wall whose base changes by more is two."""
 _GAPS_M = 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2
 """Widths of gaps that are tried before a wall."""
 _GAP_END_M = 1.5
@@ -52,13 +52,13 @@ class Pieces:
     ----------
     ends : (n, 2, 2) float64, metres in the frame of the problem; the building, if any, on the left
     kind : (n,) of `Kind`
-    foot : (n,) metres above the terrain down to which the wall was seen; NaN where that is not known
+    base : (n,) metres above the terrain down to which the wall was seen; NaN where that is not known
     wall : (n,) index of the wall, -1 for roofs, steps and gaps
     """
 
     ends: FloatArray
     kind: IntArray
-    foot: FloatArray
+    base: FloatArray
     wall: IntArray
 
     def of(self, *kinds: Kind) -> BoolArray:
@@ -99,7 +99,7 @@ def candidate_pieces(
     edges = np.concatenate([np.empty((0, 2, 2)), *(_edges(roof) for roof in (*roofs.whole, *roofs.parts))])
     of_whole = sum(shapely.get_num_coordinates(r) - shapely.get_num_interior_rings(r) - 1 for r in roofs.whole)
     for number, known in enumerate(walls):
-        rows += [(piece, kind, foot, number) for piece, kind, foot in _wall_pieces(known, edges, reach_m, beyond_m)]
+        rows += [(piece, kind, base, number) for piece, kind, base in _wall_pieces(known, edges, reach_m, beyond_m)]
         rows += [(piece, Kind.STEP, np.nan, -1) for piece in _steps(known.wall)]
         if enclosed[number]:
             rows += [(piece, Kind.GAP, np.nan, -1) for piece in _across_gap(known.wall)]
@@ -129,36 +129,36 @@ def _wall_pieces(
     """The wall as seen, what follows from the eaves before it, and beyond."""
     wall = known.wall
     xy = shapely.get_coordinates(wall.line)
-    result = [(piece, Kind.SEEN, foot) for piece, foot in _sections(known)]
+    result = [(piece, Kind.SEEN, base) for piece, base in _sections(known)]
     along_roof = (0.0, 0.0) if wall.kind == CURVE else _along_roof(xy, edges, reach_m)
     for last in (False, True):
         tip, d = (xy[-1], _unit(xy[-1] - xy[-2])) if last else (xy[0], _unit(xy[0] - xy[1]))
-        along, foot = along_roof[int(last)], _eave_foot(wall)
+        along, base = along_roof[int(last)], _eave_base(wall)
         middle = tip + d * along
         far = middle + d * (beyond_m if along == 0 else min(beyond_m, _ROOF_END_M))
         if along > 0:
-            result.append((np.stack([tip, middle] if last else [middle, tip]), Kind.ALONG_ROOF, foot))
+            result.append((np.stack([tip, middle] if last else [middle, tip]), Kind.ALONG_ROOF, base))
         near = middle + d * _NEAR_END_M
-        result.append((np.stack([middle, near] if last else [near, middle]), Kind.NEAR_END, foot))
-        result.append((np.stack([near, far] if last else [far, near]), Kind.EXTENDED, foot))
+        result.append((np.stack([middle, near] if last else [near, middle]), Kind.NEAR_END, base))
+        result.append((np.stack([near, far] if last else [far, near]), Kind.EXTENDED, base))
     return result
 
 
-def _eave_foot(wall: WallLine) -> float:
+def _eave_base(wall: WallLine) -> float:
     """Height above the terrain that only the wall's own eaves surpass, not a lower roof before it."""
     return wall.z_high - wall.ground_z - _BELOW_EAVE_M
 
 
 def _sections(known: KnownWall) -> list[tuple[FloatArray, float]]:
-    """Straight pieces of a wall, cut where its foot changes."""
-    line, feet = known.wall.line, known.feet
-    change = np.flatnonzero(~(np.abs(np.diff(feet)) < _SAME_FOOT_M) & np.isfinite(feet[1:])) + 1
+    """Straight pieces of a wall, cut where its base changes."""
+    line, bases = known.wall.line, known.bases
+    change = np.flatnonzero(~(np.abs(np.diff(bases)) < _SAME_BASE_M) & np.isfinite(bases[1:])) + 1
     vertices = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(line))) / line.length
     vertices[-1] = 1.0
-    cuts = np.unique(np.concatenate([vertices, change / len(feet)]))
+    cuts = np.unique(np.concatenate([vertices, change / len(bases)]))
     xy = shapely.get_coordinates(shapely.line_interpolate_point(line, cuts, normalized=True))
-    number = np.minimum(((cuts[1:] + cuts[:-1]) / 2 * len(feet)).astype(int), len(feet) - 1)
-    return [(np.stack([p, q]), float(feet[k])) for p, q, k in zip(xy[:-1], xy[1:], number, strict=True)]
+    number = np.minimum(((cuts[1:] + cuts[:-1]) / 2 * len(bases)).astype(int), len(bases) - 1)
+    return [(np.stack([p, q]), float(bases[k])) for p, q, k in zip(xy[:-1], xy[1:], number, strict=True)]
 
 
 def _across_gap(wall: WallLine) -> list[FloatArray]:

@@ -16,7 +16,7 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.points import HIGH_VEGETATION
 from cityflow.outlines.from_heights.regions import ROUGH_M, Region, RegionParameters, RegionSurface, roughness
 from cityflow.outlines.joined.combine_evidence import Surroundings
-from cityflow.outlines.joined.combine_feet import KnownWall
+from cityflow.outlines.joined.combine_wall_bases import KnownWall
 
 _MARGIN_M = 4.0
 """Surroundings of a region: as far as a wall may go on beyond what was seen of it."""

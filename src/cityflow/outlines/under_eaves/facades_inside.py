@@ -114,17 +114,17 @@ def facade_inside(outline: Outline, edge: WallEdge, seen: SeenHouses, outline_si
     ----------
     outline_sigma_m : standard deviation of an edge of which nothing is said
     """
-    said = known_part(edge, outline.edges)
-    if said is not None and said.source == "wall":
+    part = known_part(edge, outline.edges)
+    if part is not None and part.source == "wall":
         return None
     found = facade_beside(edge, seen)
     if found is None or found[0] >= -PAST_FACADE_M:
         return None
-    of_roof = said is not None and said.source == ROOF
+    of_roof = part is not None and part.source == ROOF
     roofed = 1.0 if of_roof and seen.walls is not None else _roofed(edge, found[0], seen.beside(edge)[0])
     if roofed < LEAST_ROOFED and not of_roof:
         return None
-    sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else outline_sigma_m
+    sigma = part.sigma_m if part is not None and np.isfinite(part.sigma_m) else outline_sigma_m
     return Facade(*found, sigma, roofed)
 
 

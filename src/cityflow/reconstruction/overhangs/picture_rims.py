@@ -57,21 +57,23 @@ def _window(grid: Grid, bounds: Bounds) -> Grid:
     )  # fmt: skip
 
 
-def colour_rim(foot: FloatArray, outward: FloatArray, around: tuple[float, float, float], colours: Colours) -> float:
+def colour_rim(
+    crossing: FloatArray, outward: FloatArray, around: tuple[float, float, float], colours: Colours
+) -> float:
     """Distance from the wall at which colours change most, common to all profiles of an edge; NaN where nothing stands out.
 
     Parameters
     ----------
-    foot : (N, 2) world, where the profiles cross the wall
+    crossing : (N, 2) world, where the profiles cross the wall
     outward : (2,) unit vector
     around : the place to look at, and how far inside and outside of it, metres
     """
-    if len(foot) < LEAST_PROFILES:
+    if len(crossing) < LEAST_PROFILES:
         return float("nan")
     step = colours.grid.cell / STEPS_PER_CELL
     inside, outside = (int(np.ceil(reach / step)) for reach in around[1:])
     t = around[0] + step * np.arange(-inside, outside + 1)
-    x, y = foot[:, :1] + t * outward[0], foot[:, 1:] + t * outward[1]
+    x, y = crossing[:, :1] + t * outward[0], crossing[:, 1:] + t * outward[1]
     col = ((x - colours.grid.x_min) / colours.grid.cell - 0.5).astype(np.float32)
     row = ((colours.grid.y_max - y) / colours.grid.cell - 0.5).astype(np.float32)
     change = np.zeros(len(t) - 1)

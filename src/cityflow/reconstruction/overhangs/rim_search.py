@@ -75,7 +75,7 @@ def _rims_of_surface(
     rims = [_rim(edge, profiles, places, owner == k, (cell, p)) for k, edge in enumerate(edges)]
     colours = colours_over(evidence.pictures, near, cell) if p.picture_window_cells > 0 else None
     if colours is not None:
-        rims = [_refined(rim, profiles.foot[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
+        rims = [_refined(rim, profiles.crossing[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
     return rims
 
 
@@ -90,12 +90,12 @@ def _rims_of_points(
         found, eave = NOT_SEEN, False
         if not edge.party and len(xyz):
             along = np.clip((xyz[:, :2] - edge.start) @ edge.along, 0.0, edge.length)
-            # what stands before or behind an edge has the foot of its end
-            along, of_foot = np.unique(along, return_inverse=True)
-            foot = edge.start + along[:, None] * edge.along
-            plane = _planes_over(foot, np.broadcast_to(edge.outward, foot.shape), candidate)
-            foot, plane = foot[of_foot], plane[of_foot]
-            beyond = (xyz[:, :2] - foot) @ edge.outward
+            # what stands before or behind an edge has the crossing of its end
+            along, of_crossing = np.unique(along, return_inverse=True)
+            crossing = edge.start + along[:, None] * edge.along
+            plane = _planes_over(crossing, np.broadcast_to(edge.outward, crossing.shape), candidate)
+            crossing, plane = crossing[of_crossing], plane[of_crossing]
+            beyond = (xyz[:, :2] - crossing) @ edge.outward
             found = point_rim(edge, plane[:, 0] + beyond * plane[:, 1], xyz, limits)
             eave = float(np.ptp(plane[:, 0])) < LEVEL_EAVE * edge.length
         rims.append(
@@ -108,32 +108,32 @@ def _profiles(edges: Sequence[WallEdge], candidate: Candidate, surface: SurfaceE
     """Profiles about a cell apart along all edges that touch no neighbour, and the edge of each."""
     total = sum(edge.length for edge in edges if not edge.party)
     step = max(surface.grid.cell, APART_M, total / MOST_PROFILES)
-    feet, outward, owner = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty(0, np.int64)]
+    crossings, outward, owner = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty(0, np.int64)]
     for number, edge in enumerate(edges):
         count = 0 if edge.party else int(edge.length / step)
         place = (np.arange(count) + 0.5) * (edge.length / max(count, 1))
-        feet.append(edge.start + place[:, None] * edge.along)
+        crossings.append(edge.start + place[:, None] * edge.along)
         outward.append(np.broadcast_to(edge.outward, (count, 2)))
         owner.append(np.full(count, number))
-    foot, out = np.concatenate(feet), np.concatenate(outward)
-    return Profiles(foot, out, _planes_over(foot, out, candidate)), np.concatenate(owner)
+    crossing, out = np.concatenate(crossings), np.concatenate(outward)
+    return Profiles(crossing, out, _planes_over(crossing, out, candidate)), np.concatenate(owner)
 
 
 def _roof_along(edges: Sequence[WallEdge], candidate: Candidate) -> list[float]:
     """World height of the roof where it is lowest along each edge; NaN where there is none."""
     share = np.array([[0.1], [0.5], [0.9]])
-    feet = np.concatenate([edge.start + share * edge.length * edge.along for edge in edges])
-    height = _planes_over(feet, np.repeat([edge.outward for edge in edges], len(share), axis=0), candidate)[:, 0]
+    crossings = np.concatenate([edge.start + share * edge.length * edge.along for edge in edges])
+    height = _planes_over(crossings, np.repeat([edge.outward for edge in edges], len(share), axis=0), candidate)[:, 0]
     return list(np.fmin.reduce(height.reshape(len(edges), -1), axis=1).tolist())
 
 
-def _planes_over(foot: FloatArray, outward: FloatArray, candidate: Candidate) -> FloatArray:
-    """(N, 2) height of the roof's plane over each foot, and its slope outwards."""
+def _planes_over(crossing: FloatArray, outward: FloatArray, candidate: Candidate) -> FloatArray:
+    """(N, 2) height of the roof's plane over each crossing, and its slope outwards."""
     solid = candidate.solid
-    if solid is None or not len(foot):
-        return np.full((len(foot), 2), np.nan)
+    if solid is None or not len(crossing):
+        return np.full((len(crossing), 2), np.nan)
     origin, polygons, planes = _faces_of(solid)
-    local = foot - origin[:2]
+    local = crossing - origin[:2]
     face = faces_beside(polygons, local - BESIDE_M * outward)
     a, b, c = planes[face].T
     height = a * local[:, 0] + b * local[:, 1] + c + origin[2]
@@ -171,13 +171,15 @@ def _rim(
     return RimOfEdge(edge, reach, sigma, chance, len(found) / count, eave, reach, False)
 
 
-def _refined(rim: RimOfEdge, feet: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]) -> RimOfEdge:
+def _refined(
+    rim: RimOfEdge, crossings: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]
+) -> RimOfEdge:
     """The rim of the heights and that of the colours, each by its precision."""
     cell, p = how
     if not np.isfinite(rim.reach_m):
         return rim
     window = rim.reach_m, p.picture_inside_cells * cell, p.picture_window_cells * cell
-    place = colour_rim(feet, rim.edge.outward, window, colours)
+    place = colour_rim(crossings, rim.edge.outward, window, colours)
     if not np.isfinite(place):
         return rim
     of_heights, of_colours = rim.sigma_m**-2, (p.picture_sigma_cells * colours.grid.cell) ** -2

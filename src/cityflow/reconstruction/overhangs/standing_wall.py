@@ -67,10 +67,10 @@ def standing_wall(
     unsaid_sigma_m : standard deviation of the outline where nothing says how it is known
     scanned : points around the unit are a laser's; those that images give between roof and ground are smeared along the rim
     """
-    said = known_part(edge, evidence.edges)
-    of_roof = said is not None and said.source == ROOF
-    unsaid = p.general_sigma_m if unsaid_sigma_m is None else unsaid_sigma_m
-    outline_sigma = said.sigma_m if said is not None and np.isfinite(said.sigma_m) else unsaid
+    part = known_part(edge, evidence.edges)
+    of_roof = part is not None and part.source == ROOF
+    default_sigma = p.general_sigma_m if unsaid_sigma_m is None else unsaid_sigma_m
+    outline_sigma = part.sigma_m if part is not None and np.isfinite(part.sigma_m) else default_sigma
     facade = None if edge.party else _facade(edge, evidence, roof_m, p, scanned)
     if facade is None:
         return UNKNOWN if of_roof else StandingWall(0.0, outline_sigma)
@@ -79,7 +79,7 @@ def standing_wall(
         p.roof_edge_off_m
         if of_roof
         else p.wall_edge_off_m
-        if said is not None and said.source == "wall"
+        if part is not None and part.source == "wall"
         else p.given_edge_off_m
     )
     if abs(place) > max(limit, p.significance * float(np.hypot(sigma, outline_sigma))):

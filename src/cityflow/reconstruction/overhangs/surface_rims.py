@@ -51,12 +51,12 @@ class Profiles:
 
     Attributes
     ----------
-    foot : (N, 2) world, where each crosses its wall
+    crossing : (N, 2) world, where each crosses its wall
     outward : (N, 2) unit vectors
-    plane : (N, 2) height of the roof's plane over the foot (world, metres), and its slope on the way out; NaN where there is none
+    plane : (N, 2) height of the roof's plane over the crossing (world, metres), and its slope on the way out; NaN where there is none
     """
 
-    foot: FloatArray
+    crossing: FloatArray
     outward: FloatArray
     plane: FloatArray
 
@@ -134,8 +134,8 @@ def rims_along(profiles: Profiles, surface: SurfaceEdges, limits: RimLimits) -> 
     step = surface.grid.cell / STEPS_PER_CELL
     apart = DROP_CELLS * surface.sigma_m
     t = np.arange(limits.first_m - apart, limits.last_m + apart + step, step)
-    x = profiles.foot[:, :1] + t * profiles.outward[:, :1]
-    y = profiles.foot[:, 1:] + t * profiles.outward[:, 1:]
+    x = profiles.crossing[:, :1] + t * profiles.outward[:, :1]
+    y = profiles.crossing[:, 1:] + t * profiles.outward[:, 1:]
     off = _sampled(surface.height, surface.grid, x, y) + surface.low - profiles.plane[:, :1] - t * profiles.plane[:, 1:]
     second = _sampled(surface.second, surface.grid, x, y)
     fx, fy = (_sampled(f, surface.grid, x, y) for f in (surface.fall_x, surface.fall_y))

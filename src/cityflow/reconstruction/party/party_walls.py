@@ -31,8 +31,8 @@ class WallAreas:
 
 
 @dataclass(frozen=True, slots=True)
-class Foot:
-    """A wall that stands on the floor: number of its face, and its ring, the ends of the foot first."""
+class WallBase:
+    """A wall that stands on the floor: number of its face, and its ring, the ends of the base first."""
 
     face: int
     ring: list[Point]
@@ -51,12 +51,12 @@ def cut_party_walls(polyhedra: Mapping[str, Polyhedron]) -> dict[str, Polyhedron
 
     A wall whose cut would spoil its solid is marked whole instead, in that solid only; `differing_walls` tells where.
     """
-    feet = {unit: wall_feet(solid) for unit, solid in sorted(polyhedra.items())}
-    beside = _units_beside(feet)
-    corners = _corners(feet, beside, polyhedra)
+    bases = {unit: wall_bases(solid) for unit, solid in sorted(polyhedra.items())}
+    beside = _units_beside(bases)
+    corners = _corners(bases, beside, polyhedra)
     parts: dict[str, list[WallPart]] = {unit: [] for unit in polyhedra}
     for (start, end), pair in sorted(beside.items()):
-        for unit, part in _parts(start, end, pair, feet, corners):
+        for unit, part in _parts(start, end, pair, bases, corners):
             parts[unit].append(part)
     return {unit: cut_unit(solid, parts[unit], corners) for unit, solid in polyhedra.items()}
 
@@ -79,10 +79,10 @@ def wall_areas(solid: Polyhedron) -> WallAreas:
     return WallAreas(float(outer), float(sum(area for area, _ in walls) - outer))
 
 
-def wall_feet(solid: Polyhedron) -> dict[PlanEdge, Foot]:
-    """Walls that stand on the floor, by the plan edge of their foot as the ring runs."""
+def wall_bases(solid: Polyhedron) -> dict[PlanEdge, WallBase]:
+    """Walls that stand on the floor, by the plan edge of their base as the ring runs."""
     floor = float(solid.vertices[:, 2].min())
-    feet: dict[PlanEdge, Foot] = {}
+    bases: dict[PlanEdge, WallBase] = {}
     for number, (face, rings) in enumerate(zip(solid.faces, coordinate_rings(solid), strict=True)):
         if face.semantic is not Semantic.WALL or len(rings) > 1:
             continue
@@ -90,8 +90,8 @@ def wall_feet(solid: Polyhedron) -> dict[PlanEdge, Foot]:
         on_floor = [k for k, p in enumerate(ring) if p[2] == floor == ring[(k + 1) % len(ring)][2]]
         if len(on_floor) == 1:
             ring = ring[on_floor[0] :] + ring[: on_floor[0]]
-            feet[ring[0][:2], ring[1][:2]] = Foot(number, ring)
-    return feet
+            bases[ring[0][:2], ring[1][:2]] = WallBase(number, ring)
+    return bases
 
 
 def cut_unit(solid: Polyhedron, parts: Sequence[WallPart], corners: Mapping[Plan, Corner]) -> Polyhedron:
@@ -121,11 +121,11 @@ def _cut(
     return mesh.polyhedron()
 
 
-def _units_beside(feet: Mapping[str, Mapping[PlanEdge, Foot]]) -> dict[PlanEdge, tuple[str, str]]:
-    """Common edges from the smaller to the greater end: the unit whose foot runs so, and the one beside it."""
+def _units_beside(bases: Mapping[str, Mapping[PlanEdge, WallBase]]) -> dict[PlanEdge, tuple[str, str]]:
+    """Common edges from the smaller to the greater end: the unit whose base runs so, and the one beside it."""
     first: dict[PlanEdge, str] = {}
-    for unit in sorted(feet):
-        for edge in feet[unit]:
+    for unit in sorted(bases):
+        for edge in bases[unit]:
             first.setdefault(edge, unit)
     pairs = {}
     for (start, end), unit in first.items():
@@ -136,21 +136,21 @@ def _units_beside(feet: Mapping[str, Mapping[PlanEdge, Foot]]) -> dict[PlanEdge,
 
 
 def _corners(
-    feet: Mapping[str, Mapping[PlanEdge, Foot]],
+    bases: Mapping[str, Mapping[PlanEdge, WallBase]],
     beside: Mapping[PlanEdge, tuple[str, str]],
     polyhedra: Mapping[str, Polyhedron],
 ) -> dict[Plan, Corner]:
     """The ends of all common edges, settled between all units that meet there."""
     heights: dict[Plan, set[float]] = {plan: set() for edge in beside for plan in edge}
     floors: dict[Plan, set[float]] = {plan: set() for plan in heights}
-    for unit in feet:
+    for unit in bases:
         for x, y, z in polyhedra[unit].vertices.tolist():
             if (x, y) in heights:
                 heights[x, y].add(z)
-        for edge, foot in feet[unit].items():
+        for edge, base in bases[unit].items():
             for plan in edge:
                 if plan in floors:
-                    floors[plan].add(foot.ring[0][2])
+                    floors[plan].add(base.ring[0][2])
     settlements = {plan: settled(heights[plan], floors[plan]) for plan in heights}
     return {plan: Corner(s, tuple(sorted(set(s.values())))) for plan, s in settlements.items()}
 
@@ -159,12 +159,12 @@ def _parts(
     start: Plan,
     end: Plan,
     pair: tuple[str, str],
-    feet: Mapping[str, Mapping[PlanEdge, Foot]],
+    bases: Mapping[str, Mapping[PlanEdge, WallBase]],
     corners: Mapping[Plan, Corner],
 ) -> list[tuple[str, WallPart]]:
     """What the wall on an edge becomes in both units; nothing where they do not touch."""
-    walls = (feet[pair[0]][start, end], feet[pair[1]][end, start])
-    first, second = (profile_of(foot.ring, start) for foot in walls)
+    walls = (bases[pair[0]][start, end], bases[pair[1]][end, start])
+    first, second = (profile_of(base.ring, start) for base in walls)
     if first is None or second is None:
         return []
     shared: SharedWall | None = share_wall(first, second, {p: corners[p].settlement for p in (start, end)})

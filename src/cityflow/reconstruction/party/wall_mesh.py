@@ -26,7 +26,7 @@ class WallPart:
     neighbour : id of the other unit
     ends : plan vertices of the edge, the smaller first
     shared : what becomes of both walls
-    side : 0 for the unit whose foot runs from the smaller end to the greater, 1 for the other
+    side : 0 for the unit whose base runs from the smaller end to the greater, 1 for the other
     """
 
     face: int

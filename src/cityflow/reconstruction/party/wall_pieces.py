@@ -58,15 +58,15 @@ def share_wall(first: Profile, second: Profile, corners: Settlements) -> SharedW
     corners : for both ends, what becomes of the heights there
     """
     stations = stations_of(first, second, corners)
-    feet = [max(station.sides[k].heights[-last] for k in (0, 1)) for last, station in _ends(stations)]
+    bases = [max(station.sides[k].heights[-last] for k in (0, 1)) for last, station in _ends(stations)]
     lows = [min(_low(n, True), _low(n, False)) for n in stations[1:-1]]
     lows += [_low(stations[0], True), _low(stations[-1], False)]
-    if min(lows) - max(feet) <= TIED:
+    if min(lows) - max(bases) <= TIED:
         return None
-    foot = [(*station.plan, z) for (_, station), z in zip(_ends(stations), feet, strict=True)]
-    common = [*foot, *reversed(_low_line(stations, 0, len(stations) - 1))]
+    base = [(*station.plan, z) for (_, station), z in zip(_ends(stations), bases, strict=True)]
+    common = [*base, *reversed(_low_line(stations, 0, len(stations) - 1))]
     sides = [
-        WallSide(_free(stations, side, foot), _moved(stations, side), _inserted(stations, side)) for side in (0, 1)
+        WallSide(_free(stations, side, base), _moved(stations, side), _inserted(stations, side)) for side in (0, 1)
     ]
     upright = {n.plan: tuple(sorted({z for side in n.sides for z in side.heights})) for n in stations[1:-1]}
     return SharedWall(common, (sides[0], sides[1]), upright)
@@ -108,9 +108,9 @@ def _top_line(stations: Sequence[Station], side: int, first: int, last: int) -> 
     return line
 
 
-def _free(stations: Sequence[Station], side: int, foot: list[Point]) -> list[Ring]:
+def _free(stations: Sequence[Station], side: int, base: list[Point]) -> list[Ring]:
     floors = [(*n.plan, n.sides[side].heights[-last]) for last, n in _ends(stations)]
-    rings = [[*floors, foot[1], foot[0]]] if floors != foot else []
+    rings = [[*floors, base[1], base[0]]] if floors != base else []
     for first, last in _runs(stations, side):
         rings.append([*_low_line(stations, first, last), *reversed(_top_line(stations, side, first, last))])
     return rings

@@ -35,11 +35,11 @@ Profile = tuple[Stack, ...]
 
 
 def profile_of(ring: Sequence[Point], start: Plan) -> Profile | None:
-    """The profile of a wall from the end of its foot at `start`; None where it overhangs or is too narrow.
+    """The profile of a wall from the end of its base at `start`; None where it overhangs or is too narrow.
 
     Parameters
     ----------
-    ring : the two ends of the foot first, counter-clockwise seen from outside
+    ring : the two ends of the base first, counter-clockwise seen from outside
     """
     around = [ring[0], *reversed(ring[2:]), ring[1]]
     if around[0][:2] != start:

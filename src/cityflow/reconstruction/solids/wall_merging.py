@@ -20,7 +20,7 @@ class Wall:
     Attributes
     ----------
     ring : corners (vertex in plan, level), counter-clockwise seen from outside
-    edge : plan vertices at its foot, left to right seen from outside
+    edge : plan vertices at its base, left to right seen from outside
     outline_edge : number of the outline edge it stands on, −1 for walls between roofs
     """
 

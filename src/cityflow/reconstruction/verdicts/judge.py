@@ -54,16 +54,16 @@ def judged_model(evidence: Evidence, parameters: ModelParameters) -> Judged:
 def attributes_of(judged: Judged) -> dict[str, Scalar]:
     """Verdict, its probability and reason, and the figures that it comes from, as attributes of the unit."""
     judgement = judgement_of(judged.figures, judged.choice.reason, judged.survey_end)
-    said: dict[str, Scalar] = {
+    attributes: dict[str, Scalar] = {
         VERDICT_KEY: judgement.verdict.value,
         PROBABILITY_KEY: round(judgement.probability, 3),
         REASON_KEY: judgement.reason,
     }
     f = judged.figures
     if f is None:
-        return said
+        return attributes
     shares = {"held_back_off_share": f.loose, "roof_off_share": f.off, "roof_unseen_share": f.unseen}
-    return {**said, "held_back_points": f.held, **{name: round(share, 4) for name, share in shares.items()}}
+    return {**attributes, "held_back_points": f.held, **{name: round(share, 4) for name, share in shares.items()}}
 
 
 def _crossed(choice: Choice, evidence: Evidence, parameters: ModelParameters) -> HeldBack:

@@ -26,7 +26,7 @@ from cityflow.reconstruction.choose import Choice
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
-from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_inputs, gather, inputs_of
+from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_inputs, inputs_of, read_evidence
 from cityflow.survey.city import City
 from cityflow.survey.results import HULL
 from cityflow.survey.source import IMAGES
@@ -99,7 +99,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     given, parameters = task.arguments_as(UnitInputs), task.parameters_as(ModelParameters)
     outline = given.outline.read(workspace.store)
     wanted = given.roofs.roof_type_of(outline.polygon)
-    evidence = gather(workspace.store, given.evidence, outline, wanted)
+    evidence = read_evidence(workspace.store, given.evidence, outline, wanted)
     judged = judged_model(evidence, parameters)
     choice = _obeying(_admitting(judged.choice, given.evidence.unread), wanted)
     measures = {**measure(choice, evidence, judged.fit), **attributes_of(judged)}

@@ -25,8 +25,8 @@ from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.geometry.outline_distances import distances_to_outline
+from cityflow.handover.cached_reads import read_points
 from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
-from cityflow.handover.pieces import read_points
 from cityflow.handover.rasters import GivenOrtho, given_colours
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_points import read_walls
@@ -52,7 +52,7 @@ RASTER_MARGIN_M = SEEN_AROUND_M
 
 @dataclass(frozen=True, slots=True)
 class EvidenceInputs(TaskInputs):
-    """What `gather` reads.
+    """What `read_evidence` reads.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
 
 
 def evidence_inputs(survey: Survey, unit: UnitEntry) -> EvidenceInputs:
-    """Where `gather` finds it."""
+    """Where `read_evidence` finds it."""
     around = grown(unit.bounds, AROUND_M)
     failed = (
         t for t in survey.lattice.tiles_under(unit) if survey.results.records["surface", t].status is Status.FAILED
@@ -120,7 +120,7 @@ def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
     return {p: d for t in survey.lattice.tiles_under(unit) for p, d in survey.results.outputs_of("walls", t).items()}
 
 
-def gather(store: Store, given: EvidenceInputs, outline: Outline, wanted_type: str = "") -> Evidence:
+def read_evidence(store: Store, given: EvidenceInputs, outline: Outline, wanted_type: str = "") -> Evidence:
     """All that is given, cut out around the unit.
 
     Raises

@@ -15,7 +15,7 @@ from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.pieces import read_points
+from cityflow.handover.cached_reads import read_points
 from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
 from cityflow.stages.surface import images as surface_images
 from cityflow.stages.surface import rasters as surface_rasters

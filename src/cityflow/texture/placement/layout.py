@@ -55,7 +55,7 @@ def _fill(patches: Patches, order: IntArray, bounds: Bounds, spots: IntArray) ->
 
 @njit(cache=True, nogil=True)
 def _lowest(patches: Patches, patch: int, page: Availability) -> IntArray:
-    """Of all turns' first spots the one whose foot and middle lie lowest."""
+    """Of all turns' first spots the one whose lower edge and middle lie lowest."""
     spot = np.full(3, NOWHERE, np.int64)
     best = np.inf
     for turn in range(TURNS):
@@ -102,7 +102,7 @@ def runs_of(patches: Patches, turned: int) -> RunArray:
 
 @njit(cache=True, nogil=True)
 def reach_of(patches: Patches, turned: int) -> float:
-    """Half way between the mean row of the pixels and the foot of the patch: how far it reaches down from its top, rows."""
+    """Half way between the mean row of the pixels and the lower edge of the patch: how far it reaches down from its top, rows."""
     runs = runs_of(patches, turned)
     moment = pixels = 0
     for i in range(len(runs)):

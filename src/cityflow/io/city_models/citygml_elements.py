@@ -55,6 +55,6 @@ def positions(points: FloatArray) -> str:
     return " ".join(f"{x:.4f} {y:.4f} {z:.4f}" for x, y, z in (np.concatenate([points, points[:1]]) + 0.0).tolist())
 
 
-def text_xml(said: str) -> str:
+def text_xml(text: str) -> str:
     """Text as XML may hold it."""
-    return escape(xml_text(said))
+    return escape(xml_text(text))

@@ -1,4 +1,4 @@
-"""What rasters show of an axis piece, laid out along it: its roof from above, and both of its façades from the sides."""
+"""What rasters show of an axis strip, laid out along it: its roof from above, and both of its façades from the sides."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.points import PointCloud
 from cityflow.core.splitting import FrameRasters
-from cityflow.splitting.skeleton import AxisPiece, uv_mask
+from cityflow.splitting.skeleton import AxisStrip, uv_mask
 
 FACADE_BAND_M = (1.2, 0.6)
 """Façade points stand at most this far outside of and inside the end of a chord."""
 LIDAR_CELL_M = 0.3
 CONTEXT_M = 4.0
-"""How far beyond the ends of a piece one looks: the neighbour of its first or last unit may stand round a corner."""
+"""How far beyond the ends of a strip one looks: the neighbour of its first or last unit may stand round a corner."""
 EAVES_CLEAR_M = 0.25
 """What is nearer to the eaves' height may be roof."""
 DRAWN_SLOPE_DEG = 50.0
-"""Surfaces of an oblique frame steeper than this in the world are façade."""
+"""Surfaces of an oblique local frame steeper than this in the world are façade."""
 
 
 @dataclass(frozen=True, slots=True)
-class RoofStrip:
+class RoofRaster:
     """The nadir rasters resampled into u, v.
 
     Attributes
@@ -49,13 +49,13 @@ class RoofStrip:
 
 
 @dataclass(frozen=True, slots=True)
-class FacadeStrip:
-    """One façade in one frame, laid out in u and height.
+class FacadeRaster:
+    """One façade in one local frame, laid out in u and height.
 
     Attributes
     ----------
     side : 0 at the lower end of the chords, 1 at the upper
-    frame : number among the frames that it was looked for in
+    frame : number among the local frames that it was looked for in
     u, z : (U,), (Z,) centres of the cells, metres; z above the ground
     colour : (U, Z, C) float32, levels of 0 to 255, NaN where not seen
     """
@@ -73,8 +73,10 @@ def levels(ortho: NDArray[np.uint8] | NDArray[np.uint16]) -> Float32Array:
     return np.asarray(ortho, np.float32) * np.float32(scale)
 
 
-def roof_strip(piece: AxisPiece, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None) -> RoofStrip:
-    """Roof over a piece, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline.
+def roof_raster(
+    strip: AxisStrip, outline: Polygon, nadir: FrameRasters, points: PointCloud | None = None
+) -> RoofRaster:
+    """Roof over a strip, and up to 4 m beyond its ends between the prolonged ends of its chords, within the outline.
 
     Parameters
     ----------
@@ -82,33 +84,33 @@ def roof_strip(piece: AxisPiece, outline: Polygon, nadir: FrameRasters, points: 
     """
     lidar = points is not None and nadir.ortho is None and len(points) > 0
     cell = LIDAR_CELL_M if lidar else float(np.clip(nadir.grid.cell, 0.08, 0.5))
-    u = np.arange(piece.stations[0] - CONTEXT_M, piece.stations[-1] + CONTEXT_M, cell)
-    v = np.arange(piece.low.min() - 2.0, piece.high.max() + 2.0, cell)
+    u = np.arange(strip.stations[0] - CONTEXT_M, strip.stations[-1] + CONTEXT_M, cell)
+    v = np.arange(strip.low.min() - 2.0, strip.high.max() + 2.0, cell)
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
-    xy = piece.to_world(uv.reshape(-1, 2))
+    xy = strip.to_world(uv.reshape(-1, 2))
     frame = nadir.frame.from_world(np.column_stack([xy, np.zeros(len(xy))]))
     col = ((frame[:, 0] - nadir.grid.x_min) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     row = ((nadir.grid.y_max - frame[:, 1]) / nadir.grid.cell - 0.5).reshape(uv.shape[:2]).astype(np.float32)
     nan = float("nan")
     if points is not None and lidar:
-        height = _highest(piece, points, u, v)
+        height = _highest(strip, points, u, v)
     else:
         in_frame = cv2.remap(
             nadir.dsm, col, row, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=(nan,) * 4
         )
         height = np.asarray(in_frame + nadir.frame.to_world(np.zeros((1, 3)))[0, 2], np.float32)
-    k = np.clip(np.searchsorted(piece.stations, u), 0, len(piece.stations) - 1)
-    outside = (v[None, :] < piece.low[k][:, None]) | (v[None, :] > piece.high[k][:, None])
-    outside |= ~uv_mask(piece, outline, u, v)
+    k = np.clip(np.searchsorted(strip.stations, u), 0, len(strip.stations) - 1)
+    outside = (v[None, :] < strip.low[k][:, None]) | (v[None, :] > strip.high[k][:, None])
+    outside |= ~uv_mask(strip, outline, u, v)
     around = _colours(nadir, col, row)
     colour = np.where(outside[..., None], np.float32(nan), around)
-    return RoofStrip(u, v, np.where(outside, np.float32(nan), height), colour, around, ~outside)
+    return RoofRaster(u, v, np.where(outside, np.float32(nan), height), colour, around, ~outside)
 
 
-def _highest(piece: AxisPiece, points: PointCloud, u: FloatArray, v: FloatArray) -> Float32Array:
+def _highest(strip: AxisStrip, points: PointCloud, u: FloatArray, v: FloatArray) -> Float32Array:
     """(U, V) highest point in each cell; single empty cells take the median of those around."""
     cell = float(u[1] - u[0])
-    uv = piece.to_uv(points.xyz[:, :2])
+    uv = strip.to_uv(points.xyz[:, :2])
     at = np.floor((uv - [u[0] - cell / 2, v[0] - cell / 2]) / cell).astype(np.int64)
     inside = ((at >= 0) & (at < [len(u), len(v)])).all(axis=1)
     height = np.full((len(u), len(v)), -np.inf, np.float32)
@@ -134,12 +136,12 @@ def _colours(raster: FrameRasters, col: Float32Array, row: Float32Array) -> Floa
     return result
 
 
-def eaves(piece: AxisPiece, roof: RoofStrip) -> tuple[FloatArray, FloatArray]:
+def eaves(strip: AxisStrip, roof: RoofRaster) -> tuple[FloatArray, FloatArray]:
     """(S,) height of the roof just inside the lower and the upper end of each chord, world metres; NaN where unknown."""
-    at = np.clip(np.round((piece.stations - roof.u[0]) / (roof.u[1] - roof.u[0])).astype(np.int64), 0, len(roof.u) - 1)
+    at = np.clip(np.round((strip.stations - roof.u[0]) / (roof.u[1] - roof.u[0])).astype(np.int64), 0, len(roof.u) - 1)
     cell = roof.v[1] - roof.v[0]
     result = []
-    for end, inward in ((piece.low, 1.0), (piece.high, -1.0)):
+    for end, inward in ((strip.low, 1.0), (strip.high, -1.0)):
         reach = np.arange(0.15, 0.75, max(cell, 0.1))
         v = end[:, None] + inward * reach[None, :]
         col = np.clip(np.round((v - roof.v[0]) / cell).astype(np.int64), 0, len(roof.v) - 1)
@@ -156,14 +158,14 @@ def _nanmedian(values: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Every seen cell of a frame near the outline, in the world: (N, 3) metres and (N, C) colours."""
+    """Every seen cell of a local frame near the outline, in the world: (N, 3) metres and (N, C) colours."""
 
     xyz: FloatArray
     colour: Float32Array
 
 
 def facade_cells(obliques: Sequence[FrameRasters], steep: bool = True) -> list[Cells]:
-    """Of each oblique frame the cells that its ortho shows, in the world; only those on steep surfaces where asked."""
+    """Of each oblique local frame the cells that its ortho shows, in the world; only those on steep surfaces where asked."""
     result = []
     for raster in obliques:
         if raster.ortho is None or raster.frame.name == "nadir":
@@ -189,36 +191,36 @@ def _upright(raster: FrameRasters) -> BoolArray:
     return np.asarray(np.abs(up) < np.cos(np.radians(DRAWN_SLOPE_DEG)))
 
 
-def facade_strips(
-    piece: AxisPiece, frames: Sequence[Cells], heights: tuple[FloatArray, FloatArray], ground: float, cell_m: float
-) -> list[FacadeStrip]:
-    """Both façades of a piece in every frame that shows them.
+def facade_rasters(
+    strip: AxisStrip, frames: Sequence[Cells], heights: tuple[FloatArray, FloatArray], ground: float, cell_m: float
+) -> list[FacadeRaster]:
+    """Both façades of a strip in every local frame that shows them.
 
     Parameters
     ----------
     heights : as `eaves` gives them
-    cell_m : of the strips, metres
+    cell_m : of the rasters, metres
     """
-    strips = []
+    facades = []
     for number, cells in enumerate(frames):
-        uv = piece.to_uv(cells.xyz[:, :2])
+        uv = strip.to_uv(cells.xyz[:, :2])
         for side in (0, 1):
-            strip = _facade_strip(piece, uv, cells, (side, number, heights[side]), ground, cell_m)
-            if strip is not None:
-                strips.append(strip)
-    return strips
+            facade = _facade_raster(strip, uv, cells, (side, number, heights[side]), ground, cell_m)
+            if facade is not None:
+                facades.append(facade)
+    return facades
 
 
-def _facade_strip(
-    piece: AxisPiece, uv: FloatArray, cells: Cells, where: tuple[int, int, FloatArray], ground: float, cell: float
-) -> FacadeStrip | None:
+def _facade_raster(
+    strip: AxisStrip, uv: FloatArray, cells: Cells, where: tuple[int, int, FloatArray], ground: float, cell: float
+) -> FacadeRaster | None:
     side, frame, top = where
-    step = float(piece.stations[1] - piece.stations[0])
+    step = float(strip.stations[1] - strip.stations[0])
     reach = int(np.ceil(CONTEXT_M / step))
-    k = np.round((uv[:, 0] - piece.stations[0]) / step).astype(np.int64)
-    near = (k >= -reach) & (k < len(piece.stations) + reach)
-    k = np.clip(k, 0, len(piece.stations) - 1)
-    end = piece.low if side == 0 else piece.high
+    k = np.round((uv[:, 0] - strip.stations[0]) / step).astype(np.int64)
+    near = (k >= -reach) & (k < len(strip.stations) + reach)
+    k = np.clip(k, 0, len(strip.stations) - 1)
+    end = strip.low if side == 0 else strip.high
     outwards = (uv[near, 1] - end[k[near]]) * (-1.0 if side == 0 else 1.0)
     z = cells.xyz[near, 2] - ground
     limit = np.where(np.isfinite(top), top, np.nanmax(top) if np.isfinite(top).any() else ground + 40.0) - ground
@@ -226,11 +228,11 @@ def _facade_strip(
     near[near] = band & (z > 0.3) & (z < limit[k[near]] - EAVES_CLEAR_M)
     if int(near.sum()) < 50:
         return None
-    u_0 = piece.stations[0] - step / 2 - reach * step
+    u_0 = strip.stations[0] - step / 2 - reach * step
     col = np.floor((uv[near, 0] - u_0) / cell).astype(np.int64)
     row = np.floor((cells.xyz[near, 2] - ground) / cell).astype(np.int64)
     shape = int(col.max()) + 1, int(row.max()) + 1
-    shape = max(shape[0], int(np.ceil((len(piece.stations) + 2 * reach) * step / cell))), shape[1]
+    shape = max(shape[0], int(np.ceil((len(strip.stations) + 2 * reach) * step / cell))), shape[1]
     flat = col * shape[1] + row
     number = np.bincount(flat, minlength=shape[0] * shape[1])
     with np.errstate(invalid="ignore"):
@@ -239,4 +241,4 @@ def _facade_strip(
         ]
     colour = np.stack(bands, axis=-1).reshape(*shape, -1).astype(np.float32)
     u, z = (np.asarray(o + (np.arange(n) + 0.5) * cell, np.float64) for o, n in zip((u_0, 0.0), shape, strict=True))
-    return FacadeStrip(side, frame, u, z, colour)
+    return FacadeRaster(side, frame, u, z, colour)

@@ -1,4 +1,4 @@
-"""All that is known at every station of an axis piece."""
+"""All that is known at every station of an axis strip."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from cityflow.core.splitting import SplitEvidence
 from cityflow.splitting.score_colour import Change, facade_changes, roof_change
 from cityflow.splitting.score_height import HeightChange, height_change
 from cityflow.splitting.score_pipe import stripes
-from cityflow.splitting.skeleton import AxisPiece
+from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
-from cityflow.splitting.strip_images import Cells, FacadeStrip, RoofStrip, eaves, facade_strips, roof_strip
+from cityflow.splitting.strip_rasters import Cells, FacadeRaster, RoofRaster, eaves, facade_rasters, roof_raster
 
 ROOF_WINDOW_M, ROOF_GUARD_M = 2.0, 0.16
 FACADE_WINDOW_M, FACADE_GUARD_M = 3.0, 0.2
@@ -24,20 +24,20 @@ FACADE_CELL_M = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class PieceEvidence:
-    """Of one piece.
+class StripEvidence:
+    """Of one strip.
 
     Attributes
     ----------
     roof : its roof laid out along it
     slices : what of the segments lies in each slice
     height, roof_colour : changes seen from above; the latter None without an ortho
-    facades : of each side (0 lower, 1 upper end of the chords) the changes in every frame that shows it
+    facades : of each side (0 lower, 1 upper end of the chords) the changes in every local frame that shows it
     stripes : (S, 2) how distinct a narrow upright stripe stands on either façade
     """
 
-    piece: AxisPiece
-    roof: RoofStrip
+    strip: AxisStrip
+    roof: RoofRaster
     slices: SliceEvidence
     height: HeightChange
     roof_colour: Change | None
@@ -46,39 +46,39 @@ class PieceEvidence:
 
     @property
     def stations(self) -> FloatArray:
-        return self.piece.stations
+        return self.strip.stations
 
 
-def gather(
-    piece: AxisPiece, outline: Polygon, evidence: SplitEvidence, points: SegmentPoints, cells: Sequence[Cells]
-) -> PieceEvidence:
-    """Look at a piece in every frame.
+def look_at_strip(
+    strip: AxisStrip, outline: Polygon, evidence: SplitEvidence, points: SegmentPoints, cells: Sequence[Cells]
+) -> StripEvidence:
+    """Look at a strip in every frame.
 
     Parameters
     ----------
-    outline : the part of the evidence's outline that the piece belongs to
+    outline : the part of the evidence's outline that the strip belongs to
     points : on the filtered segments
-    cells : of the oblique frames
+    cells : of the oblique local frames
     """
-    roof = roof_strip(piece, outline, evidence.frames[0], evidence.points)
-    heights = eaves(piece, roof)
-    strips = facade_strips(piece, cells, heights, evidence.ground_height, _facade_cell(evidence))
+    roof = roof_raster(strip, outline, evidence.frames[0], evidence.points)
+    heights = eaves(strip, roof)
+    facades = facade_rasters(strip, cells, heights, evidence.ground_height, _facade_cell(evidence))
     sides: tuple[list[Change], list[Change]] = ([], [])
-    changes = facade_changes(strips, piece.stations, FACADE_WINDOW_M, FACADE_GUARD_M)
-    for strip, change in zip(strips, changes, strict=True):
-        sides[strip.side].append(change)
-    best = {max((s for s in strips if s.side == side), key=_seen).frame for side in {s.side for s in strips}}
+    changes = facade_changes(facades, strip.stations, FACADE_WINDOW_M, FACADE_GUARD_M)
+    for facade, change in zip(facades, changes, strict=True):
+        sides[facade.side].append(change)
+    best = {max((s for s in facades if s.side == side), key=_seen).frame for side in {s.side for s in facades}}
     finest = max((f.grid.cell for f in evidence.frames[1:]), default=FACADE_CELL_M)
-    fine = facade_strips(piece, [cells[k] for k in sorted(best)], heights, evidence.ground_height, float(finest))
+    fine = facade_rasters(strip, [cells[k] for k in sorted(best)], heights, evidence.ground_height, float(finest))
     cell = float(roof.u[1] - roof.u[0])
-    return PieceEvidence(
-        piece,
+    return StripEvidence(
+        strip,
         roof,
-        slice_evidence(piece, points, heights, evidence.ground_height),
-        height_change(roof, piece.stations, max(HEIGHT_WINDOW_M, 6 * cell), max(1.5 * cell, HEIGHT_GUARD_M)),
-        roof_change(roof, piece.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
+        slice_evidence(strip, points, heights, evidence.ground_height),
+        height_change(roof, strip.stations, max(HEIGHT_WINDOW_M, 6 * cell), max(1.5 * cell, HEIGHT_GUARD_M)),
+        roof_change(roof, strip.stations, ROOF_WINDOW_M, ROOF_GUARD_M),
         (tuple(sides[0]), tuple(sides[1])),
-        stripes(fine, piece),
+        stripes(fine, strip),
     )
 
 
@@ -87,8 +87,8 @@ def _facade_cell(evidence: SplitEvidence) -> float:
     return max(FACADE_CELL_M, 1.6 * float(coarsest))
 
 
-def _seen(strip: FacadeStrip) -> int:
-    return int(np.isfinite(strip.colour[..., 0]).sum())
+def _seen(facade: FacadeRaster) -> int:
+    return int(np.isfinite(facade.colour[..., 0]).sum())
 
 
 def at_stations(values: FloatArray, default: float = 0.0) -> FloatArray:
