@@ -91,7 +91,7 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
         place = " ".join(f"{v:.0f}" for v in short.places[0]) if short.places else ""
         where = f"around {place}" if place else catalog.title
         findings.append(Finding(Level.WARNING, where, short.sentence, "add images there, or expect less there"))
-    summary = _summary(assets, views, frames, (maps, lapped, inside))
+    summary = _summary(assets, views, frames, maps, lapped, inside)
     return Preflight(tuple(findings), summary, maps, frames, ground)
 
 
@@ -207,9 +207,10 @@ def _summary(
     assets: Sequence[ImageAsset],
     views: Sequence[View],
     frames: Sequence[LocalFrame],
-    seen: tuple[Coverage, Sequence[Overlap], BoolArray],
+    maps: Coverage,
+    lapped: Sequence[Overlap],
+    inside: BoolArray,
 ) -> dict[str, str]:
-    maps, lapped, inside = seen
     cameras = Counter(a.oriented.camera for a in assets)
     rows = {"images": f"{len(assets)}, {sum(a.size for a in assets) / 1e6:,.1f} MB"}
     rows["cameras"] = "; ".join(

@@ -238,7 +238,7 @@ def _raster_assets(
             notes.append(
                 f"{Path(path).name} is in {header.crs.name if header.crs else ''}; it is reprojected when it is read"
             )
-        assets[name] = raster_asset(header, name, name.partition("-")[0], sha256_of(path), date)
+        assets[name] = raster_asset(header, name, name.partition("-")[0], *sha256_of(path), date)
     return assets
 
 

@@ -43,7 +43,7 @@ def facade_place(edge: WallEdge, walls: WallPoints, roof_m: float, least_sigma_m
     if np.count_nonzero(own) < LEAST_POINTS:
         return None
     return _line_of(
-        np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, (LEAST_POINTS, ALIKE_POINTS, LEAST_RISE_M)
+        np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, LEAST_POINTS, ALIKE_POINTS, LEAST_RISE_M
     )
 
 
@@ -56,14 +56,14 @@ def laser_place(
     own = (s > 0) & (s < edge.length) & (t > -INSIDE_M) & (t < OUTSIDE_M) & (z < roof_m - BELOW_ROOF_M)
     if np.count_nonzero(own) < LEAST_ECHOES:
         return None
-    return _line_of(np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, (LEAST_ECHOES, 1.0, least_rise_m))
+    return _line_of(np.stack([s[own], t[own], z[own]]), edge.length, least_sigma_m, LEAST_ECHOES, 1.0, least_rise_m)
 
 
 def _line_of(
-    stz: FloatArray, length: float, least_sigma_m: float, weight: tuple[int, float, float]
+    stz: FloatArray, length: float, least_sigma_m: float, least: int, alike: float, least_rise: float
 ) -> tuple[float, float] | None:
     """Along, across and height of points (3, n); how many there have to be, how many err together, and over what height they have to be."""
-    (s, t, z), (least, alike, least_rise) = stz, weight
+    s, t, z = stz
     column, row = np.floor(s / CELL_M).astype(np.int64), np.floor((z - z.min()) / CELL_M).astype(np.int64)
     cell = column * (int(row.max()) + 1) + row
     places = np.arange(-INSIDE_M, OUTSIDE_M + STEP_M / 2, STEP_M)

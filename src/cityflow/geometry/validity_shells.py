@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, IntArray
@@ -38,31 +40,37 @@ def topology_faults(arrays: FaceArrays, triangles: IntArray, closed: bool = True
     return faults
 
 
-def _edges(arrays: FaceArrays) -> tuple[IntArray, IntArray, BoolArray]:
-    """Edges of all faces, the same edge side by side: key (lower vertex · V + upper), face, whether it runs upwards."""
+class ShellEdges(NamedTuple):
+    """Edges of all faces, (E,) each, the same edge side by side: key (lower vertex · V + upper), face, whether it runs upwards."""
+
+    key: IntArray
+    face: IntArray
+    upwards: BoolArray
+
+
+def _edges(arrays: FaceArrays) -> ShellEdges:
     here, there = arrays.corners, arrays.corners[arrays.next_corner()]
     key = np.minimum(here, there) * len(arrays.vertices) + np.maximum(here, there)
     order = np.argsort(key, kind="stable")
     face = arrays.face_of_ring[arrays.ring_of_corner]
-    return key[order], face[order], (here < there)[order]
+    return ShellEdges(key[order], face[order], (here < there)[order])
 
 
-def _edge_faults(edges: tuple[IntArray, IntArray, BoolArray]) -> list[Fault]:
-    key, face, _ = edges
-    _, first, count = np.unique(key, return_index=True, return_counts=True)
+def _edge_faults(edges: ShellEdges) -> list[Fault]:
+    _, first, count = np.unique(edges.key, return_index=True, return_counts=True)
     faults = []
     for code, chosen in ((302, count == 1), (303, count > 2)):
         for begin, size in zip(first[chosen], count[chosen], strict=True):
-            faces = "|".join(f"face={f}" for f in face[begin : begin + size])
+            faces = "|".join(f"face={f}" for f in edges.face[begin : begin + size])
             faults.append(Fault.of(code, faces))
     return sorted(set(faults))
 
 
-def _pairs(edges: tuple[IntArray, IntArray, BoolArray]) -> tuple[IntArray, BoolArray]:
+def _pairs(edges: ShellEdges) -> tuple[IntArray, BoolArray]:
     """(E, 2) faces on both sides of each edge that has two, and (E,) whether both run along it in the same direction."""
-    key, face, forward = edges
-    first = np.flatnonzero(key[:-1] == key[1:])
-    return np.column_stack([face[first], face[first + 1]]), forward[first] == forward[first + 1]
+    first = np.flatnonzero(edges.key[:-1] == edges.key[1:])
+    faces = np.column_stack([edges.face[first], edges.face[first + 1]])
+    return faces, edges.upwards[first] == edges.upwards[first + 1]
 
 
 @njit(cache=True, nogil=True)

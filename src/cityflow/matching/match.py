@@ -125,7 +125,7 @@ def match(
     needed = _needed(lattices, window, keep, margin)
     for lattice in lattices:
         compute_blocks(lattice, window, needed)
-    depth_map = _depth_map(reference, reference_pixels, lattices, (window, needed), keep, parameters)
+    depth_map = _depth_map(reference, reference_pixels, lattices, window, needed, keep, parameters)
     reports = [_completed(r, lattices) for r in reports]
     return Matched(depth_map, tuple(reports), clock.seconds, int(np.isfinite(depth_map.depth).sum()))
 
@@ -203,11 +203,10 @@ def _completed(report: PairReport, lattices: Sequence[PairLattice]) -> PairRepor
 
 
 def _depth_map(
-    reference: OrientedImage, pixels: Pixels, lattices: Sequence[PairLattice], where: tuple[Window, BoolArray],
+    reference: OrientedImage, pixels: Pixels, lattices: Sequence[PairLattice], window: Window, needed: BoolArray,
     keep: GroundCells, parameters: MatchParameters,
 ) -> DepthMap:  # fmt: skip
     """Merge square by square and put together."""
-    window, needed = where
     top, bottom, left, right = window
     shape = (bottom - top, right - left)
     depth, sigma = np.full(shape, np.nan, np.float32), np.full(shape, np.nan, np.float32)

@@ -62,7 +62,7 @@ def reconstruct(evidence: Evidence, parameters: PrimitivesParameters) -> Candida
     angle, tree = min(
         ((a, _tree(outline, points, a, floor, parameters)) for a in _frames(outline)), key=lambda found: found[1].cost
     )
-    partition, segments = roof_of_parts(outline, points, angle, tree, (origin, parameters.sigma))
+    partition, segments = roof_of_parts(outline, points, angle, tree, origin, parameters.sigma)
     solid = assemble(partition, segments.coefficients, evidence.ground_height, origin, evidence.outline)
     faults = check_polyhedron(solid)
     if faults:

@@ -38,7 +38,7 @@ from cityflow.reconstruction.volumetric_parts.hull_columns import standing_colum
 from cityflow.reconstruction.volumetric_parts.hull_lines import cutting_lines, outline_walls
 from cityflow.reconstruction.volumetric_parts.nodes import NodeParameters, find_nodes, through_nodes
 from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParameters, roof_surfaces, with_planes
-from cityflow.reconstruction.volumetric_parts.undersides import UndersideParameters, find_voids
+from cityflow.reconstruction.volumetric_parts.undersides import SeenFacades, UndersideParameters, find_voids
 
 METHOD = "volumetric"
 ATTEMPTS = 3
@@ -158,7 +158,7 @@ class _Scene:
         """The hull with what is open under it, where walls behind a void are seen."""
         division, surface = hull.partition.subdivision()
         floor = self.evidence.ground_height - self.segments.origin[2]
-        seen = self.cloud, self.facades, self.outline, floor
+        seen = SeenFacades(self.cloud, self.facades, self.outline, floor)
         voids = find_voids(division, surface, self.segments, seen, parameters.undersides)
         if not voids.ceiling:
             return hull

@@ -56,9 +56,9 @@ def candidates(evidence: StripEvidence, outline: Polygon, aspect_sigma_deg: floa
     places = proposals(evidence, outline)
     handicap = _handicap(evidence.strip)
     whole = _reach(evidence, outline)
-    chosen = _chosen(evidence, places, Noise(), (handicap, whole))
+    chosen = _chosen(evidence, places, Noise(), handicap, whole)
     noise = _background(evidence, chosen)
-    chosen = _chosen(evidence, places, noise, (handicap, whole))
+    chosen = _chosen(evidence, places, noise, handicap, whole)
     found = []
     for u in places:
         weighed = weigh(evidence, u, _sides(whole, [c for c in chosen if c != u], u), noise)
@@ -89,10 +89,9 @@ def proposals(evidence: StripEvidence, outline: Polygon) -> list[float]:
 
 
 def _chosen(
-    evidence: StripEvidence, places: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+    evidence: StripEvidence, places: Sequence[float], noise: Noise, handicap: float, whole: Sides
 ) -> list[float]:
     """Borders that are likelier than not: each weighed alone, taken strongest first as long as it holds between those already there."""
-    handicap, whole = handicap_and_whole
     alone = [weigh(evidence, u, whole, noise).log_odds - handicap for u in places]
     chosen: list[float] = []
     for k in sorted(range(len(places)), key=lambda k: (-alone[k], places[k])):
@@ -100,14 +99,13 @@ def _chosen(
             break
         if weigh(evidence, places[k], _sides(whole, chosen, places[k]), noise).log_odds > handicap:
             chosen.append(places[k])
-    return _settled(evidence, chosen, noise, handicap_and_whole)
+    return _settled(evidence, chosen, noise, handicap, whole)
 
 
 def _settled(
-    evidence: StripEvidence, chosen: Sequence[float], noise: Noise, handicap_and_whole: tuple[float, Sides]
+    evidence: StripEvidence, chosen: Sequence[float], noise: Noise, handicap: float, whole: Sides
 ) -> list[float]:
     """Without those that do not hold between their final neighbours; the weakest goes first."""
-    handicap, whole = handicap_and_whole
     left = list(chosen)
     while left:
         odds = [weigh(evidence, u, _sides(whole, [c for c in left if c != u], u), noise).log_odds for u in left]

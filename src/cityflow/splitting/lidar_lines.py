@@ -44,7 +44,7 @@ def laid_lines(points: FloatArray, lines: FloatArray, freedom_deg: float) -> Flo
         line = lines[i].copy()
         for turn in range(2 * ROUNDS):
             count = _beside(points, line, near)
-            _lay(near[:count], line, (turn, freedom_deg), result[i])
+            _lay(near[:count], line, turn, freedom_deg, result[i])
             # a line that has found its place is drawn out, and laid once more in its whole length
             if result[i, KIND] != NONE and turn >= ROUNDS - 1:
                 _stretch(points, result[i], near)
@@ -89,10 +89,9 @@ def _beside(points: FloatArray, line: FloatArray, near: FloatArray) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _lay(near: FloatArray, line: FloatArray, how: tuple[int, float], result: FloatArray) -> None:
+def _lay(near: FloatArray, line: FloatArray, turn: int, freedom_deg: float, result: FloatArray) -> None:
     """One round: planes of both sides, then the line between them."""
     ax, ay, length = _axes(line)
-    turn, freedom_deg = how
     result[KIND] = NONE
     left, right = np.zeros(4), np.zeros(4)
     beside = BESIDE_M if turn else 1.5 * BESIDE_M

@@ -89,7 +89,7 @@ def principal_directions(segments: Segments, parameters: PrincipalParameters) ->
     if not peaks:
         return Principal((), (), False, "no direction stands out")
     peaks, belongs = mixture(_folded(part, weight, sigma), peaks)
-    aspects, of = _aspects(part.aspect_deg, weight, sigma, (peaks, belongs))
+    aspects, of = _aspects(part.aspect_deg, weight, sigma, peaks, belongs)
     follows = belongs.sum(axis=0) >= 0.5
     slopes = _slopes(part.take(follows), parameters)
     votes = tuple(chosen[b >= SURE_VOTE] for b in belongs)
@@ -160,11 +160,11 @@ def _orientations(
 
 
 def _aspects(
-    aspect: FloatArray, weight: FloatArray, sigma: FloatArray, fitted: tuple[list[Peak], FloatArray]
+    aspect: FloatArray, weight: FloatArray, sigma: FloatArray, peaks: list[Peak], shares: FloatArray
 ) -> tuple[tuple[Direction, ...], tuple[int, ...]]:
     """Each orientation's two aspects, as far as segments have them, strongest first."""
     found: list[tuple[Direction, int]] = []
-    for k, (peak, belongs) in enumerate(zip(*fitted, strict=True)):
+    for k, (peak, belongs) in enumerate(zip(peaks, shares, strict=True)):
         for turn in (0.0, RIGHT_DEG):
             off = deviation_deg(aspect, peak.degrees + turn, 180.0)
             mine = belongs * (np.abs(off) < RIGHT_DEG / 2)

@@ -46,16 +46,15 @@ class Limits:
 
 
 def segments_in_space(
-    lines: Lines, raster: FrameRasters, of: tuple[int, int, tuple[str, ...]], limits: Limits
+    lines: Lines, raster: FrameRasters, index: int, layer: int, names: tuple[str, ...], limits: Limits
 ) -> Segments:
     """Lines whose course is known, inside the outline, in the world.
 
     Parameters
     ----------
     raster : its surface tells the heights
-    of : number of the local frame, layer, and names of all local frames
+    index, names : number of the local frame, and names of all of them
     """
-    index, layer, names = of
     cell = raster.grid.cell
     pieces, whole = unbroken(raster.dsm, lines.ends, cell, limits.step_m, LEAST_PIECE_M / cell)
     lines = replace(lines.take(whole), ends=pieces)

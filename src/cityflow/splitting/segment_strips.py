@@ -73,7 +73,7 @@ def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) 
         if length < 2 * least_cells:
             continue
         for side in range(2):
-            count = _gather(dsm, ends[i], (length, OUTER_CELLS), (STATIONS, 1.0 - 2.0 * side), (t, u, z), 0)
+            count = _gather(dsm, ends[i], (length, OUTER_CELLS), STATIONS, 1.0 - 2.0 * side, (t, u, z), 0)
             if count < LEAST_KNOWN * STATIONS * ROWS:
                 continue
             _fit(t[:count], u[:count], z[:count], cell, plane)
@@ -131,7 +131,7 @@ def _strip(
     first, last = (1.0, 1.0) if side == LEFT else ((-1.0, -1.0) if side == RIGHT else (-1.0, 1.0))
     count, asked, sign = 0, 0, first
     while True:
-        count = _gather(dsm, ends, (length, outer), (stations, sign), (t, u, z), count)
+        count = _gather(dsm, ends, (length, outer), stations, sign, (t, u, z), count)
         asked += stations * ROWS
         if sign >= last:
             break
@@ -146,12 +146,11 @@ def _strip(
 
 @njit(cache=True, nogil=True)
 def _gather(
-    dsm: Float32Array, ends: FloatArray, size: tuple[float, float], how: tuple[int, float],
+    dsm: Float32Array, ends: FloatArray, size: tuple[float, float], stations: int, sign: float,
     samples: tuple[FloatArray, FloatArray, FloatArray], count: int,
 ) -> int:  # fmt: skip
     """Known heights on one side: share of the way, cells across and metres, of the centres of the cells met."""
     length, outer = size
-    stations, sign = how
     t, u, z = samples
     rows, cols = dsm.shape
     along_x, along_y = (ends[1, 0] - ends[0, 0]) / length, (ends[1, 1] - ends[0, 1]) / length

@@ -49,16 +49,15 @@ def find_segments(evidence: SplitEvidence, parameters: SegmentParameters) -> Seg
     parts: list[Segments] = []
     for index, raster in enumerate(evidence.frames):
         for window in evidence_window([raster], evidence.outline, heights, parameters.outside_m + 1):
-            parts += _of_frame(window, (index, names), evidence, heights, parameters)
+            parts += _of_frame(window, index, names, evidence, heights, parameters)
     return joined_segments(parts, names)
 
 
 def _of_frame(
-    raster: FrameRasters, of: tuple[int, tuple[str, ...]], evidence: SplitEvidence, heights: tuple[float, float],
+    raster: FrameRasters, index: int, names: tuple[str, ...], evidence: SplitEvidence, heights: tuple[float, float],
     parameters: SegmentParameters,
 ) -> list[Segments]:  # fmt: skip
     """Of the ortho, then of the surface."""
-    index, names = of
     cell = raster.grid.cell
     limits = Limits(
         evidence.outline.buffer(parameters.outside_m, join_style="mitre"), heights[0], parameters.step_m,
@@ -66,7 +65,7 @@ def _of_frame(
     )  # fmt: skip
     least = max(parameters.least_length_cells, 0.5 * parameters.least_length_m / cell)
     return [
-        segments_in_space(lines_of(images, least), raster, (index, layer, names), limits)
+        segments_in_space(lines_of(images, least), raster, index, layer, names, limits)
         for layer, images in _pictures(raster, evidence, heights, parameters)
     ]
 

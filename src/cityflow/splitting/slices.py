@@ -84,7 +84,7 @@ def slice_evidence(
     )
     number = np.bincount(at[within], minlength=len(strip.stations))
     vertical = [
-        _upright_share(strip, points, (uv, at, within), end, eaves, ground)
+        _upright_share(strip, points, uv, at, within, end, eaves, ground)
         for end, eaves in zip((strip.low, strip.high), heights, strict=True)
     ]
     return SliceEvidence(np.column_stack(vertical), _sloped_share(strip, points, uv, at, within), number)
@@ -93,12 +93,13 @@ def slice_evidence(
 def _upright_share(
     strip: AxisStrip,
     points: SegmentPoints,
-    where: tuple[FloatArray, IntArray, BoolArray],
+    uv: FloatArray,
+    at: IntArray,
+    within: BoolArray,
     end: FloatArray,
     eaves: FloatArray,
     ground: float,
 ) -> FloatArray:
-    uv, at, within = where
     slices = len(strip.stations)
     near = within & points.upright
     near[near] &= np.abs(uv[near, 1] - end[at[near]]) < FACADE_REACH_M

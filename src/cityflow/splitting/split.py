@@ -76,8 +76,8 @@ def split(evidence: SplitEvidence, parameters: SplitParameters) -> Splitting:
     accepted_gaps = [g for g, a in zip(gaps, gap_lines, strict=True) if a[0].confidence >= parameters.gap_threshold]
     parts = _parts(evidence.outline, accepted_gaps)
     found = _once([c for part in parts for c in _terraces(evidence, part, seen, parameters, step)])
-    found = _corners(evidence, (found, accepted_gaps), seen, parameters, step)
-    return _splitting(evidence, (accepted_gaps, gap_lines), found, principal, parameters)
+    found = _corners(evidence, found, accepted_gaps, seen, parameters, step)
+    return _splitting(evidence, accepted_gaps, gap_lines, found, principal, parameters)
 
 
 def slice_step(evidence: SplitEvidence, parameters: SplitParameters) -> float:
@@ -193,13 +193,13 @@ def _walls(evidence: SplitEvidence, frames: tuple[str, ...]) -> Segments:
 
 def _corners(
     evidence: SplitEvidence,
-    so_far: tuple[list[Candidate], list[Polygon]],
+    found: list[Candidate],
+    gaps: list[Polygon],
     seen: _Seen,
     parameters: SplitParameters,
     step: float,
 ) -> list[Candidate]:
     """Also borders that end at others: within units that no axis strip of the whole has crossed, corners of a ring above all."""
-    found, gaps = so_far
     lines = [off_corners(c.cut.line, evidence.outline) for c in found if c.cut.confidence >= parameters.threshold]
     if not lines:
         return found
@@ -247,12 +247,12 @@ def _once(found: Sequence[Candidate]) -> list[Candidate]:
 
 def _splitting(
     evidence: SplitEvidence,
-    gaps: tuple[list[Polygon], list[tuple[CutLine, CutLine]]],
+    polygons: list[Polygon],
+    pairs: list[tuple[CutLine, CutLine]],
     found: Sequence[Candidate],
     principal: Principal,
     parameters: SplitParameters,
 ) -> Splitting:
-    polygons, pairs = gaps
     good = [c.cut for c in found if c.cut.confidence >= parameters.threshold]
     lines = [off_corners(c.line, evidence.outline) for c in good]
     result = partition(evidence.outline, lines, polygons, parameters.minimum_area_m2)

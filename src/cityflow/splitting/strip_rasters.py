@@ -205,16 +205,15 @@ def facade_rasters(
     for number, cells in enumerate(frames):
         uv = strip.to_uv(cells.xyz[:, :2])
         for side in (0, 1):
-            facade = _facade_raster(strip, uv, cells, (side, number, heights[side]), ground, cell_m)
+            facade = _facade_raster(strip, uv, cells, side, number, heights[side], ground, cell_m)
             if facade is not None:
                 facades.append(facade)
     return facades
 
 
 def _facade_raster(
-    strip: AxisStrip, uv: FloatArray, cells: Cells, where: tuple[int, int, FloatArray], ground: float, cell: float
+    strip: AxisStrip, uv: FloatArray, cells: Cells, side: int, frame: int, top: FloatArray, ground: float, cell: float
 ) -> FacadeRaster | None:
-    side, frame, top = where
     step = float(strip.stations[1] - strip.stations[0])
     reach = int(np.ceil(CONTEXT_M / step))
     k = np.round((uv[:, 0] - strip.stations[0]) / step).astype(np.int64)

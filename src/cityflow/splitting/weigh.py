@@ -105,12 +105,12 @@ def weigh(evidence: StripEvidence, u: float, sides: Sides, noise: Noise) -> Weig
         return Weighed(-np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan, (np.nan, np.nan))
     step = roof_step(evidence, u, (sides.left, sides.right))
     height = _height_odds(step, noise.height_m) + _valley_odds(step, evidence.roof_colour is None)
-    roof, roof_change, shadow, plain = _roof_odds(evidence, u, sides, (step, noise.roof))
+    roof, roof_change, shadow, plain = _roof_odds(evidence, u, sides, step, noise.roof)
     facades = [_facade_change(changes, u, sides) for changes in evidence.facades]
     # what a shadow does to roof and ground it does to walls and to edges found in pictures
     facade = _facade_odds(facades, noise.facade) * (SHADOWED if shadow else 1.0)
     segments = _segment_odds(evidence, u) * (SHADOWED if shadow else 1.0)
-    doubt = _alone(facades, (height, segments), (roof, plain), noise)
+    doubt = _alone(facades, (height, segments), roof, plain, noise)
     if evidence.roof_colour is not None and step.size > STOREY_M and roof < 1.5 and facade < 1.5:
         # the step explains the edges along it
         segments = SAME_COLOURS
@@ -119,10 +119,9 @@ def weigh(evidence: StripEvidence, u: float, sides: Sides, noise: Noise) -> Weig
 
 
 def _roof_odds(
-    evidence: StripEvidence, u: float, sides: Sides, step_and_noise: tuple[RoofStep, float]
+    evidence: StripEvidence, u: float, sides: Sides, step: RoofStep, noise: float
 ) -> tuple[float, float, bool, bool]:
     """What the roof's colour adds, by how much it changes, whether that is the edge of a shadow or a seam, and whether the hue stays."""
-    step, noise = step_and_noise
     change, hue, alike = _roof_change(evidence, u, sides)
     level = float(np.exp(-((step.bend / SAME_SLOPE) ** 2)))
     of_colour = level * _saturating(change / noise, ROOF_MOST)
@@ -134,10 +133,9 @@ def _roof_odds(
 
 
 def _alone(
-    facades: list[tuple[float, float]], others: tuple[float, float], roof: tuple[float, bool], noise: Noise
+    facades: list[tuple[float, float]], others: tuple[float, float], of_roof: float, plain: bool, noise: Noise
 ) -> float:
     """Doubt where one façade, or a mere difference of brightness of the roof, is all that speaks for a border."""
-    of_roof, plain = roof
     low, high = sorted(sharp * _saturating(size / noise.facade, FACADE_MOST) for size, sharp in facades)
     parts = sorted([*others, of_roof, low, high])
     if max(others) >= parts[-1] or (of_roof >= parts[-1] and not plain):

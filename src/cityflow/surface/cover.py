@@ -55,7 +55,7 @@ def classify(
     solid, fringe = _without_fringes(high & ~vegetation, vegetation, max(round(p.fringe_m / 2 / grid.cell), 1))
     klass[solid] = BUILDING
     klass[fringe] = VEGETATION
-    klass[_water(points, (count, ~np.isnan(dtm)), high, grid, p)] = WATER
+    klass[_water(points, count, ~np.isnan(dtm), high, grid, p)] = WATER
     klass[_bridges(points, heights, klass, grid, p)] = BRIDGE
     klass[np.isnan(dtm)] = UNKNOWN
     return klass
@@ -80,10 +80,9 @@ def _majority(points: PointCloud, count: IntArray, grid: Grid, classes: list[int
 
 
 def _water(
-    points: PointCloud, counted: tuple[IntArray, BoolArray], high: BoolArray, grid: Grid, p: CoverParameters
+    points: PointCloud, count: IntArray, inside: BoolArray, high: BoolArray, grid: Grid, p: CoverParameters
 ) -> BoolArray:
-    """Cells named water, and compact low areas that send few returns; `counted` are points per cell, and where."""
-    count, inside = counted
+    """Cells named water, and compact low areas that send few returns; `count` are points per cell, `inside` cells with terrain."""
     size = 2 * round(p.water_window_m / grid.cell / 2) + 1
     area = uniform_filter(inside.astype(float), size, mode="nearest")
     density = uniform_filter(count.astype(float), size, mode="nearest") / np.maximum(area, 1e-9)

@@ -120,7 +120,7 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
     of_window = np.zeros(count + 1, np.int64)
     of_window[labels] = windows
     for _ in range(p.rounds):
-        border, to_ground, steps = _borders(known, labels, of_window, (p.step_m, p.rise_m))
+        border, to_ground, steps = _borders(known, labels, of_window, p.step_m, p.rise_m)
         flows = (to_ground - steps) > (1 - p.step_share) * to_ground
         flows &= (to_ground - steps) >= p.least_contact * border
         flows[0] = False
@@ -131,7 +131,7 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
 
 
 def _borders(
-    low: FloatArray, labels: IntArray, of_window: IntArray, steepest: tuple[float, float | None]
+    low: FloatArray, labels: IntArray, of_window: IntArray, step_m: float, rise_m: float | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Per region: measured pairs of cells across its border, those onto the ground, those of them that are a step.
 
@@ -139,7 +139,6 @@ def _borders(
     What a smaller window found stands on the region (a tree on a hill, at few returns a speck) and is no border.
     """
     count = len(of_window) - 1
-    step_m, rise_m = steepest
     border, to_ground, steps = (np.zeros(count + 1) for _ in range(3))
     measured = np.isfinite(low)
     rise = np.inf if rise_m is None else rise_m

@@ -34,6 +34,14 @@ class ModeRule(NamedTuple):
     step_m: float
 
 
+class Band(NamedTuple):
+    """Entries from `first` to before `last` of sorted heights, and their weight."""
+
+    first: int
+    last: int
+    weight: float
+
+
 class Modes(NamedTuple):
     """What the points around each cell's centre agree on; all (rows, cols), NaN or 0 where nothing does.
 
@@ -130,7 +138,7 @@ def _mean_sigma(sigma: Float32Array, buffer: Buffer, n: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int, float]:
+def fullest(buffer: Buffer, n: int, band: float) -> Band:
     """First and one past last entry of the window of `band` metres that most speaks for, and how much; of equals the highest.
 
     How exact a point would be, were it right, tells nothing of whether it is right.
@@ -145,26 +153,26 @@ def fullest(buffer: Buffer, n: int, band: float) -> tuple[int, int, float]:
             low += 1
         if total >= best - 1e-9:
             best, first, last = total, low, high + 1
-    return first, last, best
+    return Band(first, last, best)
 
 
 @njit(cache=True, nogil=True)
-def lower_one(buffer: Buffer, chosen: tuple[int, int, float], band: float, rule: ModeRule) -> tuple[int, int]:
+def lower_one(buffer: Buffer, chosen: Band, band: float, rule: ModeRule) -> tuple[int, int]:
     """The window chosen, or the fullest of those that end `rule.step_m` metres or more below it, where that has `rule.lower_share` of its weight.
 
     Dense matching widens what stands in front by a pixel or two and never what lies behind: where both speak, the one behind is right more often
     than its weight says.
     """
-    first, last, weight = chosen
+    first, last = chosen.first, chosen.last
     height = buffer.height
     below = 0
     while below < first and height[below] < height[first] - rule.step_m:
         below += 1
     if below == 0:
         return first, last
-    low, high, found = fullest(buffer, below, band)
-    if found >= rule.lower_share * weight:
-        return low, high
+    lower = fullest(buffer, below, band)
+    if lower.weight >= rule.lower_share * chosen.weight:
+        return lower.first, lower.last
     return first, last
 
 

@@ -116,14 +116,13 @@ def surface_of_fused(
     colour = wide.colour if wide.colour.shape[2] else None
     cloud = _cloud(wide.surface, p)
     part = work.slices(work_core)
-    terrain = _terrain(cloud, reduced_median(wide.surface.dsm, factor, LEAST_SHARE), work, p, (part, external_dtm))
+    terrain = _terrain(cloud, reduced_median(wide.surface.dsm, factor, LEAST_SHARE), work, p, part, external_dtm)
     seen, inside = _surveyed(cloud, terrain, work, p, seen_enough)
     terrain = np.where(inside, terrain, np.nan)
     if seen_enough is not None:
         wide, cloud = _cropped(wide, inside), cloud.take(_holds(inside, work, cloud))
-    heights = (wide.surface, wide.filled)
-    coarse = _coarse(heights, (terrain, colour), cloud, work, factor, p)
-    fine = _fine(heights, coarse, (grid, core), factor, p)
+    coarse = _coarse(wide.surface, wide.filled, terrain, colour, cloud, work, factor, p)
+    fine = _fine(wide.surface, wide.filled, coarse, grid, core, factor, p)
     method = "external" if external_dtm is not None else str(dtm_methods.chosen_method(cloud, p.dtm))
     thinned = _classified(cloud.within(bounds), fine)
     return ImageSurface(fine, _cut(coarse, work_core), thinned, method, _refined_mask(seen[part], factor))
@@ -188,10 +187,10 @@ def _terrain(
     dsm: FloatArray,
     work: Grid,
     p: ImageSurfaceParameters,
-    external: tuple[tuple[slice, slice], FloatArray | None],
+    part: tuple[slice, slice],
+    given: FloatArray | None,
 ) -> FloatArray:
     """(rows, cols) terrain of the working grid."""
-    part, given = external
     terrain = dtm_methods.estimate_dtm(cloud, dsm, work, p.dtm)
     holes = pits(dsm, terrain, work.cell, p.pits)
     if holes.any():
@@ -204,15 +203,16 @@ def _terrain(
 
 
 def _coarse(
-    heights: tuple[Fused, Float32Array],
-    known: tuple[FloatArray, NDArray[np.float32] | None],
+    fused: Fused,
+    filled: Float32Array,
+    terrain: FloatArray,
+    colour: NDArray[np.float32] | None,
     cloud: PointCloud,
     work: Grid,
     factor: int,
     p: ImageSurfaceParameters,
 ) -> Rasters:
-    """Rasters of the working grid; `heights` are the fused surface and its filled form, `known` terrain and colour."""
-    (fused, filled), (terrain, colour) = heights, known
+    """Rasters of the working grid; `filled` is the fused surface without gaps."""
     dsm = reduced_median(fused.dsm, factor, LEAST_SHARE)
     whole = reduced_median(filled.astype(np.float32), factor, LEAST_SHARE)
     whole = np.where(np.isnan(whole) | np.isnan(terrain), terrain, whole)
@@ -227,14 +227,15 @@ def _coarse(
 
 
 def _fine(
-    heights: tuple[Fused, Float32Array],
+    fused: Fused,
+    filled: Float32Array,
     coarse: Rasters,
-    grids: tuple[Grid, Grid],
+    grid: Grid,
+    core: Grid,
     factor: int,
     p: ImageSurfaceParameters,
 ) -> Rasters:
     """Rasters of the core at full resolution; terrain and classes from the coarse ones."""
-    (fused, filled), (grid, core) = heights, grids
     rows, cols = grid.slices(core)
     # one coarse cell more on every side, so that interpolation goes on across the tile's edge
     around = tuple(slice(s.start // factor - 1, s.stop // factor + 1) for s in (rows, cols))

@@ -73,7 +73,7 @@ def terrain_tin(
     fixed = np.unique(fixed, axis=0)
     if len(fixed) < 3:
         return Tin(np.empty((0, 3)), np.empty((0, 3), np.int64))
-    xy = _insert(grid, dtm, area, (fixed, rings), p)
+    xy = _insert(grid, dtm, area, fixed, rings, p)
     xy, triangles = triangulate(xy, [r.round(VERTEX_DECIMALS) for r in rings])
     triangles = without_short_edges(xy, triangles, _ranks(xy, outlines, area))
     middle = xy[triangles].mean(axis=1)
@@ -137,12 +137,11 @@ def _lines_inside(outlines: Sequence[Polygon], grid: Grid, known: BoolArray, bou
 
 
 def _insert(
-    grid: Grid, dtm: FloatArray, bounds: Bounds, given: tuple[FloatArray, list[FloatArray]], p: TinParameters
+    grid: Grid, dtm: FloatArray, bounds: Bounds, fixed: FloatArray, lines: list[FloatArray], p: TinParameters
 ) -> FloatArray:
     """Fixed vertices and those cells that the bound asks for, worst of each neighbourhood first."""
     from scipy.interpolate import LinearNDInterpolator  # takes long to load
 
-    fixed, lines = given
     x, y = grid.centres()
     gap = p.least_spacing_m
     inner = (x > bounds[0] + gap) & (x < bounds[2] - gap) & (y > bounds[1] + gap) & (y < bounds[3] - gap)

@@ -6,7 +6,7 @@ interpolated between them. Points of the lattice are found as an image comes acr
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -68,11 +68,10 @@ class SkyLattice:
         complete = False
         while not complete:
             room = len(self.keys) // 2 - self.count
-            slots, faces, places = np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 3))
-            new = slots, faces, places
+            new = NewPoints(np.empty(room, np.int64), np.empty(room, np.int64), np.empty((room, 3)))
             count, complete = _claim(points, faced, surfaces, self.leaf, step, self.keys, new)
-            on = faces[:count]
-            self.values[slots[:count]] = self._cast(places[:count], surfaces.normal[on], self.leaf[on])
+            on = new.faces[:count]
+            self.values[new.slots[:count]] = self._cast(new.places[:count], surfaces.normal[on], self.leaf[on])
             self.count += count
             if not complete:
                 self._grow()
@@ -177,6 +176,14 @@ def _in_face(point: FloatArray, k: int, surfaces: Surfaces, leaf: BoolArray) -> 
     return s, t
 
 
+class NewPoints(NamedTuple):
+    """Room for new lattice points: slot, triangle, and (N, 3) place of each."""
+
+    slots: IntArray
+    faces: IntArray
+    places: FloatArray
+
+
 @njit(cache=True, nogil=True)
 def _claim(
     points: FloatArray,
@@ -185,7 +192,7 @@ def _claim(
     leaf: BoolArray,
     step: float,
     keys: IntArray,
-    new: tuple[IntArray, IntArray, FloatArray],
+    new: NewPoints,
 ) -> tuple[int, bool]:
     """Enters the lattice points about all samples into `keys`; slots, triangles and places of new ones go to `new`.
 

@@ -44,7 +44,7 @@ def place_buildings(
         block = blocks[(number + int(rng.integers(2))) % len(blocks)]
         placement = Placement(x, y, heading, 0.0)
         for group in block(rng):
-            buildings += _build_group(group, placement, (terrain, most_fall_m), bounds, len(buildings))
+            buildings += _build_group(group, placement, terrain, most_fall_m, bounds, len(buildings))
     return tuple(buildings)
 
 
@@ -65,10 +65,9 @@ def _block_corners(bounds: Bounds, heading: float) -> list[tuple[float, float]]:
 
 
 def _build_group(
-    group: list[Draft], block: Placement, ground: tuple[Terrain, float], bounds: Bounds, count: int
+    group: list[Draft], block: Placement, terrain: Terrain, most_fall_m: float, bounds: Bounds, count: int
 ) -> list[TruthBuilding]:
     """Buildings that touch each other; a unit that the terrain does not allow is left out."""
-    terrain, most_fall_m = ground
     built: list[TruthBuilding] = []
     for shape, ring, local_faces in group:
         outline = orient(Polygon(block.to_world(ring)))

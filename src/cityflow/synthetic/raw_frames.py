@@ -93,14 +93,14 @@ def dark_frame(
     shape: tuple[int, int], head: str, number: int, sensor: SensorParameters, parameters: RawParameters, seed: int
 ) -> NDArray[np.uint16]:
     """(h, w, 1) uint16: a frame without light; each `number` has its own noise."""
-    return _calibration_frame(shape, head, 0.0, [seed, 32, number], (sensor, parameters, seed))
+    return _calibration_frame(shape, head, 0.0, [seed, 32, number], sensor, parameters, seed)
 
 
 def flat_frame(
     shape: tuple[int, int], head: str, number: int, sensor: SensorParameters, parameters: RawParameters, seed: int
 ) -> NDArray[np.uint16]:
     """(h, w, 1) uint16: a frame of white light of the same strength on every pixel, half of saturation, without the lens."""
-    return _calibration_frame(shape, head, 0.5, [seed, 33, number], (sensor, parameters, seed))
+    return _calibration_frame(shape, head, 0.5, [seed, 33, number], sensor, parameters, seed)
 
 
 def _calibration_frame(
@@ -108,9 +108,10 @@ def _calibration_frame(
     head: str,
     level: float,
     entropy: list[int],
-    setting: tuple[SensorParameters, RawParameters, int],
+    sensor: SensorParameters,
+    parameters: RawParameters,
+    seed: int,
 ) -> NDArray[np.uint16]:
-    sensor, parameters, seed = setting
     fixed = fixed_pattern(shape, head, parameters, seed)
     rng = np.random.default_rng([*entropy, zlib.crc32(head.encode())])
     light = np.full(shape, level, np.float32)

@@ -121,11 +121,11 @@ def cast(scene: Scene, rays: Rays) -> Hits:
     tree = shapely.STRtree(shapely.points(*rays.at(z)))
     for number, building in enumerate(scene.buildings):
         for prism in building.prisms:
-            _cast_prism(prism, (building.floor - 20.0, ROOF, number), rays, hits, tree)
+            _cast_prism(prism, building.floor - 20.0, ROOF, number, rays, hits, tree)
     if scene.bridge is not None:
         deck = scene.bridge
         floor = float(deck.plane.z(*map(np.asarray, deck.polygon.centroid.coords[0]))) - scene.bridge_thickness_m
-        _cast_prism(deck, (floor, DECK, -1), rays, hits, tree)
+        _cast_prism(deck, floor, DECK, -1, rays, hits, tree)
     _cast_cars(scene, rays, hits)
     return hits
 
@@ -147,9 +147,10 @@ def _ground_height(terrain: Terrain, rays: Rays) -> FloatArray:
     return z
 
 
-def _cast_prism(prism: TruthFace, what: tuple[float, int, int], rays: Rays, hits: Hits, tree: shapely.STRtree) -> None:
+def _cast_prism(
+    prism: TruthFace, floor: float, kind: int, building: int, rays: Rays, hits: Hits, tree: shapely.STRtree
+) -> None:
     """Let a prism stop those rays that meet it above what stopped them so far."""
-    floor, kind, building = what
     near = np.sort(tree.query(prism.polygon.buffer(16.0), predicate="contains"))
     if len(near) == 0:
         return

@@ -150,8 +150,8 @@ def make_town(seed: int, parameters: TownParameters | None = None) -> Town:
     blocks = fill_blocks(seed, net, bounds, p.park_share, p.row_gaps)
     units, gaps = build_units(blocks, net, terrain, bounds)
     ground = Ground.of(terrain, net, blocks)
-    trees = plant_trees(seed, blocks, units, (net, terrain, bounds), p.street_tree_share)
-    cars = park_cars(seed, blocks, net, ground, (bounds, p.car_share))
+    trees = plant_trees(seed, blocks, units, net, terrain, bounds, p.street_tree_share)
+    cars = park_cars(seed, blocks, net, ground, bounds, p.car_share)
     walls = plan_walls(units, terrain)
     bridge = bridge_over(terrain, bounds) if p.landscape not in ("plain", "hillside") else None
     return Town(seed, p, bounds, units, walls, gaps, terrain, ground, net, trees, cars, bridge)

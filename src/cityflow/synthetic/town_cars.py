@@ -41,10 +41,9 @@ class Cars:
 
 
 def park_cars(
-    seed: int, blocks: Sequence[PlacedBlock], net: StreetNet, ground: Ground, site: tuple[Bounds, float]
+    seed: int, blocks: Sequence[PlacedBlock], net: StreetNet, ground: Ground, bounds: Bounds, share: float
 ) -> Cars:
-    """Cars along the kerbs of all blocks; `site`: bounds of the town and share of the places taken."""
-    bounds, share = site
+    """Cars along the kerbs of all blocks; `bounds` are those of the town, `share` of the places is taken."""
     rng = np.random.default_rng([seed, 31])
     rows = [np.empty((0, 3))]
     for block in blocks:

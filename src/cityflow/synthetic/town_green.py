@@ -53,11 +53,12 @@ def plant_trees(
     seed: int,
     blocks: Sequence[PlacedBlock],
     units: Sequence[Unit],
-    site: tuple[StreetNet, Terrain, Bounds],
+    net: StreetNet,
+    terrain: Terrain,
+    bounds: Bounds,
     street_trees: float,
 ) -> Trees:
     """Trees of the blocks and of the streets, except where walls stand."""
-    net, terrain, bounds = site
     rows = [(b.u + t.u, b.v + t.v, t.radius, t.height) for b in blocks for t in b.draft.trees]
     table = np.array(rows).reshape(-1, 4)
     table = np.concatenate([table, _street_trees(np.random.default_rng([seed, 21]), blocks, street_trees)])

@@ -146,12 +146,11 @@ def houses_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDr
     for row in range(2):
         for i in range(across):
             shape = deck[(row * across + i) % len(deck)]
-            _place_house(rng, block, shape, (i * pitch, row, pitch))
+            _place_house(rng, block, shape, i * pitch, row, pitch)
     return block
 
 
-def _place_house(rng: np.random.Generator, block: BlockDraft, shape: str, plot: tuple[float, int, float]) -> None:
-    u_0, row, pitch = plot
+def _place_house(rng: np.random.Generator, block: BlockDraft, shape: str, u_0: float, row: int, pitch: float) -> None:
     half = block.size[1] / 2
     jitter = float(rng.uniform(-0.06, 0.06))
     room = max(pitch - HOUSE_M[0] - 3.2, 0.1)

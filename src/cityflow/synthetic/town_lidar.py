@@ -119,7 +119,7 @@ def town_lidar(
     strips = plan_strips(town, p)
     shift = np.random.default_rng([seed, 41]).normal(0, p.sigma_strip_m, len(strips.line))
     within = bounds or town.bounds
-    parts = [_scan_tile(town, (seed, p), strips, shift, tile) for tile in tiles_over(within, TILE_M)]
+    parts = [_scan_tile(town, seed, p, strips, shift, tile) for tile in tiles_over(within, TILE_M)]
     return _within(_joined(parts), within)
 
 
@@ -141,9 +141,8 @@ def plan_strips(town: Scanned, p: TownLidarParameters) -> Strips:
 
 
 def _scan_tile(
-    town: Scanned, how: tuple[int, TownLidarParameters], strips: Strips, shift: FloatArray, tile: Tile
+    town: Scanned, seed: int, p: TownLidarParameters, strips: Strips, shift: FloatArray, tile: Tile
 ) -> TownLidar:
-    seed, p = how
     place = tile.col % 2**32, tile.row % 2**32
     rng = np.random.default_rng([seed, 42, *place])
     aim, strip = _aims(rng, strips, p, tile.bounds)

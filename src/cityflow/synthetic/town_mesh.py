@@ -53,12 +53,12 @@ def _add_roof(soup: FaceSoup, unit: Unit, volume: Volume, number: int) -> None:
         frame = plane_frame(top[0], normal)
         soup.add(top[None], look, frame)
         if volume.slab_m:
-            _add_slab(soup, top, volume.slab_m, frame, (unit, number))
+            _add_slab(soup, top, volume.slab_m, frame, unit, number)
 
 
-def _add_slab(soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureFrame, of: tuple[Unit, int]) -> None:
+def _add_slab(soup: FaceSoup, top: FloatArray, thickness: float, frame: TextureFrame, unit: Unit, number: int) -> None:
     """Underside and edges of a roof face; what lies inside the building is never seen."""
-    look = Look(Part.OVERHANG, Material.WOOD, WOOD_TINT, of[0].index, _seed(of[0], of[1] + 50))
+    look = Look(Part.OVERHANG, Material.WOOD, WOOD_TINT, unit.index, _seed(unit, number + 50))
     low = top - np.array([0, 0, thickness])
     soup.add(low[::-1][None], look, TextureFrame(frame.origin, frame.u, -frame.v))
     following = np.roll(np.arange(len(top)), -1)

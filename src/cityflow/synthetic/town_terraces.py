@@ -92,7 +92,7 @@ def make_row(
             continue
         if i:
             eave = float(np.clip(eave + _eave_step(rng, rule), 0.65 * rule.eave_m, 1.5 * rule.eave_m))
-        unit = _unit(rng, plan, i, (eave, roof, row, level))
+        unit = _unit(rng, plan, i, eave, roof, row, level)
         units.append(_with_annexe(rng, unit, plan, i) if rng.random() < rule.annexe else unit)
     return _with_pipes(rng, units), _gaps(rng, plan, rule)
 
@@ -134,9 +134,8 @@ def _plan(rng: np.random.Generator, length: float, rule: RowRule) -> _Row:
 
 
 def _unit(
-    rng: np.random.Generator, plan: _Row, i: int, what: tuple[float, dict[str, float | bool], int, int]
+    rng: np.random.Generator, plan: _Row, i: int, eave: float, roof: dict[str, float | bool], row: int, level: int
 ) -> UnitDraft:
-    eave, roof, row, level = what
     width, depth = float(plan.right[i] - plan.left[i]), float(plan.back[i] - plan.front[i])
     slope, over = float(roof["slope"]), float(roof["over"])
     if roof["flat"]:

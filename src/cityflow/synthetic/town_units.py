@@ -129,7 +129,7 @@ def build_units(
         site = sites[k]
         before = place.get((id(site.block), site.number - 1), -1) if site.draft.twin else -1
         frame = Placement(net.centre[0], net.centre[1], net.heading, float(base[n]))
-        units.append(_unit(replace_walls(site, walls[n]), frame, n, (before, float(z_low[k]))))
+        units.append(_unit(replace_walls(site, walls[n]), frame, n, before, float(z_low[k])))
     return tuple(units), _gaps(blocks, place, net)
 
 
@@ -216,7 +216,7 @@ def to_world(shape: Polygon, net: StreetNet | Placement) -> Polygon:
     return shapely.transform(shape, lambda uv: np.column_stack(net.to_world(uv[:, 0], uv[:, 1])))
 
 
-def _unit(site: _Site, frame: Placement, index: int, extra: tuple[int, float]) -> Unit:
+def _unit(site: _Site, frame: Placement, index: int, twin_of: int, floor_m: float) -> Unit:
     draft, block = site.draft, site.block
     name = f"b{block.row:03d}{block.col:03d}"
     main = [v for v in draft.volumes if v.kind == MAIN and v.bottom is None]
@@ -230,11 +230,11 @@ def _unit(site: _Site, frame: Placement, index: int, extra: tuple[int, float]) -
         wall_outline=to_world(site.walls, frame),
         roof_outline=to_world(site.roof, frame),
         base_m=frame.z,
-        floor_m=extra[1],
+        floor_m=floor_m,
         eave_m=frame.z + float(heights.min()),
         ridge_m=frame.z + float(heights.max()),
         style=draft.style,
-        twin_of=extra[0],
+        twin_of=twin_of,
         pipes=draft.pipes,
         volumes=draft.volumes,
         frame=frame,

@@ -77,7 +77,7 @@ def histogram(
         title,
         axis,
         tuple(bars),
-        _ticks(first, width, count, (step, whole)),
+        _ticks(first, width, count, step, whole),
         _levels(top),
         (at, f"{middle:.3g} {unit}".strip()),
         counted,
@@ -112,8 +112,7 @@ def _range_text(low: float, width: float, whole: bool) -> str:
     return f"{low:.4g} to {low + width - (1 if whole else 0):.4g}"
 
 
-def _ticks(first: int, width: float, count: int, drawing: tuple[float, bool]) -> tuple[tuple[float, str], ...]:
-    step, whole = drawing
+def _ticks(first: int, width: float, count: int, step: float, whole: bool) -> tuple[tuple[float, str], ...]:
     every = max(1, math.ceil(count / 6))
     shift = 0.5 if whole and width == 1 else 0.0
     return tuple((LEFT + (i + shift) * step, f"{(first + i) * width:.4g}") for i in range(0, count, every))

@@ -237,10 +237,10 @@ def lidar_asset(header: LasHeader, name: str, checksum: str, classes: tuple[int,
     )
 
 
-def raster_asset(header: RasterHeader, name: str, kind: str, checksum: tuple[str, int], date: str = "") -> RasterAsset:
+def raster_asset(header: RasterHeader, name: str, kind: str, checksum: str, size: int, date: str = "") -> RasterAsset:
     """A raster as the catalog describes it."""
     crs = header.crs.name if header.crs is not None else ""
-    return RasterAsset(name, kind, header.path, *checksum, header.bounds, header.cell, header.shape, date, crs)
+    return RasterAsset(name, kind, header.path, checksum, size, header.bounds, header.cell, header.shape, date, crs)
 
 
 def _rounded(bounds: Bounds) -> Bounds:

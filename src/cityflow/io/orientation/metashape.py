@@ -74,7 +74,7 @@ def read_metashape(path: str | Path, target: CRS | None = None) -> OrientationMo
         parts = _components(chunk)
         images, left_out, pixel_mm = [], [], {}
         for node in chunk.findall("cameras//camera"):
-            outcome = _image(node, (cameras, refused), parts, world)
+            outcome = _image(node, cameras, refused, parts, world)
             if isinstance(outcome, LeftOut):
                 left_out.append(outcome)
                 continue
@@ -89,7 +89,8 @@ def read_metashape(path: str | Path, target: CRS | None = None) -> OrientationMo
 
 def _image(
     node: ElementTree.Element,
-    sensors: tuple[dict[str, Camera], dict[str, str]],
+    cameras: dict[str, Camera],
+    refused: dict[str, str],
     parts: dict[str, _Similarity],
     world: _World,
 ) -> OrientedImage | LeftOut:
@@ -99,14 +100,14 @@ def _image(
         return LeftOut(name, "the model has no orientation of this image", "align it, or do without")
     if node.get("enabled", "true").lower() in ("false", "0"):
         return LeftOut(name, "the image is switched off in the model")
-    if sensor not in sensors[0]:
-        return LeftOut(name, sensors[1].get(sensor, f"the model has no sensor {sensor!r}"), REMEDY)
+    if sensor not in cameras:
+        return LeftOut(name, refused.get(sensor, f"the model has no sensor {sensor!r}"), REMEDY)
     pose = matrix.reshape(4, 4)
     own = parts.get(node.get("component_id", ""), _Similarity(np.eye(3), np.zeros(3), 1.0))
     centre, rotation = world.placed(own.points(pose[:3, 3]), own.rotation @ nearest_rotation(pose[:3, :3]))
     if not np.isfinite(centre).all():
         return LeftOut(name, "its place lies outside the CRS", "check --crs")
-    return OrientedImage(name, sensors[0][sensor], rotation.T, centre)
+    return OrientedImage(name, cameras[sensor], rotation.T, centre)
 
 
 def _sensors(chunk: ElementTree.Element) -> tuple[dict[str, Camera], dict[str, str], dict[str, float]]:

@@ -124,7 +124,7 @@ def read_opk(table: OpkTable) -> OrientationModel:
     for number, fields in rows:
         name = fields[places["name"]] if places["name"] < len(fields) else f"line {number}"
         try:
-            image, camera_id = _image(name, fields, places, (table, cameras, comma))
+            image, camera_id = _image(name, fields, places, table, cameras, comma)
         except ValueError as error:
             left_out.append(LeftOut(name, f"line {number}: {error}", "mend the table, or name the camera"))
             continue
@@ -196,9 +196,8 @@ def _places(table: OpkTable, header: Sequence[str], rows: Sequence[tuple[int, li
 
 
 def _image(
-    name: str, fields: Sequence[str], places: Mapping[str, int], how: tuple[OpkTable, CameraTable, bool]
+    name: str, fields: Sequence[str], places: Mapping[str, int], table: OpkTable, cameras: CameraTable, comma: bool
 ) -> tuple[OrientedImage, str]:
-    table, cameras, comma = how
     if max(i for f, i in places.items() if f != "camera") >= len(fields):
         raise ValueError(f"it has {len(fields)} columns")
     x, y, z = (_number(fields[places[f]], comma) for f in ("x", "y", "z"))

@@ -101,7 +101,7 @@ def write_vrt(
         f"  <GeoTransform>{c[2]!r}, {c[0]!r}, {c[1]!r}, {c[5]!r}, {c[3]!r}, {c[4]!r}</GeoTransform>\n"
         + "".join(
             f'  <VRTRasterBand dataType="{_GDAL_TYPES[dtype]}" band="{band}">\n{no_data}{_interpretation(band, bands)}'
-            + "".join(_source(path, grid, whole, (dtype, nodata, band)) for path, grid in parts)
+            + "".join(_source(path, grid, whole, dtype, nodata, band) for path, grid in parts)
             + "  </VRTRasterBand>\n"
             for band in range(1, bands + 1)
         )
@@ -184,8 +184,7 @@ def _interpretation(band: int, bands: int) -> str:
     return f"    <ColorInterp>{COLOURS[bands][band - 1].capitalize()}</ColorInterp>\n" if bands in COLOURS else ""
 
 
-def _source(path: str, grid: Grid, whole: Grid, kind: tuple[str, float | None, int]) -> str:
-    dtype, nodata, band = kind
+def _source(path: str, grid: Grid, whole: Grid, dtype: str, nodata: float | None, band: int) -> str:
     rows, cols = whole.slices(grid)
     size = f'xSize="{grid.cols}" ySize="{grid.rows}"'
     no_data = "" if nodata is None else f"      <NODATA>{nodata}</NODATA>\n"

@@ -11,7 +11,8 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 SUMS = 10
-"""Number, sums of x, y, z, and of their products xx, xy, yy, xz, yz, zz."""
+"""Columns of a row of sums: count, sums of x, y, z, and of their products."""
+COUNT, X, Y, Z, XX, XY, YY, XZ, YZ, ZZ = range(SUMS)
 
 LEAST_CELL_M, LARGEST_CELL_M = 0.5, 1.5
 """Errors of matched heights are alike over some pixels, so that a smaller cell is flat and leans, however many points it holds."""
@@ -129,28 +130,28 @@ def _sums(points: FloatArray, cell: IntArray, cells: int) -> FloatArray:
     for i in range(len(points)):
         x, y, z = points[i]
         row = out[cell[i]]
-        row[0] += 1.0
-        row[1] += x
-        row[2] += y
-        row[3] += z
-        row[4] += x * x
-        row[5] += x * y
-        row[6] += y * y
-        row[7] += x * z
-        row[8] += y * z
-        row[9] += z * z
+        row[COUNT] += 1.0
+        row[X] += x
+        row[Y] += y
+        row[Z] += z
+        row[XX] += x * x
+        row[XY] += x * y
+        row[YY] += y * y
+        row[XZ] += x * z
+        row[YZ] += y * z
+        row[ZZ] += z * z
     return out
 
 
 @njit(cache=True, nogil=True)
 def plane_of_sums(row: FloatArray, out: FloatArray) -> bool:
     """Plane from sums into `out`: a, b, c, and the RMS across it (m); False where the points do not tell it."""
-    n = row[0]
+    n = row[COUNT]
     if n < 3:
         return False
-    mx, my, mz = row[1] / n, row[2] / n, row[3] / n
-    xx, xy, yy = row[4] - n * mx * mx, row[5] - n * mx * my, row[6] - n * my * my
-    xz, yz, zz = row[7] - n * mx * mz, row[8] - n * my * mz, row[9] - n * mz * mz
+    mx, my, mz = row[X] / n, row[Y] / n, row[Z] / n
+    xx, xy, yy = row[XX] - n * mx * mx, row[XY] - n * mx * my, row[YY] - n * my * my
+    xz, yz, zz = row[XZ] - n * mx * mz, row[YZ] - n * my * mz, row[ZZ] - n * mz * mz
     determinant = xx * yy - xy * xy
     if determinant <= FLAT_ROUND * (xx + yy) * (xx + yy):
         return False

@@ -14,7 +14,11 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 SUMS = 10
-"""Count, sums of x, y, z and of their products xx, xy, xz, yy, yz, zz."""
+"""Columns of a row of sums: count, sums of x, y, z and of their products."""
+COUNT, X, Y, Z, XX, XY, XZ, YY, YZ, ZZ = range(SUMS)
+PLANE = 9
+"""Columns of a row of a plane: unit normal, centre, standard deviations across, between and along."""
+A, B, C, CX, CY, CZ, ACROSS, BETWEEN, ALONG = range(PLANE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,16 +120,16 @@ def _sums(points: FloatArray, starts: IntArray) -> FloatArray:
 def add_point(sums: FloatArray, point: FloatArray) -> None:
     """Count one point in a row of sums."""
     x, y, z = point[0], point[1], point[2]
-    sums[0] += 1.0
-    sums[1] += x
-    sums[2] += y
-    sums[3] += z
-    sums[4] += x * x
-    sums[5] += x * y
-    sums[6] += x * z
-    sums[7] += y * y
-    sums[8] += y * z
-    sums[9] += z * z
+    sums[COUNT] += 1.0
+    sums[X] += x
+    sums[Y] += y
+    sums[Z] += z
+    sums[XX] += x * x
+    sums[XY] += x * y
+    sums[XZ] += x * z
+    sums[YY] += y * y
+    sums[YZ] += y * z
+    sums[ZZ] += z * z
 
 
 @njit(cache=True, nogil=True)
@@ -137,18 +141,18 @@ def plane_of(sums: FloatArray, plane: FloatArray) -> None:
     sums : (10,)
     plane : (9,) filled with the unit normal, the centre, and the standard deviations across, between and along
     """
-    n = sums[0]
-    cx, cy, cz = sums[1] / n, sums[2] / n, sums[3] / n
+    n = sums[COUNT]
+    cx, cy, cz = sums[X] / n, sums[Y] / n, sums[Z] / n
     matrix = np.empty((3, 3))
-    matrix[0, 0] = sums[4] / n - cx * cx
-    matrix[0, 1] = matrix[1, 0] = sums[5] / n - cx * cy
-    matrix[0, 2] = matrix[2, 0] = sums[6] / n - cx * cz
-    matrix[1, 1] = sums[7] / n - cy * cy
-    matrix[1, 2] = matrix[2, 1] = sums[8] / n - cy * cz
-    matrix[2, 2] = sums[9] / n - cz * cz
+    matrix[0, 0] = sums[XX] / n - cx * cx
+    matrix[0, 1] = matrix[1, 0] = sums[XY] / n - cx * cy
+    matrix[0, 2] = matrix[2, 0] = sums[XZ] / n - cx * cz
+    matrix[1, 1] = sums[YY] / n - cy * cy
+    matrix[1, 2] = matrix[2, 1] = sums[YZ] / n - cy * cz
+    matrix[2, 2] = sums[ZZ] / n - cz * cz
     values, vectors = np.linalg.eigh(matrix)
     sign = 1.0 if vectors[2, 0] >= 0 else -1.0
     for k in range(3):
         plane[k] = sign * vectors[k, 0]
-        plane[6 + k] = np.sqrt(max(values[k], 0.0))
-    plane[3], plane[4], plane[5] = cx, cy, cz
+        plane[ACROSS + k] = np.sqrt(max(values[k], 0.0))
+    plane[CX], plane[CY], plane[CZ] = cx, cy, cz

@@ -20,7 +20,21 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
-from cityflow.reconstruction.noise.cubes import SUMS, add_point, cut_in_cubes, plane_of
+from cityflow.reconstruction.noise.cubes import (
+    ACROSS,
+    BETWEEN,
+    COUNT,
+    CX,
+    CY,
+    CZ,
+    SUMS,
+    A,
+    B,
+    C,
+    add_point,
+    cut_in_cubes,
+    plane_of,
+)
 
 MAX_CLASSES = 64
 LEAST = 4
@@ -129,10 +143,10 @@ def _dry_run(xyz: FloatArray, sample: FloatArray, edges: FloatArray) -> tuple[Fl
         row = np.zeros(SUMS)
         for e in range(len(edges)):
             row += rows[e]
-            count[e, s] = row[0]
-            if row[0] >= LEAST:
+            count[e, s] = row[COUNT]
+            if row[COUNT] >= LEAST:
                 plane_of(row, plane)
-                flatness[e, s] = plane[6] / max(plane[7], 1e-9)
+                flatness[e, s] = plane[ACROSS] / max(plane[BETWEEN], 1e-9)
     return count, flatness
 
 
@@ -143,7 +157,7 @@ def _around(sums: FloatArray, table: IntArray) -> FloatArray:
     for m in range(len(table)):
         for k in table[m]:
             if k >= 0:
-                out[m] += sums[k, 0]
+                out[m] += sums[k, COUNT]
     return out
 
 
@@ -162,19 +176,21 @@ def _judge(
         for k in table[m]:
             if k >= 0:
                 row += sums[k]
-        if row[0] < sparse:
+        if row[COUNT] < sparse:
             keep[starts[m] : starts[m + 1]] = False
             continue
         plane_of(row, plane)
         sigma = _second_fit(points, starts, table[m], plane, least_noise)
         off = 0.0
         for k in range(3):
-            off += plane[k] * (centres[m, k] - plane[3 + k])
+            off += plane[k] * (centres[m, k] - plane[CX + k])
         if abs(off) > radius:
             # Few points beside a surface that the others agree on: strays. Many: another surface.
             cubes_there = np.count_nonzero(table[m] >= 0)
-            few = starts[m + 1] - starts[m] < 0.75 * row[0] / cubes_there
-            if few and _off_surface(points, starts, table[m], plane, 3.0 * sigma) < max(LEAST, stray_share * row[0]):
+            few = starts[m + 1] - starts[m] < 0.75 * row[COUNT] / cubes_there
+            if few and _off_surface(points, starts, table[m], plane, 3.0 * sigma) < max(
+                LEAST, stray_share * row[COUNT]
+            ):
                 keep[starts[m] : starts[m + 1]] = False
             continue
         noise[m] = sigma
@@ -205,7 +221,7 @@ def _second_fit(points: FloatArray, starts: IntArray, around: IntArray, plane: F
         for i in range(starts[k], starts[k + 1]):
             if _distance(points[i], plane) <= 2.5 * sigma:
                 add_point(row, points[i])
-    if row[0] >= LEAST:
+    if row[COUNT] >= LEAST:
         plane_of(row, plane)
         sigma = max(_scatter(points, starts, around, plane), least_noise)
     return sigma
@@ -213,13 +229,15 @@ def _second_fit(points: FloatArray, starts: IntArray, around: IntArray, plane: F
 
 @njit(cache=True, nogil=True)
 def _distance(point: FloatArray, plane: FloatArray) -> float:
-    return abs(plane[0] * (point[0] - plane[3]) + plane[1] * (point[1] - plane[4]) + plane[2] * (point[2] - plane[5]))
+    return abs(
+        plane[A] * (point[0] - plane[CX]) + plane[B] * (point[1] - plane[CY]) + plane[C] * (point[2] - plane[CZ])
+    )
 
 
 @njit(cache=True, nogil=True)
 def _scatter(points: FloatArray, starts: IntArray, around: IntArray, plane: FloatArray) -> float:
     """Normalised median of the distances of all points around from the plane, to a sixty-fourth of its range."""
-    reach = max(3.0 * plane[6], 1e-6)
+    reach = max(3.0 * plane[ACROSS], 1e-6)
     count, total = np.zeros(MAX_CLASSES), 0
     for k in around:
         if k < 0:

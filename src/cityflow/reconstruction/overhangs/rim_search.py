@@ -72,10 +72,10 @@ def _rims_of_surface(
     cell = surface.grid.cell
     limits = RimLimits(-INWARD_M, p.most_reach_m + p.widened_cells * cell, p.least_drop_m, p.on_roof_m)
     places = rims_along(profiles, surface, limits)
-    rims = [_rim(edge, profiles, places, owner == k, (cell, p)) for k, edge in enumerate(edges)]
+    rims = [_rim(edge, profiles, places, owner == k, cell, p) for k, edge in enumerate(edges)]
     colours = colours_over(evidence.pictures, near, cell) if p.picture_window_cells > 0 else None
     if colours is not None:
-        rims = [_refined(rim, profiles.crossing[owner == k], colours, (cell, p)) for k, rim in enumerate(rims)]
+        rims = [_refined(rim, profiles.crossing[owner == k], colours, cell, p) for k, rim in enumerate(rims)]
     return rims
 
 
@@ -150,10 +150,9 @@ def _faces_of(solid: Polyhedron) -> tuple[FloatArray, list[Polygon], FloatArray]
 
 
 def _rim(
-    edge: WallEdge, profiles: Profiles, places: FloatArray, own: np.ndarray, how: tuple[float, OverhangParameters]
+    edge: WallEdge, profiles: Profiles, places: FloatArray, own: np.ndarray, cell: float, p: OverhangParameters
 ) -> RimOfEdge:
     """The middle of what an edge's profiles say."""
-    cell, p = how
     count = int(np.count_nonzero(own))
     found = places[own]
     found = found[np.isfinite(found)]
@@ -171,11 +170,8 @@ def _rim(
     return RimOfEdge(edge, reach, sigma, chance, len(found) / count, eave, reach, False)
 
 
-def _refined(
-    rim: RimOfEdge, crossings: FloatArray, colours: Colours, how: tuple[float, OverhangParameters]
-) -> RimOfEdge:
+def _refined(rim: RimOfEdge, crossings: FloatArray, colours: Colours, cell: float, p: OverhangParameters) -> RimOfEdge:
     """The rim of the heights and that of the colours, each by its precision."""
-    cell, p = how
     if not np.isfinite(rim.reach_m):
         return rim
     window = rim.reach_m, p.picture_inside_cells * cell, p.picture_window_cells * cell

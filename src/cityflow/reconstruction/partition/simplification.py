@@ -45,7 +45,7 @@ def without_worthless(
         new = [n for n in division.cells if n not in known]
         cost, _ = energy.costs(division, new)
         for k, number in enumerate(new):
-            known[number] = _best_move(division, labels, energy, (number, cost[k]), number_cost)
+            known[number] = _best_move(division, labels, energy, number, cost[k], number_cost)
         worst = min(known, key=lambda n: (-known[n][0], n))
         if known[worst][0] <= 0:
             break
@@ -60,11 +60,11 @@ def _best_move(
     division: Subdivision,
     labels: Mapping[int, int],
     energy: CellEnergy,
-    cell: tuple[int, FloatArray],
+    number: int,
+    cost: FloatArray,
     number_cost: float,
 ) -> tuple[float, int]:
     """What the best change of a polygon's plane to a neighbour's saves, and that plane."""
-    number, cost = cell
     mine = labels[number]
     edges = [edge for ring in division.cells[number] for edge in ring_edges(ring)]
     across = [(e, other) for e in edges if (other := division.left.get(e[::-1])) is not None]

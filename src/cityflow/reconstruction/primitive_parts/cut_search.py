@@ -147,15 +147,15 @@ class CutSearch:
     def _with_islands(self, points: IntArray, ring: FloatArray, best: Part, depth: int) -> Part:
         """The best part, or one with a box in it that is cheaper."""
         uv, z, box = self.uv[points], self.z[points], best.box
-        costs = point_costs(best.fit, box, uv, z, self.sigma)
-        for price, inside, sides in islands(uv, z, costs, box, self.sigma, self.number, ISLANDS):
+        cost, above = point_costs(best.fit, box, uv, z, self.sigma)
+        for price, inside, sides in islands(uv, z, cost, above, box, self.sigma, self.number, ISLANDS):
             low, high = np.maximum(sides[:2], box[:2]), np.minimum(sides[2:], box[2:])
             corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
             lower = self.best(points[inside], corners, depth + 1)
             upper = self.best(points[~inside], ring, depth + 1)
-            cost = price + lower.cost + upper.cost
-            if cost < best.cost - 1e-9:
-                best = Part(cost, box, best.fit, Island(sides, lower, upper))
+            total = price + lower.cost + upper.cost
+            if total < best.cost - 1e-9:
+                best = Part(total, box, best.fit, Island(sides, lower, upper))
         return best
 
     def _promising(self, points: IntArray, ring: FloatArray, most: int) -> list[tuple[float, int, float, float]]:

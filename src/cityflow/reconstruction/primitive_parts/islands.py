@@ -37,7 +37,8 @@ def point_costs(
 def islands(
     uv: FloatArray,
     z: FloatArray,
-    costs: tuple[FloatArray, BoolArray],
+    cost: FloatArray,
+    above: BoolArray,
     frame: FloatArray,
     sigma: float,
     number: float,
@@ -47,10 +48,9 @@ def islands(
 
     Parameters
     ----------
-    uv, z, costs : points of the part, and what they cost under its roof
+    uv, z, cost, above : points of the part, their cost under its roof, and whether they lie above it
     frame : (4,) u_min, v_min, u_max, v_max of the part
     """
-    cost, above = costs
     off = np.flatnonzero(cost > OFF_NATS)
     if len(off) < LEAST_POINTS:
         return

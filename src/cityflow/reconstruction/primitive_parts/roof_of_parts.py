@@ -21,13 +21,13 @@ PLACES = 21
 
 
 def roof_of_parts(
-    outline: Polygon, points: FloatArray, angle: float, tree: Part, frame: tuple[Origin, float]
+    outline: Polygon, points: FloatArray, angle: float, tree: Part, origin: Origin, sigma: float
 ) -> tuple[RoofPartition, PlaneSegments]:
     """Cells of the outline (local) with the planes of a tree, found in a frame turned by `angle` (radians).
 
     Parameters
     ----------
-    frame : origin of the local frame, and the scatter (sigma, m) of points on a roof
+    origin : of the local frame;  sigma : scatter of points on a roof, metres
     """
     division = Subdivision.of_polygon(outline)
     planes: list[FloatArray] = []
@@ -38,7 +38,7 @@ def roof_of_parts(
     used = sorted(set(labels.values()))
     partition = RoofPartition.of_subdivision(division, labels).renumbered(used)
     coefficients = np.array([planes[k] for k in used])
-    return partition, _segments(points, coefficients, frame)
+    return partition, _segments(points, coefficients, origin, sigma)
 
 
 def _lay(
@@ -140,9 +140,8 @@ def _heights(part: Part, axis: int, place: float, along: FloatArray) -> FloatArr
     return np.asarray((uv @ planes[:, :2].T + planes[:, 2]).min(axis=1))
 
 
-def _segments(points: FloatArray, coefficients: FloatArray, frame: tuple[Origin, float]) -> PlaneSegments:
+def _segments(points: FloatArray, coefficients: FloatArray, origin: Origin, sigma: float) -> PlaneSegments:
     """Points with the nearest plane of the roof, where one is near."""
-    origin, sigma = frame
     scale = np.sqrt(1 + (coefficients[:, :2] ** 2).sum(axis=1))
     off = (points[:, 2:] - points[:, :2] @ coefficients[:, :2].T - coefficients[:, 2]) / scale
     nearest = np.argmin(np.abs(off), axis=1)

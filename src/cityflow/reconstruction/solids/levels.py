@@ -77,7 +77,7 @@ def _made(
     blocks = _without_small_blocks(division, blocks, parameters.min_area_m2)
     return {
         Lod.LOD12: extrude(outline, floor, max(top, floor + MIN_HEIGHT)),
-        Lod.LOD13: _stepped(division, blocks, heights, parameters.percentile, (floor, origin, outline)),
+        Lod.LOD13: _stepped(division, blocks, heights, parameters.percentile, floor, origin, outline),
     }
 
 
@@ -143,9 +143,10 @@ def _stepped(
     blocks: dict[int, int],
     heights: dict[int, FloatArray],
     percentile: float,
-    frame: tuple[float, tuple[float, float, float], Polygon],
+    floor: float,
+    origin: tuple[float, float, float],
+    outline: Polygon,
 ) -> Polyhedron:
-    floor, origin, outline = frame
     numbers = sorted(set(blocks.values()))
     tops = []
     for number in numbers:

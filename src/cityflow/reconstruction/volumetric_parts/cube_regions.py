@@ -12,7 +12,29 @@ import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
-from cityflow.reconstruction.noise.cubes import SUMS, Cubes, plane_of
+from cityflow.reconstruction.noise.cubes import (
+    ACROSS,
+    BETWEEN,
+    COUNT,
+    CX,
+    CY,
+    CZ,
+    SUMS,
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    ZZ,
+    A,
+    B,
+    C,
+    Cubes,
+    X,
+    Y,
+    Z,
+    plane_of,
+)
 
 LEAST = 6
 """Points that a cube needs for a plane of its own; with fewer, those of its 26 neighbours count, too."""
@@ -56,8 +78,8 @@ def cube_regions(cubes: Cubes, sigma: float, angle_deg: float, min_points: int) 
     """
     table, sums = cubes.neighbours(), cubes.sums()
     own = _cube_planes(sums, table)
-    flat = np.flatnonzero((own[:, 6] <= 2.0 * sigma) & (own[:, 7] > 3.0 * own[:, 6]))
-    seeds = flat[np.argsort(own[flat, 6], kind="stable")]
+    flat = np.flatnonzero((own[:, ACROSS] <= 2.0 * sigma) & (own[:, BETWEEN] > 3.0 * own[:, ACROSS]))
+    seeds = flat[np.argsort(own[flat, ACROSS], kind="stable")]
     limits = np.array([2.0 * sigma, np.cos(np.radians(angle_deg)), float(min_points)])
     labels, planes, counts = _grow(sums, own, table, seeds, limits)
     order = np.argsort(-counts, kind="stable")
@@ -70,16 +92,16 @@ def cube_regions(cubes: Cubes, sigma: float, angle_deg: float, min_points: int) 
 def _cube_planes(sums: FloatArray, table: IntArray) -> FloatArray:
     """(M, 9) plane of each cube; infinitely thick where there are too few points."""
     out = np.zeros((len(sums), 9))
-    out[:, 6] = np.inf
+    out[:, ACROSS] = np.inf
     row = np.empty(SUMS)
     for m in range(len(sums)):
         row[:] = sums[m]
-        if row[0] < LEAST:
+        if row[COUNT] < LEAST:
             row[:] = 0.0
             for k in table[m]:
                 if k >= 0:
                     row += sums[k]
-        if row[0] >= LEAST:
+        if row[COUNT] >= LEAST:
             plane_of(row, out[m])
     return out
 
@@ -87,12 +109,12 @@ def _cube_planes(sums: FloatArray, table: IntArray) -> FloatArray:
 @njit(cache=True, nogil=True)
 def _off(row: FloatArray, plane: FloatArray) -> float:
     """Root mean square distance (m) of the points that a row of sums counts from a plane."""
-    a, b, c = plane[0], plane[1], plane[2]
-    d = a * plane[3] + b * plane[4] + c * plane[5]
-    n = row[0]
-    mean = (a * row[1] + b * row[2] + c * row[3]) / n
-    square = a * a * row[4] + b * b * row[7] + c * c * row[9]
-    square = (square + 2.0 * (a * b * row[5] + a * c * row[6] + b * c * row[8])) / n
+    a, b, c = plane[A], plane[B], plane[C]
+    d = a * plane[CX] + b * plane[CY] + c * plane[CZ]
+    n = row[COUNT]
+    mean = (a * row[X] + b * row[Y] + c * row[Z]) / n
+    square = a * a * row[XX] + b * b * row[YY] + c * c * row[ZZ]
+    square = (square + 2.0 * (a * b * row[XY] + a * c * row[XZ] + b * c * row[YZ])) / n
     return float(np.sqrt(max(square - 2.0 * d * mean + d * d, 0.0)))
 
 
@@ -119,23 +141,23 @@ def _grow(
             cube = queue[done]
             done += 1
             for k in table[cube]:
-                if k < 0 or labels[k] >= 0 or own[k, 6] == np.inf:
+                if k < 0 or labels[k] >= 0 or own[k, ACROSS] == np.inf:
                     continue
-                dot = own[k, 0] * plane[0] + own[k, 1] * plane[1] + own[k, 2] * plane[2]
+                dot = own[k, A] * plane[A] + own[k, B] * plane[B] + own[k, C] * plane[C]
                 if abs(dot) < cosine or _off(sums[k], plane) > reach:
                     continue
                 labels[k] = found
                 queue[size] = k
                 size += 1
                 row += sums[k]
-                if row[0] >= 1.5 * fitted and row[0] >= 2 * LEAST:
+                if row[COUNT] >= 1.5 * fitted and row[COUNT] >= 2 * LEAST:
                     plane_of(row, plane)
-                    fitted = row[0]
-        if row[0] < least:
+                    fitted = row[COUNT]
+        if row[COUNT] < least:
             for j in range(size):
                 labels[queue[j]] = -1
             continue
         plane_of(row, plane)
-        planes[found], counts[found] = plane, np.int64(row[0])
+        planes[found], counts[found] = plane, np.int64(row[COUNT])
         found += 1
     return labels, planes[:found], counts[:found]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -76,11 +77,20 @@ class _Votes:
     solid: FloatArray
 
 
+class SeenFacades(NamedTuple):
+    """Façade cloud and façades of a building, its outline (local), local height of its floor."""
+
+    cloud: FacadeCloud
+    facades: list[Facade]
+    outline: Polygon
+    floor: float
+
+
 def find_voids(
     division: Subdivision,
     surface: dict[int, int],
     segments: PlaneSegments,
-    evidence: tuple[FacadeCloud, list[Facade], Polygon, float],
+    evidence: SeenFacades,
     parameters: UndersideParameters,
 ) -> Voids:
     """Cut the columns along walls that stand under a roof, and find those with nothing under them.
@@ -90,7 +100,7 @@ def find_voids(
     division : local frame; it is cut
     surface : of each cell
     segments : roof surfaces, local frame
-    evidence : façade cloud, façades, outline (local), local height of the floor
+    evidence : what images show of its façades
     """
     cloud, facades, outline, floor = evidence
     planes = segments.coefficients
@@ -104,7 +114,7 @@ def find_voids(
     is_void = _labelled(division, votes, behind, parameters)
     ceiling: dict[int, float] = {}
     for part in _connected(division, is_void):
-        height = _ceiling(division, part, (cloud, behind, outer))
+        height = _ceiling(division, part, cloud, behind, outer)
         if height is not None and height - floor >= parameters.least_height:
             covered = [
                 c for c in part if _lowest_top(division, c, planes[surface[c]]) >= height + parameters.least_cover
@@ -256,9 +266,10 @@ def _connected(division: Subdivision, is_void: dict[int, bool]) -> list[list[int
     return parts
 
 
-def _ceiling(division: Subdivision, part: list[int], seen: tuple[FacadeCloud, list[Facade], BoolArray]) -> float | None:
+def _ceiling(
+    division: Subdivision, part: list[int], cloud: FacadeCloud, behind: list[Facade], outer: BoolArray
+) -> float | None:
     """Height of the underside, where the outer wall above the void begins; None where no such wall is seen."""
-    cloud, behind, outer = seen
     shape = shapely.union_all([division.polygon(n) for n in part])
     wall = np.concatenate([f.points for f in behind])
     wall = wall[shapely.contains_xy(shapely.buffer(shape, 0.5), *cloud.xyz[wall, :2].T)]

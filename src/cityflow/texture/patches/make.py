@@ -66,7 +66,7 @@ def make_patches(
     root = sources.sources[view.image].image
     canvas = root_canvas(face, root, view.gsd_m, asked)
     cell = max(view.gsd_m if canvas is None else _pixel_m(face, root, view.gsd_m), asked.finest_m)
-    made = _composed(face, canvas or front_canvas(face, cell, asked), views, (sources, visible), asked)
+    made = _composed(face, canvas or front_canvas(face, cell, asked), views, sources, visible, asked)
     if made is None:
         return None
     raw, lost = made
@@ -82,11 +82,12 @@ def _composed(
     face: FacePlane,
     canvas: Canvas,
     views: FaceSources,
-    seen_in: tuple[UnitSources, Visible | None],
+    sources: UnitSources,
+    visible: Visible | None,
     parameters: PatchParameters,
 ) -> tuple[Patch, tuple[str, ...]] | None:
     """A patch, and what was wrong with images that could not be read; None where no image sees anything of the face."""
-    painted = compose(face, canvas, views, *seen_in, parameters)
+    painted = compose(face, canvas, views, sources, visible, parameters)
     if not (painted.index >= FIRST_IMAGE).any():
         return None
     return _patch(face, canvas, painted, views, parameters), painted.lost

@@ -39,7 +39,7 @@ def seen_faces(
     """
     inside, st = face_cells(face, grid)
     xyz = face.world(st)
-    return tuple(_seen(face, view, images[view.image], scene, (grid, inside, xyz)) for view in views)
+    return tuple(_seen(face, view, images[view.image], scene, grid, inside, xyz) for view in views)
 
 
 def face_cells(face: FacePlane, grid: FaceGrid) -> tuple[BoolArray, FloatArray]:
@@ -59,9 +59,14 @@ def face_cells(face: FacePlane, grid: FaceGrid) -> tuple[BoolArray, FloatArray]:
 
 
 def _seen(
-    face: FacePlane, view: FaceView, image: OrientedImage, scene: Scene, cells: tuple[FaceGrid, BoolArray, FloatArray]
+    face: FacePlane,
+    view: FaceView,
+    image: OrientedImage,
+    scene: Scene,
+    grid: FaceGrid,
+    inside: BoolArray,
+    xyz: FloatArray,
 ) -> SeenFace:
-    grid, inside, xyz = cells
     framed = np.ones(len(xyz), bool)
     if view.inside < WHOLE:
         framed = in_frame(image, xyz)
