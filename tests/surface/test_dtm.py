@@ -8,7 +8,7 @@ from cityflow.core.points import PointCloud
 from cityflow.evaluation.terrain import terrain_errors, terrain_zones
 from cityflow.surface.dtm import DtmParameters, Method, chosen_method
 from cityflow.surface.dtm_windows import objects_by_windows, without_terrain
-from cityflow.surface.ground_points import lowest_surface
+from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
@@ -79,7 +79,7 @@ def _mound(height: float, width: float, foot: float, seed: int) -> np.ndarray:
 @pytest.mark.parametrize(("foot", "building"), [(3.0, True), (5.0, True), (6.0, True), (8.5, False), (12.0, False)])
 def test_walls_that_matching_has_smeared_are_walls_and_banks_are_none(foot: float, building: bool, seed: int) -> None:
     p = ImageSurfaceParameters().dtm.windows
-    cloud, grid = PointCloud.of(_mound(4.0, 15.0, foot, seed)), Grid.covering((0.0, 0.0, 120.0, 120.0), p.work_cell_m)
+    cloud, grid = PointCloud.of(_mound(4.0, 15.0, foot, seed)), Grid.covering((0.0, 0.0, 120.0, 120.0), WORK_CELL_M)
     low, measured = lowest_surface(cloud, grid), count_points(cloud, grid) > 0
     found = without_terrain(low, objects_by_windows(low, p), measured, p)
     assert found[57:63, 40:80].mean() == (1.0 if building else 0.0)

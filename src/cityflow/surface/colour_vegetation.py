@@ -14,12 +14,16 @@ from cityflow.surface.vegetation import local_residual
 
 NEAR_INFRARED_BANDS = 4
 
+WINDOW_M = 1.5
+"""Window of residuals and colours, metres: three cells of a working grid; set by hand, as is the next."""
+VERY_ROUGH_M = 0.6
+"""What has a doubtful colour is foliage from this RMS off the local plane on, metres."""
+
 
 class ColourVegetationParameters(Parameters):
     """What counts as foliage in a surface from images."""
 
     least_height_m: float = Field(1.5, ge=0, le=20, description="vegetation is at least this high, metres")
-    window_m: float = Field(1.5, ge=0.2, le=20, description="window of residuals and colours, metres")
     ndvi: float = Field(
         0.2, ge=-1, le=1, description="normalised difference vegetation index of foliage, where there is near infrared"
     )
@@ -27,7 +31,6 @@ class ColourVegetationParameters(Parameters):
     rough_m: float = Field(
         0.12, gt=0, le=5, description="what is green is foliage from this RMS off the local plane on, metres"
     )
-    very_rough_m: float = Field(0.6, gt=0, le=5, description="what has a doubtful colour, from this one on, metres")
     area_m2: float = Field(2.0, ge=0, le=1000, description="smaller patches are no crowns, m²")
     reach_m: float = Field(0.8, ge=0, le=10, description="foliage goes on this far into green cells, metres")
 
@@ -55,10 +58,10 @@ def colour_vegetation(
     dsm, dtm = heights
     with np.errstate(invalid="ignore"):
         high = dsm - dtm > p.least_height_m
-    size = 2 * round(p.window_m / grid.cell / 2) + 1
+    size = 2 * round(WINDOW_M / grid.cell / 2) + 1
     rough = local_residual(np.where(np.isnan(dsm), dtm, dsm), max(size, 3))
     green = greenness(colour, grid.shape, p, size)
-    seeds = high & (green > 0) & (rough > p.rough_m) | high & (green > -1) & _wide(rough > p.very_rough_m, grid, p)
+    seeds = high & (green > 0) & (rough > p.rough_m) | high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
     kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid, p)
     reach = max(round(p.reach_m / grid.cell), 1)
     return np.asarray(binary_dilation(kept, iterations=reach, mask=high & (green > 0) | kept))
@@ -85,9 +88,9 @@ def greenness(
     return np.where(weight > 1e-6, (above / np.maximum(below, 1e-9) - limit) / max(abs(limit), 0.02), -0.5)
 
 
-def _wide(rough: BoolArray, grid: Grid, p: ColourVegetationParameters) -> BoolArray:
+def _wide(rough: BoolArray, grid: Grid) -> BoolArray:
     """Rough patches wider than the strip of rough windows along a wall."""
-    half = round((p.window_m / 2 + 0.9) / grid.cell)
+    half = round((WINDOW_M / 2 + 0.9) / grid.cell)
     core = distance_transform_edt(np.pad(rough, 1, mode="edge"))[1:-1, 1:-1] > half
     return np.asarray(binary_dilation(core, iterations=half, mask=rough))
 

@@ -17,24 +17,30 @@ from cityflow.surface.rasterise import count_points
 UNKNOWN, GROUND, VEGETATION, BUILDING, WATER, BRIDGE = 0, 2, 5, 6, 9, 17
 """Values of a class raster."""
 
+FRINGE_M = 1.5
+"""Narrower strips beside vegetation belong to it, metres; set by hand on synthetic scenes, as are those below."""
+WATER_WINDOW_M = 4.0
+"""Window in which returns are counted, metres."""
+USUAL_WINDOW_M = 100.0
+"""Window of the usual count of returns, metres: wider than a canal."""
+RAMP_HEIGHT_M = 0.6
+"""A deck is followed down to this above ground, metres."""
+LEVEL_STEP_M = 0.35
+"""A deck meets the road without a step above this, metres."""
+
 
 class CoverParameters(Parameters):
     """Rules of the class raster."""
 
     building_height_m: float = Field(2.0, ge=0.5, le=20, description="buildings stand out by at least this, metres")
-    fringe_m: float = Field(1.5, ge=0, le=10, description="narrower strips beside vegetation belong to it, metres")
     water_share: float = Field(0.25, ge=0, le=1, description="water sends less than this share of the usual returns")
-    water_window_m: float = Field(4.0, ge=1, le=50, description="window in which returns are counted, metres")
     water_area_m2: float = Field(80.0, ge=0, le=1e6, description="smaller areas with few returns are shadows, m²")
-    usual_window_m: float = Field(100.0, ge=10, le=500, description="window of the usual count of returns, metres")
-    ramp_height_m: float = Field(0.6, gt=0, le=5, description="a deck is followed down to this above ground, metres")
-    level_step_m: float = Field(0.35, gt=0, le=5, description="a deck meets the road without a step above this, metres")
     level_share: float = Field(0.06, ge=0, le=1, description="share of a bridge's border that meets the road")
 
     @property
     def halo_m(self) -> float:
         """Regions of water and bridges are judged within this distance, metres."""
-        return max(self.usual_window_m / 2 + self.water_window_m, 40.0)
+        return max(USUAL_WINDOW_M / 2 + WATER_WINDOW_M, 40.0)
 
 
 def classify(
@@ -52,7 +58,7 @@ def classify(
         high = dsm - dtm > p.building_height_m
     klass = np.full(grid.shape, GROUND, np.uint8)
     klass[vegetation] = VEGETATION
-    solid, fringe = _without_fringes(high & ~vegetation, vegetation, max(round(p.fringe_m / 2 / grid.cell), 1))
+    solid, fringe = _without_fringes(high & ~vegetation, vegetation, max(round(FRINGE_M / 2 / grid.cell), 1))
     klass[solid] = BUILDING
     klass[fringe] = VEGETATION
     klass[_water(points, count, ~np.isnan(dtm), high, grid, p)] = WATER
@@ -83,11 +89,11 @@ def _water(
     points: PointCloud, count: IntArray, inside: BoolArray, high: BoolArray, grid: Grid, p: CoverParameters
 ) -> BoolArray:
     """Cells named water, and compact low areas that send few returns; `count` are points per cell, `inside` cells with terrain."""
-    size = 2 * round(p.water_window_m / grid.cell / 2) + 1
+    size = 2 * round(WATER_WINDOW_M / grid.cell / 2) + 1
     area = uniform_filter(inside.astype(float), size, mode="nearest")
     density = uniform_filter(count.astype(float), size, mode="nearest") / np.maximum(area, 1e-9)
     # What a return has around it on average: a wide canal does not lower that, and no far part of the tile counts.
-    wide = 2 * round(p.usual_window_m / grid.cell / 2) + 1
+    wide = 2 * round(USUAL_WINDOW_M / grid.cell / 2) + 1
     usual = uniform_filter(density**2, wide, mode="constant") / np.maximum(
         uniform_filter(density, wide, mode="constant"), 1e-9
     )
@@ -112,13 +118,13 @@ def _bridges(
         return _majority(named, count, grid, [LAS_BRIDGE, CIVIL_STRUCTURE]) & (klass != VEGETATION)
     dsm, dtm = heights
     with np.errstate(invalid="ignore"):
-        raised = (dsm - dtm > p.ramp_height_m) & np.isin(klass, [GROUND, BUILDING])
+        raised = (dsm - dtm > RAMP_HEIGHT_M) & np.isin(klass, [GROUND, BUILDING])
     labels, regions = label(raised)
     border, level = np.zeros(regions + 1), np.zeros(regions + 1)
     for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
         beside, other = np.roll(klass, shift, axis), np.roll(dsm, shift, axis)
         edge = raised & ~np.roll(raised, shift, axis)
-        smooth = edge & (beside == GROUND) & (np.abs(dsm - other) < p.level_step_m)
+        smooth = edge & (beside == GROUND) & (np.abs(dsm - other) < LEVEL_STEP_M)
         border += np.bincount(labels[edge], minlength=regions + 1)
         level += np.bincount(labels[smooth], minlength=regions + 1)
     is_bridge = level > p.level_share * np.maximum(border, 1)

@@ -20,16 +20,18 @@ from cityflow.surface.ground_points import slope_of, work_grid
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.sample import sample
 
+GROUND_SHARE = 0.5
+"""Where fewer of a neighbourhood's points are ground, ground must continue its surroundings: the majority of them."""
+OUTLIER_M = 0.35
+"""A point this far off the local median is no ground, metres; set by hand on synthetic scenes."""
+
 
 class ClassifiedParameters(Parameters):
     """How far a classified cloud is believed."""
 
-    work_cell_m: float = Field(1.0, ge=0.25, le=5, description="cells in which classes are compared, metres")
-    ground_share: float = Field(0.5, ge=0, le=1, description="below this share, ground must continue its surroundings")
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="wider than the narrow side of any building, metres"
     )
-    outlier_m: float = Field(0.35, gt=0, le=5, description="a point this far off the local median is no ground, metres")
 
     @property
     def halo_m(self) -> float:
@@ -46,7 +48,7 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Cl
     ground = points.of_class(GROUND, WATER)
     if len(ground) == 0:
         return np.full(grid.shape, np.nan)
-    xyz = without_wrong_classes(points, ground, work_grid(grid, parameters.work_cell_m), parameters)
+    xyz = without_wrong_classes(points, ground, work_grid(grid), parameters)
     return terrain_from_points(xyz, grid)
 
 
@@ -61,7 +63,7 @@ def without_wrong_classes(points: PointCloud, ground: PointCloud, work: Grid, p:
     middle = median_filter(bridge_gaps(plane_heights(xyz, work, half=0), work), 5, mode="nearest")
     height = sample(work, middle, xyz[:, 0], xyz[:, 1])
     slope = sample(work, slope_of(middle, work.cell), xyz[:, 0], xyz[:, 1])
-    near = np.abs(xyz[:, 2] - height) <= p.outlier_m + 1.5 * np.minimum(slope, 1.5)
+    near = np.abs(xyz[:, 2] - height) <= OUTLIER_M + 1.5 * np.minimum(slope, 1.5)
     return np.asarray(xyz[near] if near.any() else xyz)
 
 
@@ -71,11 +73,9 @@ def _doubtful_cells(points: PointCloud, ground: PointCloud, work: Grid, p: Class
     of_ground, of_all = (count_points(c, work).astype(float) for c in (ground, last))
     around = [uniform_filter(n, 3, mode="nearest") for n in (of_ground, of_all)]
     # The rim of a roof has ground in its neighbourhood, but not in its own cell.
-    rare = (around[0] < p.ground_share * around[1]) | (of_ground < p.ground_share * of_all)
+    rare = (around[0] < GROUND_SHARE * around[1]) | (of_ground < GROUND_SHARE * of_all)
     if not rare.any():
         return np.zeros(work.shape, bool)
     height = bridge_gaps(plane_heights(ground.xyz, work, half=0), work)
-    raised = objects_by_windows(
-        height, WindowsParameters(work_cell_m=p.work_cell_m, largest_window_m=p.largest_window_m)
-    )
+    raised = objects_by_windows(height, WindowsParameters(largest_window_m=p.largest_window_m))
     return np.asarray(rare & (raised > 0))

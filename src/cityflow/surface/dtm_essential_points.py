@@ -18,40 +18,43 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface.ground_points import lowest_surface, resample, slope_of, work_grid
 
+NEIGHBOURHOOD_M = 9.0
+"""Window of the minimum that replaces an essential cell, metres; set by hand, as are the next two: the paper names no values."""
+EVERY_M = 12.0
+"""Level ground has an essential point this often, metres."""
+SMOOTH_M = 1.5
+"""Radius of the final convolution (sigma), metres."""
+
 
 class EssentialPointsParameters(Parameters):
     """Essential points and what is interpolated between them."""
 
-    work_cell_m: float = Field(1.0, ge=0.25, le=5, description="cells of the surface, metres")
     gradient: float = Field(0.9, gt=0, le=20, description="a cell is essential above this gradient magnitude")
-    neighbourhood_m: float = Field(9.0, ge=1, le=100, description="window of the minimum that replaces it, metres")
-    every_m: float = Field(12.0, ge=1, le=200, description="level ground has an essential point this often, metres")
     rise_m: float = Field(
         1.2, gt=0, le=10, description="a stretch that stands above the ground at an end by more is no ground, metres"
     )
-    smooth_m: float = Field(1.5, ge=0, le=50, description="radius of the final convolution (sigma), metres")
 
     @property
     def halo_m(self) -> float:
         """An interpolated line ends at the next essential points: at most a large building away."""
-        return 60.0 + self.every_m
+        return 60.0 + EVERY_M
 
 
 def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: EssentialPointsParameters) -> FloatArray:
     """(rows, cols) terrain at the cell centres of `grid`, metres; `dsm` is not needed: last returns say more."""
     del dsm
-    work = work_grid(grid, parameters.work_cell_m)
+    work = work_grid(grid)
     surface = lowest_surface(points, work)
     by_rows = along_rows(surface, work, parameters)
     by_columns = along_rows(np.ascontiguousarray(surface.T), _transposed(work), parameters).T
     mean = (by_rows + by_columns) / 2
-    return resample(gaussian_filter(mean, parameters.smooth_m / work.cell, mode="nearest"), work, grid)
+    return resample(gaussian_filter(mean, SMOOTH_M / work.cell, mode="nearest"), work, grid)
 
 
 def along_rows(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) -> FloatArray:
     """Terrain by interpolation along the rows; first and last row and column are interpolated in advance."""
     heights, jump = essential_points(surface, grid, p)
-    step = max(round(p.every_m / grid.cell), 1)
+    step = max(round(EVERY_M / grid.cell), 1)
     first = step - round(grid.x_min / grid.cell) % step
     essential = _with_level_points(surface, heights, jump, p.rise_m, (first % step, step))
     heights, essential = _prepare_border(heights, essential)
@@ -61,7 +64,7 @@ def along_rows(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) ->
 def essential_points(surface: FloatArray, grid: Grid, p: EssentialPointsParameters) -> tuple[FloatArray, BoolArray]:
     """The surface with essential points lowered to the least height around them, and which cells are essential."""
     jump = slope_of(surface, grid.cell) > p.gradient
-    low = minimum_filter(surface, 2 * round(p.neighbourhood_m / grid.cell / 2) + 1, mode="nearest")
+    low = minimum_filter(surface, 2 * round(NEIGHBOURHOOD_M / grid.cell / 2) + 1, mode="nearest")
     return np.where(jump, low, surface), jump
 
 

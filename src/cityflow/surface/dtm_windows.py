@@ -16,24 +16,35 @@ from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
 from cityflow.surface.gridding import bridge_gaps
-from cityflow.surface.ground_points import lowest_surface, refine, work_grid
+from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface, refine, work_grid
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.smooth_regions import smooth_regions
 from cityflow.surface.terraces import TerraceRule, without_terraces
+
+LEAST_HEIGHT_M = 0.3
+"""Lowest object, metres; set by hand on synthetic scenes, as are the next three."""
+MOST_HEIGHT_M = 2.5
+"""An object higher than this is one in any window, metres."""
+STEP_SHARE = 0.3
+"""Of an object's border, this share has steps."""
+LEAST_CONTACT = 0.2
+"""Of terrain's border, this share flows into the ground."""
+WAY_UP_SLOPE = 0.6
+"""A way up to a terrace is no steeper (rise over run); set by hand on terraced hills, seeds 1 to 4, as is the next."""
+LEAST_TERRACE_M2 = 25.0
+"""Smaller terraces are not looked for, m²."""
+
+NEAR_SLOPE = 0.6
+"""Per unit of slope, ground's points lie that much further off the rough terrain, metres; set by hand on synthetic scenes."""
 
 
 class WindowsParameters(Parameters):
     """Windows of varying size."""
 
-    work_cell_m: float = Field(1.0, ge=0.25, le=5, description="cells that the windows work on, metres")
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="wider than the narrow side of any building, metres"
     )
     slope: float = Field(0.15, gt=0, le=2, description="terrain may rise by this share of a window's radius")
-    least_height_m: float = Field(0.3, gt=0, le=5, description="lowest object, metres")
-    most_height_m: float = Field(
-        2.5, gt=0, le=20, description="an object higher than this is one in any window, metres"
-    )
     step_m: float = Field(1.0, gt=0, le=5, description="rise from cell to cell at the border of an object, metres")
     rise_m: float | None = Field(
         None,
@@ -41,12 +52,8 @@ class WindowsParameters(Parameters):
         le=20,
         description="rise over three cells that is a step, too, as of walls that matching has smeared, metres; null: none",
     )
-    step_share: float = Field(0.3, ge=0, le=1, description="share of an object's border that has such steps")
-    least_contact: float = Field(0.2, ge=0, le=1, description="share of terrain's border that flows into the ground")
     rounds: int = Field(8, ge=0, le=100, description="rounds in which terrain is given back")
-    way_up_slope: float = Field(0.6, gt=0, le=2, description="a way up to a terrace is no steeper (rise over run)")
     way_up_m: float = Field(5.0, ge=1, le=50, description="a way up to a terrace is as wide, metres")
-    least_terrace_m2: float = Field(25.0, ge=1, le=1000, description="smaller terraces are not looked for, m²")
     widest_bridge_m: float = Field(
         25.0,
         ge=0,
@@ -54,7 +61,6 @@ class WindowsParameters(Parameters):
         description="a narrower structure with steps on both sides is no terrace even with a way up, metres",
     )
     near_m: float = Field(0.15, gt=0, le=5, description="a point this near to the rough terrain is ground, metres")
-    near_slope: float = Field(0.6, ge=0, le=5, description="and that much further per unit of slope, metres")
 
     @property
     def halo_m(self) -> float:
@@ -72,20 +78,20 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Wi
     grid : raster of the result
     """
     del dsm
-    work = work_grid(grid, parameters.work_cell_m)
+    work = work_grid(grid)
     low = lowest_surface(points, work)
     measured = count_points(points, work) > 0
     objects = without_terrain(low, objects_by_windows(low, parameters), measured, parameters)
     if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
         objects = without_terraces(low, objects, _rule(parameters))
     rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
-    return refine(points, rough, work, grid, (parameters.near_m, parameters.near_slope))
+    return refine(points, rough, work, grid, (parameters.near_m, NEAR_SLOPE))
 
 
 def _rule(p: WindowsParameters) -> TerraceRule:
-    cell = p.work_cell_m
+    cell = WORK_CELL_M
     return TerraceRule(
-        p.step_m, p.way_up_slope * cell, max(round(p.way_up_m / cell) - 2, 1), round(p.least_terrace_m2 / cell**2),
+        p.step_m, WAY_UP_SLOPE * cell, max(round(p.way_up_m / cell) - 2, 1), round(LEAST_TERRACE_M2 / cell**2),
         p.widest_bridge_m / cell, p.largest_window_m / cell,
     )  # fmt: skip
 
@@ -94,17 +100,17 @@ def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
     """(rows, cols) number (1, 2, …) of the smallest window above whose opening a cell stands out; 0 where none."""
     objects = np.zeros(low.shape, np.int64)
     surface, number = low, 1
-    radius_m = p.work_cell_m
+    radius_m = WORK_CELL_M
     largest = p.largest_window_m / 2
     while True:
-        cells = 2 * round(radius_m / p.work_cell_m) + 1
+        cells = 2 * round(radius_m / WORK_CELL_M) + 1
         opened = grey_opening(surface, (cells, cells), mode="nearest")
-        limit = min(max(p.least_height_m, p.slope * radius_m), p.most_height_m)
+        limit = min(max(LEAST_HEIGHT_M, p.slope * radius_m), MOST_HEIGHT_M)
         objects[(objects == 0) & (surface - opened > limit)] = number
         surface, number = opened, number + 1
         if radius_m >= largest:
             return objects
-        radius_m = min(radius_m * 1.5 + p.work_cell_m, largest)
+        radius_m = min(radius_m * 1.5 + WORK_CELL_M, largest)
 
 
 def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: WindowsParameters) -> BoolArray:
@@ -121,8 +127,8 @@ def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: 
     of_window[labels] = windows
     for _ in range(p.rounds):
         border, to_ground, steps = _borders(known, labels, of_window, p.step_m, p.rise_m)
-        flows = (to_ground - steps) > (1 - p.step_share) * to_ground
-        flows &= (to_ground - steps) >= p.least_contact * border
+        flows = (to_ground - steps) > (1 - STEP_SHARE) * to_ground
+        flows &= (to_ground - steps) >= LEAST_CONTACT * border
         flows[0] = False
         if not flows.any():
             break

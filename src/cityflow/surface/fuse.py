@@ -34,16 +34,37 @@ def points_within(source: PointSource, bounds: Bounds) -> ImagePoints:
     return source if isinstance(source, ImagePoints) else source(bounds)
 
 
+RADIUS_CELLS = 1.4
+"""Points this near to a cell's centre speak for it, cells: its corners and a little more; set by hand on simulated depth maps, as are those below."""
+WIDE_RADIUS_CELLS = 1.6
+"""And this near where there are none, cells."""
+BAND_CELLS = 2.5
+"""Points of one surface lie within this height, cells."""
+BAND_SIGMAS = 3.0
+"""But at least this many expected standard deviations."""
+HALF_VIEWS = 1.0
+"""This many agreeing partners give a point half its weight."""
+ABOVE_DEG = 25.0
+"""Views nearer to the vertical see a surface from above, degrees: those of a nadir camera."""
+BENEATH_CELLS = 3.0
+"""Slanting views' points so far below the surface seen from above lie under it, cells."""
+BESIDE_CELLS = 2
+"""But not so near to a step of that surface, cells."""
+LEAST_SUPPORT = 0.03
+"""Weight of points below which a cell is a hole."""
+PLANE_CELLS = 2.0
+"""Neighbours this far on the same surface steady a cell, cells."""
+SPECK_STEP_CELLS = 3.0
+"""A patch ends at a step above this, cells."""
+FILL_STEP_M = 0.5
+"""Heights around a hole with a wider gap are two surfaces, metres."""
+FILL_SLOPE = 0.3
+"""And wider by this share of the distance between their places."""
+
+
 class FuseParameters(Parameters):
     """How points become the surface."""
 
-    radius_cells: float = Field(
-        1.4, ge=0.5, le=4, description="points this near to a cell's centre speak for it, cells"
-    )
-    wide_radius_cells: float = Field(1.6, ge=0.5, le=6, description="and this near where there are none, cells")
-    band_cells: float = Field(2.5, ge=0.5, le=20, description="points of one surface lie within this height, cells")
-    band_sigmas: float = Field(3.0, ge=0, le=20, description="but at least this many expected standard deviations")
-    half_views: float = Field(1.0, ge=0, le=10, description="this many agreeing partners give a point half its weight")
     upright: float = Field(0.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
     lower_share: float = Field(
         0.8,
@@ -52,36 +73,15 @@ class FuseParameters(Parameters):
         description="of two surfaces in a cell the lower one is taken from this share of the weight on",
     )
     step_m: float = Field(0.5, gt=0, le=20, description="two surfaces in a cell are at least this far apart, metres")
-    above_deg: float = Field(
-        25.0, ge=0, le=90, description="views nearer to the vertical see a surface from above, degrees; 0: none does"
-    )
-    beneath_cells: float = Field(
-        3.0,
-        ge=0,
-        le=100,
-        description="slanting views' points so far below the surface seen from above lie under it, cells",
-    )
-    beside_cells: int = Field(2, ge=0, le=10, description="but not so near to a step of that surface, cells")
-    least_support: float = Field(0.03, ge=0, le=10, description="weight of points below which a cell is a hole")
-    plane_cells: float = Field(
-        2.0, ge=1, le=6, description="neighbours this far on the same surface steady a cell, cells"
-    )
     speck_cells: int = Field(24, ge=1, le=400, description="patches of fewer cells are floaters")
-    speck_step_cells: float = Field(3.0, gt=0, le=50, description="a patch ends at a step above this, cells")
     fill_m: float = Field(8.0, ge=0, le=100, description="holes are filled this far from measured cells, metres")
-    fill_slope: float = Field(
-        0.3, ge=0, le=5, description="and wider by this share of the distance between their places"
-    )
-    fill_step_m: float = Field(
-        0.5, gt=0, le=10, description="heights around a hole with a wider gap are two surfaces, metres"
-    )
 
     @property
     def halo_cells(self) -> int:
         """Cells around a tile whose points a cell of the tile depends on, without filling; the surface is made twice, specks choose again."""
-        chosen = int(np.ceil(self.wide_radius_cells + self.plane_cells)) + self.speck_cells + 1
-        again = int(np.ceil(self.plane_cells)) + self.speck_cells + 1
-        return 2 * chosen + again + self.beside_cells
+        chosen = int(np.ceil(WIDE_RADIUS_CELLS + PLANE_CELLS)) + self.speck_cells + 1
+        again = int(np.ceil(PLANE_CELLS)) + self.speck_cells + 1
+        return 2 * chosen + again + BESIDE_CELLS
 
     def reach_m(self, cell_m: float) -> float:
         """Points are needed this far around a tile, for its cells and to fill holes, metres."""
@@ -160,19 +160,19 @@ def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters
     Such views see the ground under crowns, and walls under eaves: many points above one another in one cell, which would outvote what stands above.
     Next to a step, or to what steep views do not see, all keep their say: steep views too widen what stands in front.
     """
-    steep = steepness(points) >= np.cos(np.radians(p.above_deg))
+    steep = steepness(points) >= np.cos(np.radians(ABOVE_DEG))
     if steep.all() or not steep.any():
         return points
     top = _surface(points.take(steep), grid, p, again=False).dsm
     cell = _cells(points, grid)
-    lowest = minimum_filter(np.where(np.isnan(top), -np.inf, top), 2 * p.beside_cells + 1, mode="nearest")
-    limit = np.where(cell >= 0, lowest.ravel()[cell], -np.inf) - p.beneath_cells * grid.cell
+    lowest = minimum_filter(np.where(np.isnan(top), -np.inf, top), 2 * BESIDE_CELLS + 1, mode="nearest")
+    limit = np.where(cell >= 0, lowest.ravel()[cell], -np.inf) - BENEATH_CELLS * grid.cell
     return points.take(steep | ~(points.xyz[:, 2] < limit))
 
 
 def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool) -> Fused:
     """The surface of the points; with `again` cells whose own floats have a second choice."""
-    placed = cell_points(points, grid, expected_precision(points, (grid.cell, p.half_views, p.upright)))
+    placed = cell_points(points, grid, expected_precision(points, (grid.cell, HALF_VIEWS, p.upright)))
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
@@ -189,19 +189,19 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool)
 
 def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatArray | None = None) -> Modes:
     rule = ModeRule(
-        p.radius_cells, p.wide_radius_cells, p.band_cells * grid.cell, p.band_sigmas, p.least_support, p.lower_share, p.step_m,
+        RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, p.step_m,
     )  # fmt: skip
     return modes(points, grid.shape, rule, instead_of)
 
 
 def _smooth(found: Modes, grid: Grid, p: FuseParameters) -> tuple[FloatArray, BoolArray]:
     """(rows, cols) heights steadied by neighbours, and which of them are specks."""
-    z = on_planes(found, p.plane_cells, p.band_cells * grid.cell / 2)
-    return z, np.isfinite(z) & ~without_specks(z, p.speck_step_cells * grid.cell, p.speck_cells)
+    z = on_planes(found, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
+    return z, np.isfinite(z) & ~without_specks(z, SPECK_STEP_CELLS * grid.cell, p.speck_cells)
 
 
 def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:
     """(rows, cols) the surface with its holes filled from the lower side, `fill_m` from what was measured; NaN beyond."""
     p = parameters or FuseParameters()
     values = fused.dsm.astype(np.float64)
-    return fill_from_below(values, round(p.fill_m / fused.grid.cell), p.fill_step_m, p.fill_slope * fused.grid.cell)
+    return fill_from_below(values, round(p.fill_m / fused.grid.cell), FILL_STEP_M, FILL_SLOPE * fused.grid.cell)

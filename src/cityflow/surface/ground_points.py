@@ -11,10 +11,13 @@ from cityflow.surface.gridding import bridge_gaps, terrain_from_points
 from cityflow.surface.rasterise import lowest
 from cityflow.surface.sample import sample
 
+WORK_CELL_M = 1.0
+"""Cells on which terrain is sought and the survey's edge found, metres; set by hand: at the usual densities most hold a return."""
 
-def work_grid(grid: Grid, cell_m: float) -> Grid:
-    """The grid over the same area with cells of `cell_m` on the world lattice."""
-    return Grid.covering(grid.bounds, cell_m)
+
+def work_grid(grid: Grid) -> Grid:
+    """The grid over the same area with cells of `WORK_CELL_M` on the world lattice."""
+    return Grid.covering(grid.bounds, WORK_CELL_M)
 
 
 def lowest_surface(points: PointCloud, grid: Grid) -> FloatArray:

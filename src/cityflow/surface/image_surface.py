@@ -20,6 +20,7 @@ from cityflow.surface.dtm import DtmParameters
 from cityflow.surface.dtm_windows import WindowsParameters
 from cityflow.surface.fuse import Fused, FuseParameters, PointSource
 from cityflow.surface.fused_tile import FusedTile, fine_grid, fused_tile
+from cityflow.surface.ground_points import WORK_CELL_M
 from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.noise import NoiseParameters, is_noise
 from cityflow.surface.overview import (
@@ -44,6 +45,10 @@ class SeenEnough(Protocol):
     def __call__(self, grid: Grid, ground: FloatArray) -> BoolArray: ...
 
 
+THINNED_SIGMA_CELLS = 3.0
+"""Cells with a greater expected standard deviation give no point to the thinned cloud, cells; set by hand."""
+
+
 class ImageSurfaceParameters(Parameters):
     """Parameters of the stage `surface` where it is made from images."""
 
@@ -57,9 +62,6 @@ class ImageSurfaceParameters(Parameters):
     surveyed: SurveyedParameters = SurveyedParameters(least_share=0.1)
     thinned_m: float = Field(
         0.24, ge=0.05, le=5, description="one point per square of this edge for the buildings, metres"
-    )
-    thinned_sigma_cells: float = Field(
-        3.0, gt=0, le=100, description="of cells with at most this expected standard deviation, cells"
     )
 
     @property
@@ -135,7 +137,7 @@ def _surveyed(
     count = count_points(cloud, work)
     if seen_enough is None:
         return np.ones(work.shape, bool), surveyed(count, work, p.surveyed)
-    places = Grid.covering(work.bounds, p.surveyed.work_cell_m)
+    places = Grid.covering(work.bounds, WORK_CELL_M)
     rows, cols = work.indices(*places.centres())
     ground = terrain[np.clip(rows, 0, work.rows - 1), np.clip(cols, 0, work.cols - 1)]
     found = seen_enough(places, ground)
@@ -174,7 +176,7 @@ def _working(fine: Grid, factor: int) -> Grid:
 def _cloud(fused: Fused, p: ImageSurfaceParameters) -> PointCloud:
     """One point per square of `thinned_m` at the centre of a fine cell, row by row, without what stands alone."""
     grid = fused.grid
-    usable = np.isfinite(fused.dsm) & (fused.sigma <= p.thinned_sigma_cells * grid.cell)
+    usable = np.isfinite(fused.dsm) & (fused.sigma <= THINNED_SIGMA_CELLS * grid.cell)
     origin = (-round(grid.y_max / grid.cell), round(grid.x_min / grid.cell))
     chosen = thinned_cells(fused.dsm, usable, origin, max(round(p.thinned_m / grid.cell), 1))
     row, col = np.nonzero(chosen)

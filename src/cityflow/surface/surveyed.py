@@ -15,13 +15,13 @@ from scipy.ndimage import distance_transform_edt, uniform_filter
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
+from cityflow.surface.ground_points import WORK_CELL_M
 
 
 class SurveyedParameters(Parameters):
     """How wide a hole in the survey may be."""
 
     reach_m: float = Field(20.0, ge=1, le=200, description="holes narrower than twice this are surveyed, metres")
-    work_cell_m: float = Field(1.0, ge=0.25, le=10, description="cells in which distances are measured, metres")
     least_share: float = Field(
         0.0, ge=0, le=1, description="points count where this share of the cells within the reach have any"
     )
@@ -29,7 +29,7 @@ class SurveyedParameters(Parameters):
     @property
     def halo_m(self) -> float:
         """A closing looks as far as its dilation and its erosion together; and the share of cells, as far as the reach."""
-        return (3 if self.least_share else 2) * self.reach_m + 2 * self.work_cell_m
+        return (3 if self.least_share else 2) * self.reach_m + 2 * WORK_CELL_M
 
 
 def surveyed(count: IntArray, grid: Grid, parameters: SurveyedParameters) -> BoolArray:
@@ -37,7 +37,7 @@ def surveyed(count: IntArray, grid: Grid, parameters: SurveyedParameters) -> Boo
     p = parameters
     if not count.any():
         return np.zeros(grid.shape, bool)
-    work = Grid.covering(grid.bounds, p.work_cell_m)
+    work = Grid.covering(grid.bounds, WORK_CELL_M)
     row = np.floor((work.y_max - grid.y_centres()) / work.cell).astype(np.int64)
     col = np.floor((grid.x_centres() - work.x_min) / work.cell).astype(np.int64)
     counted = np.zeros(work.shape, bool)

@@ -27,14 +27,14 @@ from cityflow.surface.known_area import is_known_at, rim, stretches
 from cityflow.surface.sample import sample
 from cityflow.surface.tin_parts import without_pinches, without_short_edges
 
+BORDER_STEP_M = 20.0
+"""Tile borders have a vertex at least this often, metres; set by hand."""
+
 
 class TinParameters(Parameters):
     """How close the TIN follows the terrain."""
 
     tolerance_m: float = Field(0.15, gt=0.005, le=10, description="largest height difference to the raster, metres")
-    border_step_m: float = Field(
-        20.0, ge=1, le=500, description="tile borders have a vertex at least this often, metres"
-    )
     least_spacing_m: float = Field(1.0, ge=0.1, le=50, description="vertices are no nearer to each other, metres")
     rounds: int = Field(12, ge=1, le=100, description="rounds of insertion at most")
 
@@ -116,7 +116,7 @@ def _along(grid: Grid, dtm: FloatArray, start: FloatArray, end: FloatArray, p: T
     z = sample(grid, dtm, xy[:, 0], xy[:, 1])
     profile = shapely.simplify(shapely.linestrings(np.column_stack([s, z])), p.tolerance_m / 2)
     kept = shapely.get_coordinates(profile)[:, 0]
-    kept = np.union1d(kept, np.linspace(0, length, max(int(np.ceil(length / p.border_step_m)), 1) + 1))
+    kept = np.union1d(kept, np.linspace(0, length, max(int(np.ceil(length / BORDER_STEP_M)), 1) + 1))
     keep = np.r_[True, np.diff(kept) > p.least_spacing_m / 2]
     keep[-1] = True
     return np.asarray(start + (end - start) * (kept[keep] / length)[:, None])

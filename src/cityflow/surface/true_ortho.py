@@ -30,6 +30,10 @@ __all__ = ["ColourImage", "Ortho", "OrthoParameters", "true_ortho"]
 
 BLOCK = 128
 """Edge in cells of the blocks that are worked on one by one, so that windows of images stay small; has no say in the result."""
+RIM_SHARE = 0.15
+"""Width of the rim of an image that others are preferred to, share of its shorter side; set by hand, as is the next."""
+TOLERANCE_CELLS = 1.5
+"""A ray may dip this deep below the surface it passes, cells of the surface around: its noise."""
 
 
 class OrthoParameters(Parameters):
@@ -45,19 +49,7 @@ class OrthoParameters(Parameters):
         60.0, gt=0, lt=90, description="views farther off the vertical of the frame than this colour nothing, degrees"
     )
     seam_cells: float = Field(16.0, ge=0.5, le=1000, description="half the width over which two images mix, cells")
-    rim_share: float = Field(
-        0.15,
-        gt=0,
-        le=0.5,
-        description="width of the rim of an image that others are preferred to, share of its shorter side",
-    )
     margin_px: float = Field(4.0, ge=0, le=500, description="outermost pixels of an image that are never used")
-    tolerance_cells: float = Field(
-        1.5,
-        ge=0,
-        le=100,
-        description="a ray may dip this deep below the surface it passes, cells of the surface around: its noise",
-    )
     widened_cells: int = Field(
         1,
         ge=0,
@@ -111,9 +103,9 @@ def true_ortho(
     coarse = around[0].cell
     # a cell at the rim of the halo would be widened by what lies beyond
     reach_m = max(asked.halo_m - (asked.widened_cells + 1) * coarse, 0.0)
-    blocking = obstacles(*around, origin, asked.widened_cells, asked.tolerance_cells * coarse, reach_m)
+    blocking = obstacles(*around, origin, asked.widened_cells, TOLERANCE_CELLS * coarse, reach_m)
     limits = Limits(
-        float(np.tan(np.radians(asked.off_nadir_deg)) ** 2), asked.rim_share, asked.margin_px, asked.seam_cells * grid.cell,
+        float(np.tan(np.radians(asked.off_nadir_deg)) ** 2), RIM_SHARE, asked.margin_px, asked.seam_cells * grid.cell,
     )  # fmt: skip
     colour = np.zeros((*grid.shape, bands), dtype)
     source = np.full(grid.shape, -1, np.int16)

@@ -18,6 +18,11 @@ from cityflow.core.points import BUILDING, HIGH_VEGETATION, LOW_VEGETATION, MEDI
 from cityflow.surface.evenness import unevenness
 from cityflow.surface.rasterise import cell_of, count_points
 
+FOLIAGE_SHARE = 0.5
+"""Share of foliage among the points of a window: the majority of them."""
+COMPACT_M = 0.9
+"""Inner radius above which a region is no wall, metres; set by hand on synthetic scenes."""
+
 
 class VegetationParameters(Parameters):
     """What counts as foliage."""
@@ -30,8 +35,6 @@ class VegetationParameters(Parameters):
         le=1,
         description="a patch is foliage from this thickness on, as a share of its reach; half where pulses go on",
     )
-    foliage_share: float = Field(0.5, ge=0, le=1, description="share of foliage among the points of a window")
-    compact_m: float = Field(0.9, ge=0, le=20, description="inner radius above which a region is no wall, metres")
     reach_m: float = Field(1.0, ge=0, le=10, description="foliage goes on this far into doubtful cells, metres")
     even_area_m2: float = Field(3.0, ge=0, le=1000, description="even patches from this area on are roofs, m²")
 
@@ -60,7 +63,7 @@ def vegetation_mask(
     count, leaves = _high_points(points, dtm, grid, p)
     size = 2 * round(p.window_m / grid.cell / 2) + 1
     share = uniform_filter(leaves, size) / np.maximum(uniform_filter(count, size), 1e-6)
-    green = high & _compact(high & (share > p.foliage_share), high & (share > p.foliage_share / 2), grid, p)
+    green = high & _compact(high & (share > FOLIAGE_SHARE), high & (share > FOLIAGE_SHARE / 2), grid, p)
     return without_rims(green & ~even_patches(high, (count, leaves), grid, p))
 
 
@@ -75,13 +78,13 @@ def even_patches(
 ) -> BoolArray:
     """(rows, cols) high patches of cells without foliage: sheds and narrow extensions among trees."""
     count, leaves = counted
-    even = high & (leaves < p.foliage_share * count)
+    even = high & (leaves < FOLIAGE_SHARE * count)
     opened = binary_opening(np.pad(even, 2, mode="edge"), np.ones((2, 2), bool))[2:-2, 2:-2]
     labels, regions = label(opened)
     wide = np.bincount(labels.ravel(), minlength=regions + 1) * grid.cell**2 >= p.even_area_m2
     wide[0] = False
     return np.asarray(
-        binary_dilation(wide[labels], np.ones((3, 3), bool), mask=high & (leaves <= p.foliage_share * count))
+        binary_dilation(wide[labels], np.ones((3, 3), bool), mask=high & (leaves <= FOLIAGE_SHARE * count))
     )
 
 
@@ -148,11 +151,11 @@ def _compact(seeds: BoolArray, doubtful: BoolArray, grid: Grid, p: VegetationPar
     """Regions of seeds with an inner radius as foliage has it, grown a little into what is high and rough beside them."""
     closed = binary_closing(np.pad(seeds, 2), np.ones((3, 3), bool))[2:-2, 2:-2]
     radius = distance_transform_edt(np.pad(closed, 1))[1:-1, 1:-1] * grid.cell
-    core = radius >= p.compact_m
+    core = radius >= COMPACT_M
     labels, count = label(core, np.ones((3, 3), bool))
     if count == 0:
         return np.zeros_like(seeds)
     inner = np.r_[0.0, region_maximum(radius, labels, np.arange(1, count + 1))]
-    kept = inner[labels] >= p.compact_m
-    back = binary_dilation(kept, iterations=max(round(p.compact_m / grid.cell), 1), mask=closed)
+    kept = inner[labels] >= COMPACT_M
+    back = binary_dilation(kept, iterations=max(round(COMPACT_M / grid.cell), 1), mask=closed)
     return np.asarray(binary_dilation(back, iterations=max(round(p.reach_m / grid.cell), 1), mask=doubtful | closed))

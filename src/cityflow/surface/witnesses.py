@@ -25,6 +25,11 @@ from cityflow.core.parameters import Parameters
 MOST_WORDS = 255
 BORDER_STEPS = 33
 
+AGREEMENT_SIGMAS = 3.0
+"""Depths agree within so many of their common standard deviations: the usual three."""
+AGREEMENT_GSD = 3.0
+"""And so many ground pixels, since a slope falls within a pixel; set by hand."""
+
 
 class WitnessParameters(Parameters):
     """When two depth maps see the same, and how far a witness may look past a point."""
@@ -34,12 +39,6 @@ class WitnessParameters(Parameters):
         ge=0,
         le=500,
         description="how far behind or before a point, in plan, a witness's own point may lie, metres",
-    )
-    agreement_sigmas: float = Field(
-        3.0, gt=0, le=10, description="depths agree within so many of their common standard deviations"
-    )
-    agreement_gsd: float = Field(
-        3.0, ge=0, le=50, description="and so many ground pixels, since a slope falls within a pixel"
     )
 
 
@@ -191,9 +190,9 @@ def _hear(asked: _Asked, other: Witness, limits: _View, p: WitnessParameters, sp
     if not len(at):
         return
     uv = image.camera.distort(normal) - (other.col, other.row)
-    gsd = p.agreement_gsd / image.camera.fx
+    gsd = AGREEMENT_GSD / image.camera.fx
     _weigh(uv, depth, aside, asked.sigma[at], (other.depth, other.sigma, other.views),
-           (p.agreement_sigmas, gsd, p.reach_m), at, speaking)  # fmt: skip
+           (AGREEMENT_SIGMAS, gsd, p.reach_m), at, speaking)  # fmt: skip
 
 
 @njit(cache=True, nogil=True)

@@ -22,7 +22,7 @@ from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
 from cityflow.survey.frame_tiles import FrameTile, frame_unit
-from cityflow.survey.parameters import SurveyParameters, nearest_cell
+from cityflow.survey.parameters import FRAME_HALO_M, SurveyParameters, nearest_cell
 from cityflow.survey.source import IMAGES, OVERVIEW
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
@@ -257,7 +257,7 @@ class ImageSurvey:
 
     def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
         """Local frame tiles that a ground tile with all that stands on it falls on."""
-        x_0, y_0, x_1, y_1 = tile.buffered(self.parameters.images.frame_halo_m)
+        x_0, y_0, x_1, y_1 = tile.buffered(FRAME_HALO_M)
         low, high = self.heights_over(tile.bounds)
         corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
         hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull

@@ -84,6 +84,10 @@ class PointsParameters(Parameters):
     )
 
 
+FRAME_HALO_M = 2.0
+"""Points this far beyond a ground tile may show in its frames, m; set by hand."""
+
+
 class ImagesParameters(Parameters):
     """What is made from oriented images."""
 
@@ -110,9 +114,6 @@ class ImagesParameters(Parameters):
     )
     frames: bool = Field(True, description="tilted DSMs and oblique orthos of clusters of oblique views")
     least_frame_tilt: float = Field(12.0, ge=0, le=90, description="clusters steeper than this get no frame, degrees")
-    frame_halo_m: float = Field(
-        2.0, ge=0, le=100, description="points this far beyond a ground tile may show in its frames, m"
-    )
 
 
 class ExportParameters(Parameters):

@@ -18,6 +18,9 @@ from cityflow.io.catalog.stac_assets import ImageAsset
 
 Homography = tuple[float, float, float, float, float, float, float, float, float]
 
+MOST_SATURATED = 0.01
+"""Flat frames with a greater share of saturated pixels are refused; set by hand."""
+
 
 class CalibrationFrames(Parameters):
     """Frames of each camera with closed shutter, and of an evenly lit surface."""
@@ -30,9 +33,6 @@ class CalibrationFrames(Parameters):
         "{camera}_dark*.tif", description="names of a camera's dark frames in the folder; * stands for anything"
     )
     flat: str = Field("{camera}_flat*.tif", description="names of a camera's flat frames in the folder")
-    most_saturated: float = Field(
-        0.01, ge=0, le=1, description="flat frames with a greater share of saturated pixels are refused"
-    )
     sensor: CalibrationParameters = CalibrationParameters()
 
     @model_validator(mode="after")

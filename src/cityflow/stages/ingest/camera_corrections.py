@@ -26,7 +26,7 @@ from cityflow.io.catalog.stac import sha256_of
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_header import opened
 from cityflow.survey.city import INGEST as NAME
-from cityflow.survey.raw_parameters import RawInput
+from cityflow.survey.raw_parameters import MOST_SATURATED, RawInput
 from cityflow.survey.survey import Survey
 
 VERSION = 1
@@ -84,7 +84,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     for kind, frames in (("dark", given.dark), ("flat", given.flat)):
         _refuse_none(frames, kind, given)
     dark = _mean(given.dark, raw, 1.0)
-    flat = _mean(given.flat, raw, raw.calibration.most_saturated)
+    flat = _mean(given.flat, raw, MOST_SATURATED)
     if dark.shape != flat.shape:
         raise CatalogError(
             f"dark frames of {_size(dark.shape)} pixels, flat frames of {_size(flat.shape)}",
