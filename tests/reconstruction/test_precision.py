@@ -13,7 +13,7 @@ from cityflow.core.building import RoofPlane
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.reconstruction.extruded import extrude
-from cityflow.reconstruction.precision import PrecisionParameters, with_precision
+from cityflow.reconstruction.precision import with_precision
 
 OUTLINE = box(0, 0, 24, 18)
 TOP = 8.0
@@ -48,7 +48,7 @@ def test_the_height_of_a_plane_is_as_sure_as_it_says_though_errors_are_alike() -
             rng = np.random.default_rng(seed)
             xy = _everywhere(rng)
             errors = _waves(xy, rng, 0.1, 1.5) if alike else rng.normal(0, 0.1, len(xy))
-            plane = with_precision(*_roof(errors, xy), PrecisionParameters()).planes[0]
+            plane = with_precision(*_roof(errors, xy)).planes[0]
             ratios.append((plane.height - TOP) / plane.sigma_height)
         assert 0.6 < float(np.sqrt(np.mean(np.square(ratios)))) < 1.5
 
@@ -56,8 +56,8 @@ def test_the_height_of_a_plane_is_as_sure_as_it_says_though_errors_are_alike() -
 def test_alike_errors_make_a_plane_less_sure_than_as_many_independent_ones() -> None:
     rng = np.random.default_rng(3)
     xy = _everywhere(rng)
-    alone = with_precision(*_roof(rng.normal(0, 0.1, len(xy)), xy), PrecisionParameters()).planes[0]
-    alike = with_precision(*_roof(_waves(xy, rng, 0.1, 2.0), xy), PrecisionParameters()).planes[0]
+    alone = with_precision(*_roof(rng.normal(0, 0.1, len(xy)), xy)).planes[0]
+    alike = with_precision(*_roof(_waves(xy, rng, 0.1, 2.0), xy)).planes[0]
     assert alike.sigma_height > 3 * alone.sigma_height
     assert alike.sigma_slope_deg > 3 * alone.sigma_slope_deg
     assert (alone.points, alone.seen) == (4000, 1.0)
@@ -68,7 +68,7 @@ def test_an_extended_plane_says_how_much_of_it_was_seen_and_claims_less() -> Non
     rng = np.random.default_rng(4)
     xy = _everywhere(rng)
     half = xy[xy[:, 0] < 12]
-    whole, part = (with_precision(*_roof(rng.normal(0, 0.03, len(p)), p), PrecisionParameters()) for p in (xy, half))
+    whole, part = (with_precision(*_roof(rng.normal(0, 0.03, len(p)), p)) for p in (xy, half))
     assert part.planes[0].seen == pytest.approx(0.53, abs=0.04)
     assert float(str(whole.notes["claimed_rmse_m"])) < 0.03
     assert float(str(part.notes["claimed_rmse_m"])) > 0.1
@@ -78,13 +78,13 @@ def test_a_model_that_misses_its_points_does_not_claim_to_be_right() -> None:
     rng = np.random.default_rng(5)
     xy = _everywhere(rng)
     candidate, evidence = _roof(0.1 * np.abs(xy[:, 1] - 9) + rng.normal(0, 0.03, len(xy)), xy)
-    assert float(str(with_precision(candidate, evidence, PrecisionParameters()).notes["claimed_rmse_m"])) > 0.2
+    assert float(str(with_precision(candidate, evidence).notes["claimed_rmse_m"])) > 0.2
 
 
 def test_without_points_or_solid_nothing_is_said() -> None:
     candidate, evidence = _roof(np.zeros(10), _everywhere(np.random.default_rng(6), 10))
     none = replace(evidence, points=PointCloud.empty())
-    assert with_precision(candidate, none, PrecisionParameters()) is candidate
-    few = with_precision(candidate, evidence, PrecisionParameters()).planes[0]
+    assert with_precision(candidate, none) is candidate
+    few = with_precision(candidate, evidence).planes[0]
     assert few.points == 10
     assert math.isfinite(few.rmse)

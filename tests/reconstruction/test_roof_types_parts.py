@@ -19,7 +19,7 @@ from cityflow.core.roof_types import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts.decomposition import DecompositionParameters, layouts
 from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLevels, step_of
-from cityflow.reconstruction.roof_types_parts.line_categories import Category, CategoryParameters, categorise
+from cityflow.reconstruction.roof_types_parts.line_categories import Category, categorise
 from cityflow.reconstruction.roof_types_parts.ortho_shift import ShiftParameters, rim_shift
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
 from cityflow.reconstruction.roof_types_parts.regular_outline import RegularParameters, Rim, regular_outline
@@ -60,17 +60,17 @@ def quad_of(outline: Polygon) -> Quad:
 
 
 def test_fragments_of_a_ridge_are_joined_and_others_not() -> None:
-    joined = merged(lines((0, 0, 4, 0.1), (4.8, 0.1, 9, 0.0), (4.8, 1.5, 4.9, 5.0)), LINES)
+    joined = merged(lines((0, 0, 4, 0.1), (4.8, 0.1, 9, 0.0), (4.8, 1.5, 4.9, 5.0)))
     assert sorted(np.round(joined.length).tolist()) == [4.0, 9.0]
 
 
 def test_gaps_and_turns_beyond_the_limits_stay() -> None:
-    assert len(merged(lines((0, 0, 4, 0), (5.3, 0, 9, 0)), LINES)) == 2
-    assert len(merged(lines((0, 0, 4, 0), (4.5, 0, 8, 0.8)), LINES)) == 2
+    assert len(merged(lines((0, 0, 4, 0), (5.3, 0, 9, 0)))) == 2
+    assert len(merged(lines((0, 0, 4, 0), (4.5, 0, 8, 0.8)))) == 2
 
 
 def test_shorter_parallels_within_a_metre_go() -> None:
-    kept = without_duplicates(lines((0, 0, 9, 0), (1, 0.7, 5, 0.7), (1, 1.2, 5, 1.2), (12, 0.5, 15, 0.5)), LINES)
+    kept = without_duplicates(lines((0, 0, 9, 0), (1, 0.7, 5, 0.7), (1, 1.2, 5, 1.2), (12, 0.5, 15, 0.5)))
     assert sorted(kept.length.tolist()) == [3.0, 4.0, 9.0]
 
 
@@ -87,7 +87,7 @@ def test_an_edge_in_a_picture_is_found_where_it_is() -> None:
 def test_categories_of_a_hip_roof() -> None:
     found = lines((4, 4, 8, 4), (0.2, 0.2, 4, 4), (0, 0.3, 12, 0.3), (5, 1, 6.5, 3.2))
     z = np.array([[9.0, 9.0], [5.1, 9.0], [5.0, 5.2], [6.0, 6.0]])
-    kinds = categorise(found, z, box(0, 0, 12, 8), RoofLevels(9.0, 5.0), CategoryParameters())
+    kinds = categorise(found, z, box(0, 0, 12, 8), RoofLevels(9.0, 5.0))
     assert kinds.category[:3].tolist() == [Category.RIDGE, Category.HIP, Category.EAVE]
     level_line_longer_than_allowed = kinds.category[3]
     assert level_line_longer_than_allowed == Category.OTHER
@@ -95,7 +95,7 @@ def test_categories_of_a_hip_roof() -> None:
 
 def test_without_heights_only_eaves_and_short_hips_are_told() -> None:
     found = lines((4, 4, 8, 4), (0.2, 0.2, 4, 4), (0, 0.3, 12, 0.3), (2, 2, 3.4, 3.4))
-    kinds = categorise(found, np.full((4, 2), np.nan), box(0, 0, 12, 8), RoofLevels(9.0, 5.0), CategoryParameters())
+    kinds = categorise(found, np.full((4, 2), np.nan), box(0, 0, 12, 8), RoofLevels(9.0, 5.0))
     assert kinds.category.tolist() == [Category.OTHER, Category.OTHER, Category.EAVE, Category.HIP]
 
 
@@ -103,7 +103,7 @@ def test_valleys_lead_back_along_their_ridge() -> None:
     wing_ridge, valley = (6, 12, 6, 5), (6, 5, 8, 7.5)
     z = np.array([[8.0, 8.0], [8.0, 6.0]])
     outline = Polygon([(0, 0), (12, 0), (12, 7.5), (8, 7.5), (8, 14), (4, 14), (4, 7.5), (0, 7.5)])
-    kinds = categorise(lines(wing_ridge, valley), z, outline, RoofLevels(8.5, 5.0), CategoryParameters())
+    kinds = categorise(lines(wing_ridge, valley), z, outline, RoofLevels(8.5, 5.0))
     assert kinds.category.tolist() == [Category.RIDGE, Category.VALLEY]
 
 

@@ -17,13 +17,10 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.model import ModelParameters
-from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import score_parts
 from cityflow.surface.tile_surface import SurfaceParameters
 from cityflow.windows.window_parameters import WindowParameters
 from cityflow.workflow import explain
-
-WEIGHTS = ScoreParameters()
 
 
 def score(method: str, faces: int, price: float, fines: int = 0, **more: Any) -> dict[str, Any]:
@@ -43,7 +40,7 @@ def score(method: str, faces: int, price: float, fines: int = 0, **more: Any) ->
 @pytest.mark.parametrize(("faces", "price", "fines"), [(7, 0.002, 1), (3, 0.0123, 0), (1, 0.159, 2)])
 def test_parts_add_up(faces: int, price: float, fines: int) -> None:
     said = score("volumetric", faces, price, fines)
-    part = score_parts(said, WEIGHTS)
+    part = score_parts(said)
     assert part is not None
     assert (part.faces, part.simpler) == pytest.approx((faces * price, 0.1 * fines))
     assert part.unexplained + part.uncovered + part.distance + part.faces + part.simpler == pytest.approx(
@@ -53,10 +50,10 @@ def test_parts_add_up(faces: int, price: float, fines: int) -> None:
 
 def test_candidates_without_a_solid_and_older_records_have_no_parts() -> None:
     none = {**score("volumetric", 0, 0.1), "penalty": None, "valid": False, "fault": "no surface"}
-    assert score_parts(none, WEIGHTS) is None
+    assert score_parts(none) is None
     older = score("volumetric", 3, 0.1)
     del older["face_price"]
-    assert score_parts(older, WEIGHTS) is None
+    assert score_parts(older) is None
 
 
 def test_a_choice_says_what_its_faces_cost() -> None:
@@ -66,11 +63,11 @@ def test_a_choice_says_what_its_faces_cost() -> None:
     evidence = Evidence("u", shapely.box(0, 0, 10, 8), PointCloud.of(np.column_stack([x, y, z]), BUILDING), 0.0)
     choice = choose(evidence, ReconstructParameters(methods=("orientation_histogram", "extruded")))
     assert len({s.face_price for s in choice.scores}) == 1
-    parts = [score_parts(asdict(s), WEIGHTS) for s in choice.scores]
+    parts = [score_parts(asdict(s)) for s in choice.scores]
     assert all(p is not None and p.faces > 0 for p in parts)
-    assert [round(p.simpler / WEIGHTS.degraded, 6) % 1 for p in parts if p] == [0.0] * len(parts), (
-        "fines are whole ones"
-    )
+    assert [round(p.simpler / ReconstructParameters().score.degraded, 6) % 1 for p in parts if p] == [0.0] * len(
+        parts
+    ), "fines are whole ones"
 
 
 def record(stage: str, parameters: dict[str, Any], scores: Sequence[dict[str, Any]] = ()) -> Record:

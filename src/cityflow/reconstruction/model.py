@@ -12,16 +12,15 @@ from cityflow.reconstruction.choose import LAST_RESORT, NUMERICAL_TROUBLE, Choic
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
-from cityflow.reconstruction.precision import PrecisionParameters, with_precision
+from cityflow.reconstruction.precision import with_precision
 from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
 
 
 class ModelParameters(ReconstructParameters):
-    """Methods and their choice, overhangs, precision."""
+    """Methods and their choice, overhangs, points held back."""
 
     with_overhangs: bool = Field(True, description="roofs reach out as far as the surface model shows")
     overhangs: OverhangParameters = OverhangParameters()
-    precision: PrecisionParameters = PrecisionParameters()
     held_back: HeldBackParameters = HeldBackParameters()
     max_unseen: float = Field(
         0.3, ge=0, le=1, description="degraded when no point is near more of the roof (share of its area)"
@@ -35,7 +34,7 @@ class ModelParameters(ReconstructParameters):
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""
     choice = choose(evidence, parameters)
-    best = with_precision(_with_blocks(choice.candidate), evidence, parameters.precision)
+    best = with_precision(_with_blocks(choice.candidate), evidence)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         best = _with_eaves(best, evidence, parameters.overhangs)
     unseen = best.notes.get("unseen_share")

@@ -25,6 +25,7 @@ from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoi
 from cityflow.reconstruction.monolithic_parts.contour_scan import Contour, scan_contour
 from cityflow.reconstruction.monolithic_parts.facade_cells import find_facade_cells
 from cityflow.reconstruction.monolithic_parts.facade_lines import (
+    NEAR_M,
     FacadeContour,
     FacadeLineParameters,
     close_contour,
@@ -33,7 +34,7 @@ from cityflow.reconstruction.monolithic_parts.facade_lines import (
 from cityflow.reconstruction.monolithic_parts.roof_cells import RoofCellParameters, RoofCells, roof_cells
 from cityflow.reconstruction.monolithic_parts.roof_faces import FaceParameters, check_faces, cut_in_faces
 from cityflow.reconstruction.monolithic_parts.skeleton import build_skeleton
-from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton, SkeletonParameters
+from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton
 from cityflow.reconstruction.monolithic_parts.topology import SurfaceImage, find_topology, surface_image
 from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, filter_noise
 from cityflow.reconstruction.partition.partition_values import RoofPartition
@@ -48,6 +49,12 @@ LEAST_FACADE_POINTS = 100
 """With fewer points that are known to be on façades these are looked for among all points around the unit."""
 INCONSISTENT = "inconsistent: "
 """Reasons of candidates that this method leaves to another one begin so."""
+SLOPE_SIGMA = 0.08
+"""2×2 cells are so large that their slope is known to this (rise over run); set by hand."""
+CELL_POINTS = 6.0
+"""Fewest points that 2×2 cells typically hold: twice those of a plane; set by hand."""
+MOST_UNSEEN = 0.3
+"""Degraded where more of the roof (share) was not seen; set by hand."""
 
 
 class MonolithicParameters(Parameters):
@@ -57,19 +64,13 @@ class MonolithicParameters(Parameters):
     target_density_m2: float = Field(
         100.0, gt=0, le=1000, description="denser clouds are thinned to so many points per m²"
     )
-    slope_sigma: float = Field(
-        0.08, gt=0, le=1, description="2×2 cells are so large that their slope is known to this (rise over run)"
-    )
-    cell_points: float = Field(6.0, ge=4, le=1000, description="fewest points that 2×2 cells typically hold")
     facades: FacadeLineParameters = FacadeLineParameters()
     cells: RoofCellParameters = RoofCellParameters()
     worse_again: float = Field(
         1.5, gt=1, le=5, description="`cells.worse` of the second attempt at an inconsistent roof"
     )
-    skeleton: SkeletonParameters = SkeletonParameters()
     faces: FaceParameters = FaceParameters()
     levels: LevelParameters = LevelParameters()
-    most_unseen: float = Field(0.3, ge=0, le=1, description="degraded where more of the roof (share) was not seen")
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +109,7 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     blocks = block_levels(roof.partition, planes, *frame, parameters.levels)
     unseen = float(notes["unseen"] or 0.0)
     status, reason = Status.DONE, ""
-    if unseen > parameters.most_unseen:
+    if unseen > MOST_UNSEEN:
         status, reason = Status.DEGRADED, f"surfaces extended over {100 * unseen:.0f} % of the roof that was not seen"
     return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, status, reason, notes)
 
@@ -139,7 +140,7 @@ def find_contour(
         order = np.lexsort((xyz[:, 2], xyz[:, 1], xyz[:, 0]))
         xyz = xyz[order[:: math.ceil(len(xyz) / MOST_FACADE_POINTS)]]
     x_0, y_0, x_1, y_1 = outline.bounds
-    reach = 2 * parameters.near_m
+    reach = 2 * NEAR_M
     bounds = x_0 - reach, y_0 - reach, x_1 + reach, y_1 + reach
     found, _ = find_facade_cells(xyz, bounds, parameters.cells)
     lines = facade_lines(found, parameters)
@@ -178,9 +179,9 @@ def _cells(
     filtering = filter_noise(local, parameters.noise)
     local = local[filtering.keep]
     noise = filtering.noise_m
-    if len(local) < 3 * parameters.cell_points or not np.isfinite(noise):
+    if len(local) < 3 * CELL_POINTS or not np.isfinite(noise):
         raise Inconsistency(f"{len(local)} points are too few for a roof")
-    cell = spacing(typical_density(local), noise, parameters.slope_sigma, parameters.cell_points)
+    cell = spacing(typical_density(local), noise, SLOPE_SIGMA, CELL_POINTS)
     return CellPoints.of(CellGrid.over(outline.bounds, cell / 2), local), noise
 
 
@@ -221,7 +222,7 @@ def _roof(
     contour = Contour.of(outline)
     frame = Frame(cells.grid, outline, contour, scan_contour(contour, image.labels, cells.grid), sums, sigma)
     notes |= {"surfaces": len(image.plane_of), "nodes": len(topology.nodes), "arrises": len(frame.arrises)}
-    skeleton = build_skeleton(topology, found.planes, frame, parameters.skeleton)
+    skeleton = build_skeleton(topology, found.planes, frame)
     notes |= {"flips": skeleton.flips, "merged": skeleton.merged, "ties": skeleton.ties}
     partition = cut_in_faces(skeleton, frame)
     notes |= check_faces(partition, skeleton, cells, image.plane_labels(), frame, parameters.faces)

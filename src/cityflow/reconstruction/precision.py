@@ -11,13 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from pydantic import Field
 from scipy.spatial import cKDTree
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Face, Polyhedron, RoofPlane, Semantic
-from cityflow.core.parameters import Parameters
 from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import roof_hits
 
@@ -32,20 +30,13 @@ SEEN_WITHIN_M = 0.75
 SEEN_AT_MOST_M = 3.0
 NO_PART_M = 1.0
 """Points farther from the model than this are no part of its roof: antennas, leaves, birds."""
+UNSEEN_M = 0.25
+"""Error taken where a plane was extended over an unseen part (sigma, m); calibrated on synthetic towns (docs/reconstruction.md), as is the next."""
+CAUTION = 1.3
+"""Factor from the error that was found to the one that is claimed."""
 
 
-class PrecisionParameters(Parameters):
-    """What a model claims. The factors are calibrated on synthetic towns (docs/reconstruction.md)."""
-
-    unseen_m: float = Field(
-        0.25, ge=0, le=5, description="error taken where a plane was extended over an unseen part (sigma, m)"
-    )
-    caution: float = Field(
-        1.3, ge=1, le=10, description="factor from the error that was found to the one that is claimed"
-    )
-
-
-def with_precision(candidate: Candidate, evidence: Evidence, parameters: PrecisionParameters) -> Candidate:
+def with_precision(candidate: Candidate, evidence: Evidence) -> Candidate:
     """The candidate whose planes have points, RMSE, standard deviations and the share seen, and which claims an RMSE in its notes.
 
     `claimed_rmse_m` is the RMSE of the roof against the true one that is kept in nine of ten cases; `unseen_share` the share of the roof's
@@ -69,13 +60,9 @@ def with_precision(candidate: Candidate, evidence: Evidence, parameters: Precisi
         seen = float(np.mean(tree.query(places)[0] <= near)) if len(places) else 1.0
         planes[k] = _judged(known, xyz[mine], distance[mine], seen)
         areas.append(len(places))
-        errors.append(_misfit(xyz[mine], distance[mine], planes[k], seen, parameters))
+        errors.append(_misfit(xyz[mine], distance[mine], planes[k], seen))
     total = sum(areas)
-    claim = (
-        parameters.caution * math.sqrt(sum(a * e for a, e in zip(areas, errors, strict=True)) / total)
-        if total
-        else math.nan
-    )
+    claim = CAUTION * math.sqrt(sum(a * e for a, e in zip(areas, errors, strict=True)) / total) if total else math.nan
     unseen = sum(a * (1.0 - p.seen) for a, p in zip(areas, planes, strict=True)) / total if total else None
     notes = {
         **candidate.notes,
@@ -120,11 +107,9 @@ def _sigmas_of_blocks(plane: RoofPlane, middle: FloatArray, mean: FloatArray) ->
     return math.sqrt(float(covariance[2, 2])), math.degrees(slope / (1 + steep**2))
 
 
-def _misfit(
-    xyz: FloatArray, distance: FloatArray, plane: RoofPlane, seen: float, parameters: PrecisionParameters
-) -> float:
+def _misfit(xyz: FloatArray, distance: FloatArray, plane: RoofPlane, seen: float) -> float:
     """Expected square of the plane's error over its faces, metres²: what blocks say, and what nobody saw."""
-    unseen = parameters.unseen_m**2
+    unseen = UNSEEN_M**2
     if len(xyz) == 0:
         return unseen
     _, mean, count = blocks(xyz, distance, BLOCK_M)

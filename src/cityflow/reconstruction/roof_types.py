@@ -17,10 +17,19 @@ from cityflow.core.roof_types import RoofType
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types_parts import hypotheses as hypotheses_of
 from cityflow.reconstruction.roof_types_parts.composition import Composition, composed_roofs, lifted, simple_roofs
-from cityflow.reconstruction.roof_types_parts.decomposition import layouts
+from cityflow.reconstruction.roof_types_parts.decomposition import INSIDE_WING, layouts
 from cityflow.reconstruction.roof_types_parts.dormers import with_dormers
 from cityflow.reconstruction.roof_types_parts.outline_sides import fills, is_round, sides_of, whole_quad
-from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
+from cityflow.reconstruction.roof_types_parts.reading import (
+    LEAST_CELLS,
+    LEAST_FILL,
+    MOST_OFF,
+    MOST_REST,
+    Reading,
+    RoofTypesParameters,
+    read,
+)
+from cityflow.reconstruction.roof_types_parts.regular_outline import DOUBT_COST
 from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel, partition_of, roof_model
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, with_noise_of
 from cityflow.reconstruction.solids.assemble import assemble
@@ -41,13 +50,13 @@ four sides as a whole."""
 def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidate:
     """The method. No solid, and why, where there are too few heights or no type fits."""
     reading = read(evidence, parameters)
-    if len(reading.cells) < parameters.least_cells:
-        return _none(f"{len(reading.cells)} heights inside the outline, {parameters.least_cells} needed")
+    if len(reading.cells) < LEAST_CELLS:
+        return _none(f"{len(reading.cells)} heights inside the outline, {LEAST_CELLS} needed")
     roofs = best_roofs(reading, evidence.wanted_type, parameters)
     if not roofs:
         return _none("no roof type fits the outline")
     off = _share_off(reading, roof_model(roofs[0].standing))
-    if off > parameters.most_off:
+    if off > MOST_OFF:
         return _none(
             f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roofs[0].type}): type unknown"
         )
@@ -115,22 +124,21 @@ def _roofs(reading: Reading, clues: Clues, wanted: str, parameters: RoofTypesPar
     sides = sides_of(reading.fitted, parameters.straighten_m)
     roofs = parameters.roofs
     if reading.fitted is not reading.outline:
-        roofs = roofs.model_copy(update={"rare_cost": roofs.rare_cost + parameters.regular.doubt_cost})
+        roofs = roofs.model_copy(update={"rare_cost": roofs.rare_cost + DOUBT_COST})
     quad = whole_quad(reading.fitted, sides)
     if is_round(reading.fitted, sides):
         rounded = hypotheses_of.round_roofs(clues, quad, sides.lines(), roofs)
         return simple_roofs([h for h in rounded if not wanted or h.skeleton.type == wanted])
     found: list[Composition] = []
-    if fills(reading.fitted, quad) >= parameters.least_fill:
+    if fills(reading.fitted, quad) >= LEAST_FILL:
         tried = hypotheses_of.hypotheses(clues, quad, roofs)
         found = simple_roofs([h for h in tried if not wanted or h.skeleton.type == wanted])
     # Outlines that are drawn very badly have no exact parts; a rough decomposition is better than none.
-    rough = parameters.parts.model_copy(update={"inside_wing": ROUGH_INSIDE})
-    for parts, most_rest in ((parameters.parts, parameters.most_rest), (rough, max(ROUGH_REST, parameters.most_rest))):
+    for inside, most_rest in ((INSIDE_WING, MOST_REST), (ROUGH_INSIDE, ROUGH_REST)):
         if len(sides) > 4 or not found:
             found += [
                 roof
-                for layout in layouts(reading.fitted, sides, parts)
+                for layout in layouts(reading.fitted, sides, parameters.parts, inside)
                 if layout.rest <= most_rest and (layout.wings or not found)
                 for roof in composed_roofs(clues, layout, wanted, roofs)
             ]

@@ -27,11 +27,8 @@ WAVE_M, UNEVEN_M = 1.5, 0.07
 
 
 class ScoreParameters(Parameters):
-    """What a candidate's penalty is made of."""
+    """What a candidate's penalty is made of, beside the shares of points farther than 20 cm off and under no roof polygon, and NMAD in metres."""
 
-    unexplained: float = Field(1.0, ge=0, le=100, description="penalty of no point within 20 cm of the roof")
-    uncovered: float = Field(1.0, ge=0, le=100, description="penalty of no point under a roof polygon")
-    distance_per_m: float = Field(1.0, ge=0, le=100, description="penalty per metre of NMAD")
     face: float = Field(
         0.002,
         ge=0,
@@ -75,9 +72,9 @@ def scored(name: str, candidate: Candidate, evidence: Evidence, weights: ScorePa
     distances = summarise(distances_to_roof(candidate.solid, evidence.points.xyz))
     faces = len(candidate.solid.of_semantic(Semantic.ROOF))
     penalty = (
-        weights.unexplained * (1 - distances.within_20cm)
-        + weights.uncovered * (1 - distances.covered)
-        + weights.distance_per_m * (distances.nmad if distances.covered else 1.0)
+        (1 - distances.within_20cm)
+        + (1 - distances.covered)
+        + (distances.nmad if distances.covered else 1.0)
         + weights.degraded * (candidate.status is not Status.DONE)
     )
     fault = f"{faults[0].code} {faults[0].name} {faults[0].where}".strip() if faults else ""

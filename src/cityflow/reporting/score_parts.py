@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
-from cityflow.reconstruction.scores import ScoreParameters
 
 EQUAL = 1e-9
 
@@ -29,14 +28,13 @@ class ScoreParts:
     simpler: float
 
 
-def score_parts(score: Mapping[str, Any], weights: ScoreParameters) -> ScoreParts | None:
+def score_parts(score: Mapping[str, Any]) -> ScoreParts | None:
     """The parts of a score as a record of reconstruction keeps it; None for a candidate without a penalty, or of a record without the price of a face."""
     if score.get("penalty") is None or score.get("face_price") is None:
         return None
-    scatter = score["nmad"] if score["covered"] and score["nmad"] is not None else 1.0
-    unexplained = weights.unexplained * (1 - score["within_20cm"])
-    uncovered = weights.uncovered * (1 - score["covered"])
+    distance = score["nmad"] if score["covered"] and score["nmad"] is not None else 1.0
+    unexplained = 1 - score["within_20cm"]
+    uncovered = 1 - score["covered"]
     faces = score["face_price"] * score.get("numbers", PLANE_NUMBERS * score["faces"]) / PLANE_NUMBERS
-    distance = weights.distance_per_m * scatter
     simpler = score["penalty"] - unexplained - uncovered - distance - faces
     return ScoreParts(unexplained, uncovered, distance, faces, simpler if abs(simpler) > EQUAL else 0.0)

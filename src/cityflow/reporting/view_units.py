@@ -13,7 +13,6 @@ import numpy as np
 from cityflow.core.building import Status
 from cityflow.core.json_values import finite
 from cityflow.flow.task import Record
-from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view_frame import PageFrame
@@ -98,8 +97,7 @@ def _scores(record: Record) -> list[dict[str, Json]]:
     scores = record.result.get("scores")
     if not isinstance(scores, list) or not scores:
         return []
-    weights = ScoreParameters.model_validate(record.parameters.get("score", {}))
-    return [{**{k: _short(v) for k, v in s.items()}, "parts": _parts(score_parts(s, weights))} for s in scores]
+    return [{**{k: _short(v) for k, v in s.items()}, "parts": _parts(score_parts(s))} for s in scores]
 
 
 def _parts(part: ScoreParts | None) -> dict[str, Json] | None:

@@ -14,7 +14,7 @@ from cityflow.flow.records import quoted, unquoted
 from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.runs.settings import explain_invalid, parse_setting
+from cityflow.runs.settings import explain_invalid, known_part, parse_setting
 
 FOLDER = "overrides"
 
@@ -30,11 +30,13 @@ CITY_WIDE: Mapping[str, tuple[str, ...]] = {
 
 
 def read_overrides(store: Store) -> dict[Node, dict[str, Any]]:
-    """(stage, unit) → tree of parameter values."""
+    """(stage, unit) → tree of parameter values, without keys that are gone since they were set."""
     found = {}
     for path in store.find(FOLDER):
-        stage, _, name = path.removeprefix(f"{FOLDER}/").partition("/")
-        found[unquoted(stage), unquoted(name.removesuffix(".json"))] = _tree(store, path)
+        quoted_stage, _, name = path.removeprefix(f"{FOLDER}/").partition("/")
+        stage = unquoted(quoted_stage)
+        if tree := known_part({stage: _tree(store, path)}).get(stage):
+            found[stage, unquoted(name.removesuffix(".json"))] = tree
     return found
 
 

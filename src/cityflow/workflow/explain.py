@@ -22,7 +22,6 @@ from cityflow.handover.window_files import wall_lines
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.pipeline.pipeline import STAGES
 from cityflow.reconstruction.partition.simplification import PLANE_NUMBERS
-from cityflow.reconstruction.scores import ScoreParameters
 from cityflow.reporting.score_parts import ScoreParts, score_parts
 from cityflow.runs.differences import changed
 from cityflow.runs.overrides import read_overrides
@@ -168,7 +167,6 @@ def _scores(record: Record) -> Iterator[str]:
     scores = record.result.get("scores")
     if not isinstance(scores, list) or not scores:
         return
-    weights = ScoreParameters.model_validate(record.parameters.get("score", {}))
     prices = {s["face_price"] for s in scores if s.get("face_price") is not None}
     told = f"; a roof face costs {prices.pop():.4f}" if prices else ""
     yield f"Candidates of the methods (the lower the penalty the better{told}):"
@@ -176,7 +174,7 @@ def _scores(record: Record) -> Iterator[str]:
         kept = " (kept)" if k == record.result.get("kept") else ""
         solid = score.get("penalty") is not None
         fault = "" if score["valid"] else f", {'not valid: ' if solid else ''}{score['fault']}"
-        yield f"  {words(score['method'])}{kept}: {_sum(score, score_parts(score, weights)) if solid else 'no solid'}{fault}"
+        yield f"  {words(score['method'])}{kept}: {_sum(score, score_parts(score)) if solid else 'no solid'}{fault}"
 
 
 def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:

@@ -20,20 +20,22 @@ BINS = 64
 """Most classes of the histogram of heights in a cell."""
 SIGMAS_M = (0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2)
 """Scatters that are tried; matched points of façades scatter more than those of roofs."""
+CELL_SIGMAS = 10.0
+"""Least edge of a cell, in standard deviations across a façade; set by hand, as are the next two."""
+BIN_M = 0.4
+"""Class of the histogram of heights, m."""
+LEAST_HEIGHT_M = 1.2
+"""Lowest façade, m: three classes."""
+BAND_SIGMAS = 3.0
+"""Points so near a line are on it (standard deviations): the usual three."""
 
 
 class FacadeCellParameters(Parameters):
     """Which cells hold a piece of a façade."""
 
     cell_m: float = Field(0.5, ge=0.1, le=5, description="least edge of a cell (m)")
-    cell_sigmas: float = Field(
-        10.0, ge=2, le=50, description="least edge of a cell, in standard deviations across a façade"
-    )
-    bin_m: float = Field(0.4, gt=0, le=5, description="class of the histogram of heights (m)")
-    least_height_m: float = Field(1.2, gt=0, le=20, description="lowest façade (m)")
     filled: float = Field(0.5, gt=0, le=1, description="share of the classes between bottom and top that hold points")
     least_points: int = Field(8, ge=3, le=10_000, description="fewest points of a façade's cell")
-    band_sigmas: float = Field(3.0, gt=0, le=10, description="points so near a line are on it (standard deviations)")
     enough: float = Field(0.9, gt=0, le=1, description="RANSAC ends when a line has this share of the cell's points")
     least_share: float = Field(0.5, gt=0, le=1, description="smaller shares of points on the best line are no façade")
     iterations: int = Field(40, ge=1, le=10_000, description="most pairs of points that are tried for a cell")
@@ -71,7 +73,7 @@ def find_facade_cells(
     bounds : of what is looked at, local
     """
     for sigma in SIGMAS_M:
-        cell = max(parameters.cell_m, parameters.cell_sigmas * sigma)
+        cell = max(parameters.cell_m, CELL_SIGMAS * sigma)
         found = facade_cells(CellPoints.of(CellGrid.over(bounds, cell), xyz), sigma, parameters)
         count = found.cells.counts()
         upright = found.upright
@@ -92,8 +94,8 @@ def facade_cells(cells: CellPoints, sigma: float, parameters: FacadeCellParamete
     sigma : standard deviation of points across a façade, metres
     """
     p = parameters
-    band = p.band_sigmas * sigma
-    upright = _upright(cells.points, cells.starts, np.array([p.bin_m, p.least_height_m, p.filled]), p.least_points)
+    band = BAND_SIGMAS * sigma
+    upright = _upright(cells.points, cells.starts, np.array([BIN_M, LEAST_HEIGHT_M, p.filled]), p.least_points)
     # a row along the diagonal of a cell is as good a façade as one along its side: the band makes the difference
     enough = max(p.least_share, min(p.enough, 1.0 - band / (math.sqrt(2.0) * cells.grid.cell)))
     middle, along, on_line = _lines(cells.points, cells.starts, upright, band, enough, p.least_share, p.iterations)

@@ -24,6 +24,16 @@ from cityflow.reconstruction.monolithic_parts.facade_cells import FacadeCellPara
 FACADE, OUTLINE, PARTY = "facade", "outline", "party"
 TRIMMED = 5
 """So often the points far from a line are left out and it is fitted again."""
+OFFSET_CELLS = 0.5
+"""Lines of neighbouring cells of one façade pass each other within this (cells); set by hand, as are those below."""
+MIN_LENGTH_M = 0.8
+"""Shortest façade, m."""
+NEAR_M = 1.0
+"""A façade so near an outline's edge is that edge's, m."""
+SQUARE_DEG = 15.0
+"""Flatter corners are not intersected, degrees."""
+MIN_SEEN = 0.3
+"""A façade replaces an outline's edge that it covers to this share."""
 
 
 class FacadeLineParameters(Parameters):
@@ -32,13 +42,6 @@ class FacadeLineParameters(Parameters):
     cells: FacadeCellParameters = FacadeCellParameters()
     angle_deg: float = Field(
         20.0, gt=0, le=60, description="lines of neighbouring cells of one façade differ by less (degrees)"
-    )
-    offset_cells: float = Field(0.5, gt=0, le=3, description="and pass each other within this (cells)")
-    min_length_m: float = Field(0.8, gt=0, le=20, description="shortest façade (m)")
-    near_m: float = Field(1.0, gt=0, le=5, description="a façade so near an outline's edge (m) is that edge's")
-    square_deg: float = Field(15.0, gt=0, le=60, description="flatter corners are not intersected (degrees)")
-    min_seen: float = Field(
-        0.3, ge=0, le=1, description="a façade replaces an outline's edge that it covers to this share"
     )
 
 
@@ -80,14 +83,14 @@ def facade_lines(found: FacadeCells, parameters: FacadeLineParameters) -> list[F
     grid = found.cells.grid
     labels = _groups(
         found.found, found.middle, found.along, grid.cols,
-        math.cos(math.radians(parameters.angle_deg)), parameters.offset_cells * grid.cell,
+        math.cos(math.radians(parameters.angle_deg)), OFFSET_CELLS * grid.cell,
     )  # fmt: skip
     of_point = np.repeat(labels, found.cells.counts())
     lines = []
     for group in range(int(labels.max(initial=-1)) + 1):
         xy = found.cells.points[(of_point == group) & found.on_line, :2]
         line = _regression_line(xy)
-        if line.length >= parameters.min_length_m:
+        if line.length >= MIN_LENGTH_M:
             lines.append(line)
     return sorted(lines, key=lambda line: -line.length)
 
@@ -161,8 +164,8 @@ def close_contour(
         pieces.append((a, b) if mine is None else mine)
         source.append(kind)
         offset.append(math.nan if mine is None else _outwards(a, b, mine))
-    corners = _corners(pieces, ring[:-1], parameters)
-    inner = sum(_inside(line, outline, parameters.near_m) for line in lines)
+    corners = _corners(pieces, ring[:-1])
+    inner = sum(_inside(line, outline, NEAR_M) for line in lines)
     return FacadeContour(corners, tuple(source), np.array(offset), seen / max(free, 1e-9), inner)
 
 
@@ -183,11 +186,11 @@ def _facade_along(
         reach = np.sort([(line.start - a) @ along, (line.end - a) @ along])
         middle = (line.start + line.end) / 2 - a
         common = min(float(reach[1]), length) - max(float(reach[0]), 0.0)
-        if common > 0 and abs(float(middle[0] * along[1] - middle[1] * along[0])) <= parameters.near_m:
+        if common > 0 and abs(float(middle[0] * along[1] - middle[1] * along[0])) <= NEAR_M:
             found.append(line.xy)
             covered += common
     covered = min(covered, length)
-    if covered <= parameters.min_seen * length:
+    if covered <= MIN_SEEN * length:
         return None, covered
     return _common_line(np.concatenate(found), along), covered
 
@@ -211,9 +214,9 @@ def _outwards(a: FloatArray, b: FloatArray, facade: Piece) -> float:
     return float(along[0] * off[1] - along[1] * off[0])
 
 
-def _corners(pieces: list[Piece], ring: FloatArray, parameters: FacadeLineParameters) -> FloatArray:
+def _corners(pieces: list[Piece], ring: FloatArray) -> FloatArray:
     """Corner before each piece: where it meets the one before it, or the outline's own corner moved onto both."""
-    least = math.sin(math.radians(parameters.square_deg))
+    least = math.sin(math.radians(SQUARE_DEG))
     corners = []
     for k, ((c, d), own) in enumerate(zip(pieces, ring, strict=True)):
         a, b = pieces[k - 1]

@@ -26,21 +26,21 @@ ROUNDS = 3
 """So often surfaces are settled, fitted to their smooth cells and merged again."""
 CORE = 0.4
 """Share of the smallest surface that its smooth cells make up before it has grown."""
+SMOOTH_SIGMAS = 2.5
+"""A smooth window's RMS exceeds the noise by so many of its own sigmas; set by hand."""
+OFFSET_SIGMAS = 3.0
+"""A cell's middle is no farther off its group's plane: the usual three."""
 
 
 class RoofCellParameters(Parameters):
     """Which cells are roof, and which belong together."""
 
-    smooth_sigmas: float = Field(
-        2.5, gt=1, le=10, description="a smooth window's RMS exceeds the noise by so many of its own sigmas"
-    )
     angle_deg: float = Field(
         15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)"
     )
     unevenness_m: float = Field(
         0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
     )
-    offset_sigmas: float = Field(3.0, gt=0, le=20, description="a cell's middle is no farther off its group's plane")
     worse: float = Field(
         1.15, gt=1, le=5, description="groups are one where neither lies so many times worse on the plane of both"
     )
@@ -80,10 +80,10 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
     noise : standard deviation of points across their surface, metres
     """
     sigma = math.hypot(noise, parameters.unevenness_m)
-    planes, ratio = _cell_planes(cells.sums, inside.ravel(), cells.grid.cols, sigma, parameters.smooth_sigmas)
+    planes, ratio = _cell_planes(cells.sums, inside.ravel(), cells.grid.cols, sigma, SMOOTH_SIGMAS)
     steep = np.hypot(planes[:, 0], planes[:, 1]) > math.tan(math.radians(parameters.max_slope_deg))
     smooth = ~steep & inside.ravel() & (ratio <= 1.0)
-    limits = np.array([math.cos(math.radians(parameters.angle_deg)), parameters.offset_sigmas * sigma])
+    limits = np.array([math.cos(math.radians(parameters.angle_deg)), OFFSET_SIGMAS * sigma])
     seeds = np.flatnonzero(smooth)
     seeds = seeds[np.argsort(ratio[seeds], kind="stable")]
     labels = grow_groups(cells.sums, planes, smooth, seeds.astype(np.int64), cells.grid.cols, limits)

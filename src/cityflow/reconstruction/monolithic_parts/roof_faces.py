@@ -22,19 +22,17 @@ from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 RIM_M = 0.5
 SAME_HEIGHT = 0.012
 """Heights (m) at a vertex that are one to `solids.assemble`."""
+MIN_AGREEMENT = 0.85
+"""Share of the cells that lie in their own surface's face; set by hand, as is the next."""
+INSTALLATION_M2 = 2.0
+"""Larger patches of cells off the roof are no installation, m²."""
 
 
 class FaceParameters(Parameters):
     """What the finished roof must agree with."""
 
-    min_agreement: float = Field(
-        0.85, ge=0, le=1, description="share of the cells that lie in their own surface's face"
-    )
     off_m: float = Field(
         0.15, gt=0, le=5, description="cells farther off the roof than this and 3 sigma (m) are off it"
-    )
-    installation_m2: float = Field(
-        2.0, ge=0, le=100, description="larger patches of cells off the roof (m²) are no installation"
     )
     min_explained: float = Field(0.85, ge=0, le=1, description="share of the cells that lie on the roof")
 
@@ -161,7 +159,7 @@ def check_faces(
     gap = np.abs((planes - own)[:, 0] * x[used] + (planes - own)[:, 1] * y[used] + (planes - own)[:, 2])
     near = parameters.off_m + 3 * frame.sigma
     agreement = float(np.mean(gap <= near)) if len(used) else 0.0
-    if agreement < parameters.min_agreement:
+    if agreement < MIN_AGREEMENT:
         raise Inconsistency(f"{100 * agreement:.0f} % of the cells lie in the face of their surface")
     return {"agreement": round(agreement, 3), **_explained(cells, used, planes, near, frame, parameters)}
 
@@ -183,6 +181,6 @@ def _explained(
     image[used[far]] = 1
     _, _, stats, _ = cv2.connectedComponentsWithStats(image.reshape(cells.grid.shape), connectivity=8)
     patch = float(stats[1:, cv2.CC_STAT_AREA].max(initial=0)) * cells.grid.cell**2
-    if explained < parameters.min_explained or patch > parameters.installation_m2:
+    if explained < parameters.min_explained or patch > INSTALLATION_M2:
         raise Inconsistency(f"{100 * explained:.0f} % of the roof explained, {patch:.1f} m² in one place not")
     return {"explained": round(explained, 3), "largest_off_m2": round(patch, 2)}

@@ -14,14 +14,24 @@ import shapely
 
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.monolithic_parts.crossing_lines import Line, crossing_line, meeting_point, plan_line
-from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton, SkeletonParameters
+from cityflow.reconstruction.monolithic_parts.skeleton_values import (
+    LEVEL_M,
+    NODE_CELLS,
+    REACH_CELLS,
+    SAME_NODE_M,
+    SPREAD_M,
+    TIE_M,
+    Frame,
+    Inconsistency,
+    Skeleton,
+)
 from cityflow.reconstruction.monolithic_parts.tied_planes import through_ties
 from cityflow.reconstruction.monolithic_parts.topology import TopologicalEdge, Topology, contracted, flipped
 
 MOST_CHANGES = 100
 
 
-def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame, parameters: SkeletonParameters) -> Skeleton:
+def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame) -> Skeleton:
     """The skeleton of a roof.
 
     Raises
@@ -31,7 +41,7 @@ def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame, paramet
     if any(min(pair) >= 0 for pair in topology.loops):
         raise Inconsistency("an edge without ends: one surface stands within another")
     skeleton = Skeleton(topology, planes)
-    builder = _Builder(skeleton, frame, parameters)
+    builder = _Builder(skeleton, frame)
     for edge in topology.edges:
         if edge.inner():
             builder.explain(edge)
@@ -47,7 +57,6 @@ def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame, paramet
 class _Builder:
     skeleton: Skeleton
     frame: Frame
-    parameters: SkeletonParameters
 
     def plane(self, surface: int) -> FloatArray:
         return np.asarray(self.skeleton.planes[self.skeleton.topology.plane_of[surface]])
@@ -63,8 +72,8 @@ class _Builder:
         plan = plan_line(p, q)
         if plan is not None:
             away = np.abs(xy @ plan[0] - plan[1])
-            allowed = self.parameters.reach_cells * self.frame.grid.cell
-            near = (away <= allowed) | (step <= max(self.parameters.level_m, 2 * self.frame.sigma))
+            allowed = REACH_CELLS * self.frame.grid.cell
+            near = (away <= allowed) | (step <= max(LEVEL_M, 2 * self.frame.sigma))
             if np.mean(near) >= 0.75:
                 return
         raise Inconsistency(f"a step of {np.median(step):.2f} m that no intersection of planes explains")
@@ -88,7 +97,7 @@ class _Builder:
         met = meeting_point(lines)
         if met is None:
             raise Inconsistency("edges that end in one node are parallel")
-        if met[1] > self.parameters.spread_m:
+        if met[1] > SPREAD_M:
             raise Inconsistency(f"lines miss each other by {met[1]:.2f} m in a node")
         s.place[node] = met[0][:2]
         self._check_distance(node)
@@ -96,7 +105,7 @@ class _Builder:
     def _check_distance(self, node: int) -> None:
         rough = self.frame.grid.corners(np.array([self.skeleton.topology.nodes[node]], np.float64))[0]
         away = float(np.hypot(*(self.skeleton.place[node] - rough)))
-        if away > self.parameters.node_cells * self.frame.grid.cell:
+        if away > NODE_CELLS * self.frame.grid.cell:
             raise Inconsistency(f"a node {away:.1f} m from where the cells meet")
 
     def _on_wall(self, node: int, inner: list[TopologicalEdge]) -> None:
@@ -135,7 +144,7 @@ class _Builder:
         ends = np.array([s.wall[node], contour.following[s.wall[node]]])
         away = np.hypot(*(contour.vertices[ends] - s.place[node]).T)
         k = int(np.argmin(away))
-        if away[k] <= self.parameters.corner_m:
+        if away[k] <= SAME_NODE_M:
             s.vertex[node] = int(ends[k])
             s.place[node] = contour.vertices[ends[k]]
 
@@ -160,7 +169,7 @@ class _Builder:
         s = self.skeleton
         if edge.start == edge.end or edge.start not in s.place or edge.end not in s.place:
             return False
-        if len(edge.chain) - 1 > 2 * self.parameters.node_cells:
+        if len(edge.chain) - 1 > 2 * NODE_CELLS:
             return False
         if edge.inner():
             ends = [n for n in (edge.start, edge.end) if not s.topology.on_contour(n)]
@@ -204,8 +213,8 @@ class _Builder:
         if edge.start == edge.end or edge.start not in s.place or edge.end not in s.place:
             return False
         if edge.inner():
-            return self._length(edge) < self.parameters.same_node_m
-        return self._length(edge) < min(self.parameters.same_node_m, 0.1)
+            return self._length(edge) < SAME_NODE_M
+        return self._length(edge) < min(SAME_NODE_M, 0.1)
 
     def _contract(self, edge: TopologicalEdge) -> None:
         s, (keep, gone) = self.skeleton, (edge.start, edge.end)
@@ -247,7 +256,7 @@ class _Builder:
             for surface in s.topology.surfaces(node):
                 k = s.topology.plane_of[surface]
                 change = s.planes[k] - before[k]
-                if abs(float(change[:2] @ xy + change[2])) > self.parameters.tie_m:
+                if abs(float(change[:2] @ xy + change[2])) > TIE_M:
                     raise Inconsistency(f"surfaces {abs(float(change[:2] @ xy + change[2])):.2f} m apart in a node")
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid
 from cityflow.reconstruction.monolithic_parts.contour_scan import Arris, Contour
 from cityflow.reconstruction.monolithic_parts.topology import Topology
@@ -18,18 +16,18 @@ class Inconsistency(Exception):
     """Topology and intersections contradict each other; the message says how."""
 
 
-class SkeletonParameters(Parameters):
-    """How well nodes, edges and planes must agree."""
-
-    reach_cells: float = Field(3.0, gt=0, le=20, description="a chain of cells is no farther from its line (cells)")
-    node_cells: float = Field(6.0, gt=0, le=50, description="a node is no farther from where the cells have it (cells)")
-    level_m: float = Field(
-        0.12, ge=0, le=2, description="planes that differ by less (m) along a chain may meet anywhere"
-    )
-    same_node_m: float = Field(0.25, ge=0, le=2, description="nodes nearer than this (m) are one")
-    corner_m: float = Field(0.25, ge=0, le=2, description="an edge that arrives so near a corner (m) arrives in it")
-    tie_m: float = Field(0.15, gt=0, le=2, description="most that a plane moves at a node to pass through it (m)")
-    spread_m: float = Field(0.5, gt=0, le=5, description="lines that meet in a node pass each other within this (m)")
+REACH_CELLS = 3.0
+"""A chain of cells is no farther from its line, cells; set by hand, as are those below."""
+NODE_CELLS = 6.0
+"""A node is no farther from where the cells have it, cells."""
+LEVEL_M = 0.12
+"""Planes that differ by less along a chain may meet anywhere, m."""
+SAME_NODE_M = 0.25
+"""Nodes nearer than this are one, and an edge that arrives so near a corner arrives in it, m."""
+TIE_M = 0.15
+"""Most that a plane moves at a node to pass through it, m."""
+SPREAD_M = 0.5
+"""Lines that meet in a node pass each other within this, m."""
 
 
 @dataclass(slots=True)

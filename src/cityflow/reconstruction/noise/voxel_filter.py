@@ -43,6 +43,14 @@ TRIAL_EDGES = (0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.
 """Edges (m) of the dry runs, smallest first."""
 GOOD_ENOUGH = 1.15
 """The smallest edge whose blocks are so many times as thick as the flattest ones will do: small parts stand out from small cubes."""
+LEAST_NOISE_M = 0.02
+"""Noise is never taken as smaller than this, m; set by hand."""
+SPARSE_SHARE = 0.12
+"""Cubes with a smaller share of the usual number of points around them are noise; set by hand, as is the next."""
+STRAY_SHARE = 0.1
+"""Where fewer of the points around a cube lie off the surface, those in it are noise."""
+POINTS_AROUND = 12
+"""Fewest points that 3×3×3 cubes of a guessed edge hold: four times those of a plane; set by hand."""
 
 
 class VoxelFilterParameters(Parameters):
@@ -52,18 +60,7 @@ class VoxelFilterParameters(Parameters):
     class_sigmas: float = Field(
         2.5, ge=0.2, le=10, description="width of a class of the histogram, in standard deviations of the noise there"
     )
-    least_noise_m: float = Field(0.02, ge=0, le=1, description="noise is never taken as smaller than this (m)")
-    sparse_share: float = Field(
-        0.12, ge=0, le=1, description="cubes with a smaller share of the usual number of points around them are noise"
-    )
-    stray_share: float = Field(
-        0.1,
-        ge=0,
-        le=1,
-        description="where fewer of the points around a cube lie off the surface, those in it are noise",
-    )
     sample: int = Field(100, ge=20, le=10_000, description="blocks of cubes that the dry run looks at")
-    points_around: int = Field(12, ge=8, le=10_000, description="fewest points that 3×3×3 cubes of a guessed edge hold")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +94,8 @@ def filter_noise(xyz: FloatArray, parameters: VoxelFilterParameters) -> VoxelFil
     cubes = cut_in_cubes(used, edge)
     table, sums = cubes.neighbours(), cubes.sums()
     around = _around(sums, table)
-    sparse = parameters.sparse_share * float(np.median(np.repeat(around, np.diff(cubes.starts))))
-    limits = np.array(
-        [edge, parameters.class_sigmas, parameters.least_noise_m, max(sparse, LEAST), parameters.stray_share]
-    )
+    sparse = SPARSE_SHARE * float(np.median(np.repeat(around, np.diff(cubes.starts))))
+    limits = np.array([edge, parameters.class_sigmas, LEAST_NOISE_M, max(sparse, LEAST), STRAY_SHARE])
     good, noise = _judge(cubes.points, cubes.starts, table, sums, cubes.centres, limits)
     chosen = np.zeros(len(used), bool)
     chosen[cubes.order] = good
@@ -119,7 +114,7 @@ def guess_edge(xyz: FloatArray, parameters: VoxelFilterParameters) -> float:
         return TRIAL_EDGES[-1]
     chosen = np.sort(np.random.default_rng(0).choice(len(xyz), min(parameters.sample, len(xyz)), replace=False))
     counts, flatness = _dry_run(xyz, xyz[chosen], np.array(TRIAL_EDGES))
-    enough = np.median(counts, axis=1) >= parameters.points_around
+    enough = np.median(counts, axis=1) >= POINTS_AROUND
     if not enough.any():
         return TRIAL_EDGES[-1]
     typical = np.where(enough, np.median(flatness, axis=1), np.inf)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -22,24 +23,28 @@ from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
 SNAP_M, MOST_SIDES = 1e-3, 8
 EXACT, LOOSE = 0.99, 0.9
-"""Share of a rectangle inside an outline that is drawn well, and badly."""
+"""Share of a rectangle inside an outline that is drawn well, and badly; set by hand, as are those below."""
+SQUARE_DEG = 20.0
+"""Sides within this angle of a main direction follow it, degrees."""
+SAME_M = 0.4
+"""Sides in one line within this are one, m."""
+LEAST_MAIN = 0.35
+"""The main part covers at least this share of the outline."""
+INSIDE_WING = 0.88
+"""Share of a wing that lies inside what is left beside its part,"""
+LEAST_OF_WING = 0.3
+"""and of that which the wing covers at least."""
 
 
 class DecompositionParameters(Parameters):
     """What parts of an outline may be."""
 
-    square_deg: float = Field(
-        20.0, gt=0, le=45, description="sides within this angle (degrees) of a main direction follow it"
-    )
-    same_m: float = Field(0.4, ge=0, le=5, description="sides in one line within this (m) are one")
     inside: float = Field(0.965, gt=0, le=1, description="share of a part that lies inside the outline")
-    inside_wing: float = Field(0.88, gt=0, le=1, description="share of a wing that lies inside what is left beside it")
     narrowest_m: float = Field(2.5, gt=0, le=50, description="narrower parts (m) carry no roof of their own")
     narrowest_wing_m: float = Field(1.2, gt=0, le=50, description="narrower wings (m) take the roof beside them")
     least_wing_m2: float = Field(5.0, gt=0, le=1000, description="smaller wings (m²) take the roof beside them")
     most_mains: int = Field(4, ge=1, le=50, description="most rectangles tried for the main part")
     most_wings: int = Field(6, ge=0, le=50, description="outlines of more wings are not decomposed")
-    least_main: float = Field(0.35, gt=0, le=1, description="the main part covers at least this share of the outline")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,31 +72,43 @@ class Layout:
     rest: float
 
 
-def layouts(outline: Polygon, sides: Sides, parameters: DecompositionParameters) -> list[Layout]:
-    """Ways to see an outline as a main part with wings, the largest main part first."""
+class Fit(NamedTuple):
+    """What a rectangle must have: shares of it inside the outline and of the outline in it, and width, metres."""
+
+    inside: float
+    least: float
+    narrowest_m: float
+
+
+def layouts(
+    outline: Polygon, sides: Sides, parameters: DecompositionParameters, inside_wing: float = INSIDE_WING
+) -> list[Layout]:
+    """Ways to see an outline as a main part with wings, the largest main part first; `inside_wing`: share of a wing in what is left for it."""
     angle = main_angle(sides)
+    of_main = Fit(parameters.inside, LEAST_MAIN, parameters.narrowest_m)
+    of_wing = Fit(inside_wing, LEAST_OF_WING, parameters.narrowest_wing_m)
     found = []
-    for main in rectangles(outline, sides, angle, parameters)[: parameters.most_mains]:
-        layout = _with_wings(outline, sides, main, angle, parameters)
+    for main in rectangles(outline, sides, angle, of_main)[: parameters.most_mains]:
+        layout = _with_wings(outline, sides, main, angle, (parameters, of_wing))
         if layout is not None:
             found.append(layout)
     return found
 
 
-def rectangles(outline: Polygon, sides: Sides, angle: float, parameters: DecompositionParameters) -> list[Quad]:
+def rectangles(outline: Polygon, sides: Sides, angle: float, fit: Fit) -> list[Quad]:
     """Largest rectangles within a polygon whose sides lie on those of the outline, the largest first."""
-    towards = [_facing(sides, angle + k * math.pi / 2, parameters) for k in range(4)]
+    towards = [_facing(sides, angle + k * math.pi / 2) for k in range(4)]
     if not all(towards):
         return []
     tried = [Quad(np.array([front, back, left, right])) for left, front, right, back in product(*towards)]
-    wide = [q for q in tried if min(q.width, q.length) >= parameters.narrowest_m]
+    wide = [q for q in tried if min(q.width, q.length) >= fit.narrowest_m]
     rings = [Polygon(q.ring()) for q in wide]
     sound = [(r.area, q, r) for q, r in zip(wide, rings, strict=True) if r.is_valid]
-    found = [f for f in sound if parameters.least_main * outline.area <= f[0] <= outline.area / LOOSE]
+    found = [f for f in sound if fit.least * outline.area <= f[0] <= outline.area / LOOSE]
     shares = [shapely.intersection(r, outline, grid_size=SNAP_M).area / a for a, _, r in found]
-    large = [a * s >= parameters.least_main * outline.area for (a, _, _), s in zip(found, shares, strict=True)]
+    large = [a * s >= fit.least * outline.area for (a, _, _), s in zip(found, shares, strict=True)]
     # Outlines drawn badly hold no rectangle wholly; of those drawn well only true ones count.
-    for least in (EXACT, parameters.inside, LOOSE):
+    for least in (EXACT, fit.inside, LOOSE):
         chosen = [f for f, s, big in zip(found, shares, large, strict=True) if big and s >= least]
         if chosen:
             break
@@ -104,31 +121,32 @@ def rectangles(outline: Polygon, sides: Sides, angle: float, parameters: Decompo
     return [quad for _, quad, _ in kept]
 
 
-def _facing(sides: Sides, angle: float, parameters: DecompositionParameters) -> list[FloatArray]:
+def _facing(sides: Sides, angle: float) -> list[FloatArray]:
     """Lines of the sides whose inside lies in a direction, each of several in one line once, the longest."""
     lines, length = sides.lines(), sides.length
     inwards = np.arctan2(lines[:, 1], lines[:, 0])
     turn = np.abs((inwards - angle + math.pi) % (2 * math.pi) - math.pi)
-    chosen = [int(k) for k in np.argsort(-length, kind="stable") if turn[k] <= math.radians(parameters.square_deg)]
+    chosen = [int(k) for k in np.argsort(-length, kind="stable") if turn[k] <= math.radians(SQUARE_DEG)]
     direction = np.array([math.cos(angle), math.sin(angle)])
     place = sides.ends.mean(axis=1) @ direction
     kept: list[int] = []
     for k in chosen[:MOST_SIDES]:
-        if all(abs(place[k] - place[other]) > parameters.same_m for other in kept):
+        if all(abs(place[k] - place[other]) > SAME_M for other in kept):
             kept.append(k)
     return [lines[k] for k in kept]
 
 
 def _with_wings(
-    outline: Polygon, sides: Sides, main: Quad, angle: float, parameters: DecompositionParameters
+    outline: Polygon, sides: Sides, main: Quad, angle: float, rules: tuple[DecompositionParameters, Fit]
 ) -> Layout | None:
+    parameters, of_wing = rules
     parts, wings = [Polygon(main.ring())], list[Wing]()
     left = _opened(outline, parts[0])
     while left:
         piece = left.pop(0)
         if len(wings) >= parameters.most_wings:
             return None
-        rectangle, polygon = _rectangle_of(piece, sides, angle, parameters)
+        rectangle, polygon = _rectangle_of(piece, sides, angle, of_wing)
         if rectangle is None or polygon.area < parameters.least_wing_m2:
             continue
         parent = _parent(polygon, parts)
@@ -152,34 +170,29 @@ def _opened(outline: Polygon, part: Polygon) -> list[Polygon]:
     return sorted(pieces, key=lambda p: (-round(p.area, 6), p.bounds))
 
 
-def _rectangle_of(
-    piece: Polygon, sides: Sides, angle: float, parameters: DecompositionParameters
-) -> tuple[Quad | None, Polygon]:
+def _rectangle_of(piece: Polygon, sides: Sides, angle: float, of_wing: Fit) -> tuple[Quad | None, Polygon]:
     """The quad of a piece: itself where it is one, else the largest rectangle in it; sides of the outline where they fit."""
     ring = np.asarray(shapely.geometry.polygon.orient(piece.simplify(0.3)).exterior.coords)[:, :2]
     own = Sides(np.stack([ring[:-1], ring[1:]], axis=1))
-    loose = parameters.model_copy(
-        update={"inside": parameters.inside_wing, "least_main": 0.3, "narrowest_m": parameters.narrowest_wing_m}
-    )
-    found = rectangles(piece, own, angle, loose)
+    found = rectangles(piece, own, angle, of_wing)
     if not found:
         return None, piece
-    quad = Quad(np.array([_nearest_side(line, own, sides, parameters) for line in found[0].sides]))
+    quad = Quad(np.array([_nearest_side(line, own, sides) for line in found[0].sides]))
     polygon = shapely.intersection(Polygon(quad.ring()), piece, grid_size=SNAP_M)
     parts = [p for p in shapely.get_parts(polygon) if p.geom_type == "Polygon"]
     return quad, max(parts, key=lambda p: p.area) if parts else piece
 
 
-def _nearest_side(line: FloatArray, own: Sides, sides: Sides, parameters: DecompositionParameters) -> FloatArray:
+def _nearest_side(line: FloatArray, own: Sides, sides: Sides) -> FloatArray:
     """The outline's own side in place of a line that runs along it."""
     mine = int(np.argmin(np.abs(own.lines() - line).sum(axis=1)))
     ends = own.ends[mine]
     lines = sides.lines()
     away = np.abs(ends @ lines[:, :2].T - lines[:, 2]).max(axis=0)
-    alike = lines[:, :2] @ line[:2] > math.cos(math.radians(parameters.square_deg))
+    alike = lines[:, :2] @ line[:2] > math.cos(math.radians(SQUARE_DEG))
     away = np.where(alike, away, math.inf)
     best = int(np.argmin(away))
-    return np.asarray(lines[best] if away[best] <= parameters.same_m else line)
+    return np.asarray(lines[best] if away[best] <= SAME_M else line)
 
 
 def _parent(polygon: Polygon, parts: list[Polygon]) -> int | None:

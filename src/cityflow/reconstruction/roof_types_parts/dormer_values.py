@@ -16,6 +16,13 @@ from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, 
 
 MOST_PLACES, MOST_LINES, MOST_MEASURED = 40_000, 30, 200
 
+LEAST_SLOPE_DEG = 22.0
+"""Slopes less steep carry no dormers, degrees; set by hand, as are those below."""
+UNDER_RIDGE_M = 0.15
+"""Dormers stay so far below the top of their slope, m."""
+LEAST_EVIDENCE = 1.5
+"""Log-likelihood that heights, and lines, speak for a dormer, at least."""
+
 
 class DormerParameters(Parameters):
     """What a dormer is."""
@@ -24,11 +31,7 @@ class DormerParameters(Parameters):
     narrowest_m: float = Field(1.4, gt=0, le=10, description="width of the narrowest (m)")
     widest_m: float = Field(4.5, gt=0, le=50, description="width of the widest (m)")
     shortest_m: float = Field(1.2, gt=0, le=10, description="they run at least so far into the slope (m)")
-    least_slope_deg: float = Field(22.0, ge=5, le=80, description="slopes less steep (degrees) carry none")
-    under_ridge_m: float = Field(0.15, ge=0, le=5, description="they stay so far below the top of their slope (m)")
     cost: float = Field(0.0, ge=0, le=50, description="cost of a dormer beyond its numbers")
-    least_heights: float = Field(1.5, ge=0, le=50, description="log-likelihood that heights speak for it, at least")
-    least_lines: float = Field(1.5, ge=-10, le=50, description="log-likelihood that lines speak for it, at least")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +69,7 @@ class Dormer:
     part: PlacedSkeleton
 
 
-def slopes_of(model: RoofModel, outline: Polygon, parameters: DormerParameters) -> list[Slope]:
+def slopes_of(model: RoofModel, outline: Polygon) -> list[Slope]:
     """Planes steep and large enough to carry dormers, each with the region where it counts."""
     x0, y0, x1, y1 = outline.bounds
     step = max(0.25, math.sqrt((x1 - x0) * (y1 - y0) / MOST_PLACES))
@@ -78,7 +81,7 @@ def slopes_of(model: RoofModel, outline: Polygon, parameters: DormerParameters) 
     for number, plane in enumerate(model.planes):
         steep = float(np.hypot(*plane[:2]))
         own = xy[label == number]
-        if steep < math.tan(math.radians(parameters.least_slope_deg)) or len(own) * step**2 < 6.0:
+        if steep < math.tan(math.radians(LEAST_SLOPE_DEG)) or len(own) * step**2 < 6.0:
             continue
         up = plane[:2] / steep
         squares = shapely.box(*(own - step / 2).T, *(own + step / 2).T)

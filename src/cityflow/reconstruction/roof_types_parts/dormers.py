@@ -20,8 +20,10 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.roof_types_parts.dormer_values import (
+    LEAST_EVIDENCE,
     MOST_LINES,
     MOST_MEASURED,
+    UNDER_RIDGE_M,
     Dormer,
     DormerParameters,
     Slope,
@@ -68,7 +70,7 @@ def with_dormers(
         return (), 0.0
     cells = _refined(clues.cells)
     gain = 0.0
-    for slope in slopes_of(roof_model(parts), outline, parameters):
+    for slope in slopes_of(roof_model(parts), outline):
         search = Search(clues, cells, slope, segments, parameters)
         for dormer, net in search.all_of(list(parts) + found):
             found.append(dormer.part)
@@ -104,7 +106,7 @@ def _candidates(slope: Slope, segments: FloatArray, parameters: DormerParameters
     found = []
     for (u0, u1), v0, front in product(pairs, v, FRONTS_M):
         run = front / slope.steep
-        if run < parameters.shortest_m or slope.height(u0, v0) + front > slope.top - parameters.under_ridge_m:
+        if run < parameters.shortest_m or slope.height(u0, v0) + front > slope.top - UNDER_RIDGE_M:
             continue
         found.append((u0, u1, v0, front, 0.0, 0.0))
     numbers = np.array(found).reshape(-1, 6)
@@ -159,7 +161,7 @@ class Search:
         """The dormer that gains most; first as a level one, then with every roof."""
         cells, sigma = self.cells, self.clues.sigma
         off = (cells.z - cell_means(model.heights(cells.xy), cells.cell, len(cells))) / sigma
-        level = [d for d in self._measured(candidates, off) if d.lines >= self.parameters.least_lines]
+        level = [d for d in self._measured(candidates, off) if d.lines >= LEAST_EVIDENCE]
         if not level:
             return None
         first = max(level, key=lambda d: _net(d, known, self.clues, self.parameters))
@@ -168,7 +170,7 @@ class Search:
         sure = [
             d
             for d in tried
-            if d.heights >= self.parameters.least_heights and d.lines >= self.parameters.least_lines
+            if d.heights >= LEAST_EVIDENCE and d.lines >= LEAST_EVIDENCE
         ]  # fmt: skip
         best = max(sure, key=lambda d: _net(d, known, self.clues, self.parameters), default=None)
         return best if best is not None and _net(best, known, self.clues, self.parameters) > 0 else None
@@ -179,7 +181,7 @@ class Search:
         cells = self.cells
         gains = height_gains(numbers, uv, self.slope.steep, cells.cell, off, cells.weight, self.clues.sigma)
         order = np.argsort(-gains, kind="stable")[:MOST_MEASURED]
-        chosen = order[gains[order] >= 0.5 * self.parameters.least_heights]
+        chosen = order[gains[order] >= 0.5 * LEAST_EVIDENCE]
         return [_dormer(self.slope, numbers[k], float(gains[k]), self.segments, self.clues.trust) for k in chosen]
 
 
@@ -205,11 +207,7 @@ def _roofs_of(numbers: FloatArray, slope: Slope, parameters: DormerParameters) -
         front = numbers[FRONT] + by
         run = front / (slope.steep * (1 - tilt))
         top = slope.height(numbers[U0], numbers[V0]) + front + tilt * slope.steep * run + rise
-        if (
-            front >= FRONTS_M[0] - 0.3
-            and run >= 0.8 * parameters.shortest_m
-            and top <= slope.top - parameters.under_ridge_m
-        ):
+        if front >= FRONTS_M[0] - 0.3 and run >= 0.8 * parameters.shortest_m and top <= slope.top - UNDER_RIDGE_M:
             found.append([*numbers[:3], front, tilt, rise])
     return np.array(found).reshape(-1, 6)
 

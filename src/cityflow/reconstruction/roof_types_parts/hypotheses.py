@@ -14,6 +14,12 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.roof_types_parts import skeletons
 from cityflow.reconstruction.roof_types_parts.hypothesis import (
+    MANSARD_DEG,
+    MANSARD_RATIO,
+    MANSARD_RUN_M,
+    OFF_MIDDLE,
+    OFF_MIDDLE_COST,
+    STEEPEST_END,
     Hypothesis,
     HypothesisParameters,
     PartClues,
@@ -101,13 +107,13 @@ def ridge_roofs(
 ) -> list[Hypothesis]:
     """Gable, hip, half-hip, mansard, butterfly with the ridge along the part; ends that are not free are gables."""
     found: list[Hypothesis] = []
-    for base, paid in _ridges(part, parameters):
-        gable = measured_roof(part, base, paid, parameters)
+    for base, paid in _ridges(part):
+        gable = measured_roof(part, base, paid)
         rare = parameters.rare_cost if gable.skeleton.rise < 0 else 0.0
         found.append(gable.dearer(rare))
         if gable.skeleton.rise > 0:
-            found += _with_ends(part, base, paid, parameters) if all(free) else []
-            found += _with_end(part, base, paid, parameters) if free == (False, True) else []
+            found += _with_ends(part, base, paid) if all(free) else []
+            found += _with_end(part, base, paid) if free == (False, True) else []
     best = min(found, key=lambda h: h.cost)
     if best.skeleton.rise > 0:
         found += _mansards(part, best, parameters)
@@ -116,11 +122,11 @@ def ridge_roofs(
     return [h for h in ridged if abs(h.skeleton.rise) >= least_rise(part.quad.width / 2, parameters)]
 
 
-def _ridges(part: PartClues, parameters: HypothesisParameters) -> list[tuple[FloatArray, float]]:
+def _ridges(part: PartClues) -> list[tuple[FloatArray, float]]:
     """Gables with the ridge in the middle, and at the best place off it; each with what it has to pay."""
     each, width = part.clues.per_parameter(), part.quad.width
     middle = skeletons.ridge_shape(part.quad)
-    reach = parameters.off_middle * width
+    reach = OFF_MIDDLE * width
 
     def cost(x: FloatArray) -> float:
         return part.of_shape(skeletons.ridge_shape(part.quad, 0.5 + x[0] / width))[0]
@@ -128,7 +134,7 @@ def _ridges(part: PartClues, parameters: HypothesisParameters) -> list[tuple[Flo
     starts = [np.array([x]) for x in (*_line_places(part, reach), 0.0)]
     best = min((minimised(cost, x, (np.array([-reach]), np.array([reach]))) for x in starts), key=lambda b: b[1])
     off = skeletons.ridge_shape(part.quad, 0.5 + best[0][0] / width)
-    return [(middle, each), (off, 2 * each + parameters.off_middle_cost)]
+    return [(middle, each), (off, 2 * each + OFF_MIDDLE_COST)]
 
 
 def _line_places(part: PartClues, reach: float) -> list[float]:
@@ -147,41 +153,39 @@ def _line_places(part: PartClues, reach: float) -> list[float]:
     return [float(x) for x in offset[chosen][order]]
 
 
-def _with_ends(part: PartClues, base: FloatArray, paid: float, parameters: HypothesisParameters) -> list[Hypothesis]:
+def _with_ends(part: PartClues, base: FloatArray, paid: float) -> list[Hypothesis]:
     """Hips and half-hips at one end or both; numbers shared by both ends are paid once."""
     each, found = part.clues.per_parameter(), []
     for half in (False, True):
-        ends = [_best_end(part, base, (end,), half, parameters) for end in (0, 1)]
-        both = _best_end(part, base, (0, 1), half, parameters)
+        ends = [_best_end(part, base, (end,), half) for end in (0, 1)]
+        both = _best_end(part, base, (0, 1), half)
         apart = np.where(np.isin(np.arange(8), (R3, S3)), ends[1], ends[0])
         numbers = 2 if half else 1
-        found += [measured_roof(part, shape, paid + numbers * each + UNLIKELY, parameters) for shape in ends]
-        found += [measured_roof(part, both, paid + numbers * each, parameters)]
+        found += [measured_roof(part, shape, paid + numbers * each + UNLIKELY) for shape in ends]
+        found += [measured_roof(part, both, paid + numbers * each)]
         if part.quad.length - apart[R2] - apart[R3] > 0:
-            found.append(measured_roof(part, apart, paid + 2 * numbers * each, parameters))
+            found.append(measured_roof(part, apart, paid + 2 * numbers * each))
         if not half and base[D0] + base[D1] < part.quad.length:
             alike = base.copy()
             alike[[R2, R3]], alike[[S2, S3]] = (base[D0] + base[D1]) / 2, 0.0
-            found.append(measured_roof(part, alike, paid, parameters))
+            found.append(measured_roof(part, alike, paid))
     return found
 
 
-def _with_end(part: PartClues, base: FloatArray, paid: float, parameters: HypothesisParameters) -> list[Hypothesis]:
+def _with_end(part: PartClues, base: FloatArray, paid: float) -> list[Hypothesis]:
     """Hip or half-hip at the right end."""
     each, found = part.clues.per_parameter(), []
     for half in (False, True):
-        shape = _best_end(part, base, (1,), half, parameters)
-        found.append(measured_roof(part, shape, paid + (2 if half else 1) * each, parameters))
+        shape = _best_end(part, base, (1,), half)
+        found.append(measured_roof(part, shape, paid + (2 if half else 1) * each))
     return found
 
 
-def _best_end(
-    part: PartClues, base: FloatArray, ends: Sequence[int], half: bool, parameters: HypothesisParameters
-) -> FloatArray:
+def _best_end(part: PartClues, base: FloatArray, ends: Sequence[int], half: bool) -> FloatArray:
     """The shape with the run (and start) of one end, or of both alike, that costs least."""
     width, length = part.quad.width, part.quad.length
     longest = length / 2 if len(ends) == 2 else 0.8 * length
-    least = min(width / 2 / parameters.steepest_end, longest / 2)
+    least = min(width / 2 / STEEPEST_END, longest / 2)
 
     def shaped(x: FloatArray) -> FloatArray:
         shape = base.copy()
@@ -192,7 +196,7 @@ def _best_end(
 
     def cost(x: FloatArray) -> float:
         shape = shaped(x)
-        return part.of_shape(shape)[0] + sum(end_cost(shape, end, parameters) for end in ends)
+        return part.of_shape(shape)[0] + sum(end_cost(shape, end) for end in ends)
 
     starts = [np.array([min(max(r * width, least), longest), 0.5 * width]) for r in (0.35, 0.5, 0.75)]
     limits = np.array([least, 0.25 * width]), np.array([longest / 0.3 if half else longest, 0.8 * width])
@@ -209,27 +213,27 @@ def _mansards(part: PartClues, base: Hypothesis, parameters: HypothesisParameter
         return shape
 
     half = part.quad.width / 2
-    lowest = max(10 * parameters.mansard_run_m / half, 0.8)
+    lowest = max(10 * MANSARD_RUN_M / half, 0.8)
     if np.any(base.skeleton.shape[[S2, S3]] % 1 > 0) or lowest > 5:
         return []
     limits = np.array([lowest, 3.0]), np.array([6.0, 9.0])
 
     def cost(x: FloatArray) -> float:
         fit = part.of_shape(shaped(x))
-        return fit[0] if _is_mansard(x, half, fit[2], parameters) else math.inf
+        return fit[0] if _is_mansard(x, half, fit[2]) else math.inf
 
     starts = [np.array([max(q, lowest), g]) for q, g in ((1.5, 5.0), (2.5, 6.0), (3.5, 7.0))]
     best = min((minimised(cost, x, limits) for x in starts), key=lambda f: f[1])
     if not math.isfinite(best[1]):
         return []
-    fit = measured_roof(part, shaped(best[0]), 0.0, parameters)
+    fit = measured_roof(part, shaped(best[0]), 0.0)
     paid = 3 * part.clues.per_parameter() + parameters.rare_cost
     return [fit.dearer(paid)]
 
 
-def _is_mansard(bend: FloatArray, half: float, rise: float, parameters: HypothesisParameters) -> bool:
+def _is_mansard(bend: FloatArray, half: float, rise: float) -> bool:
     """Steep below, and much less so above; the bend in tenths of width and rise."""
     q, g = bend / 10
     below, above = rise * g / (q * half), rise * (1 - g) / ((1 - q) * half)
-    steep = below >= math.tan(math.radians(parameters.mansard_deg))
-    return bool(g < 0.98 and steep and below >= parameters.mansard_ratio * above)
+    steep = below >= math.tan(math.radians(MANSARD_DEG))
+    return bool(g < 0.98 and steep and below >= MANSARD_RATIO * above)

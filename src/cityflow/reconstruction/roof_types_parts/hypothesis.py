@@ -19,26 +19,33 @@ PYRAMID_RIDGE_M = 1.0
 """Hip roofs with shorter ridges are pyramids."""
 STEPS_M = (0.8, 0.4, 0.2, 0.1, 0.05)
 
+OFF_MIDDLE = 0.22
+"""Ridges lie within this share of the width of the middle; set by hand, as are those below."""
+OFF_MIDDLE_COST = 3.0
+"""Cost of a ridge off the middle, besides its number, as log-likelihood."""
+END_STEEPNESS = 0.3
+"""How far slopes of ends and sides differ, as sigma of the logarithm of their ratio."""
+STEEPEST_END = 2.0
+"""Ends are steeper than the sides by this factor at most."""
+MANSARD_RATIO = 1.7
+"""A mansard is steeper below than above by this factor,"""
+MANSARD_DEG = 48.0
+"""at least so steep below, degrees,"""
+MANSARD_RUN_M = 0.7
+"""and bends no nearer to its eave than this, m."""
+MOST_TEETH = 12
+"""Most sheds of a sawtooth that are tried."""
+
 
 class HypothesisParameters(Parameters):
     """What roofs may look like."""
 
     least_rise_m: float = Field(0.5, gt=0, le=5, description="roofs that rise less (m) are flat")
     least_slope_deg: float = Field(3.5, gt=0, le=20, description="roofs less steep (degrees) are flat")
-    off_middle: float = Field(0.22, gt=0, le=0.5, description="ridges lie within this share of the width of the middle")
-    off_middle_cost: float = Field(3.0, ge=0, le=50, description="cost of a ridge off the middle, besides its number")
-    end_steepness: float = Field(
-        0.3, gt=0, le=2, description="how far slopes of ends and sides differ, as sigma of the logarithm of their ratio"
-    )
-    steepest_end: float = Field(2.0, ge=1, le=10, description="ends are steeper than the sides by this factor at most")
-    mansard_ratio: float = Field(1.7, ge=1, le=10, description="a mansard is steeper below than above by this factor")
-    mansard_deg: float = Field(48.0, ge=0, lt=90, description="and at least so steep (degrees) below")
-    mansard_run_m: float = Field(0.7, gt=0, le=10, description="and bends no nearer to its eave than this (m)")
     shed_cost: float = Field(2.0, ge=0, le=50, description="cost of a shed beyond its numbers")
     rare_cost: float = Field(
         8.0, ge=0, le=50, description="cost of mansard, butterfly and sawtooth beyond their numbers"
     )
-    most_teeth: int = Field(12, ge=2, le=100, description="most sheds of a sawtooth")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +86,10 @@ def least_rise(run: float, parameters: HypothesisParameters) -> float:
     return max(parameters.least_rise_m, run * math.tan(math.radians(parameters.least_slope_deg)))
 
 
-def measured_roof(part: PartClues, shape: FloatArray, paid: float, parameters: HypothesisParameters) -> Hypothesis:
+def measured_roof(part: PartClues, shape: FloatArray, paid: float) -> Hypothesis:
     """A shape with its heights; its type follows from its ends."""
     cost, eave, rise, gain = part.of_shape(shape)
-    paid += sum(end_cost(shape, end, parameters) for end in (0, 1))
+    paid += sum(end_cost(shape, end) for end in (0, 1))
     skeleton = Skeleton(type_of_ends(shape, part.quad, rise), part.quad, shape, eave, rise)
     return Hypothesis(skeleton, cost + paid, paid - gain)
 
@@ -111,13 +118,13 @@ def minimised(
     return x, best
 
 
-def end_cost(shape: FloatArray, end: int, parameters: HypothesisParameters) -> float:
+def end_cost(shape: FloatArray, end: int) -> float:
     """Ends are about as steep as the sides."""
     start = shape[S2 + end]
     if start >= 1:
         return 0.0
     steeper = (1 - start) * (shape[D0] + shape[D1]) / 2 / shape[R2 + end]
-    return 0.5 * (math.log(steeper) / parameters.end_steepness) ** 2
+    return 0.5 * (math.log(steeper) / END_STEEPNESS) ** 2
 
 
 def type_of_ends(shape: FloatArray, quad: Quad, rise: float) -> RoofType:

@@ -8,13 +8,11 @@ from enum import IntEnum
 
 import numpy as np
 import shapely
-from pydantic import Field
 from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.roof_types_parts.heights import RoofLevels
-from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines, turn_between
+from cityflow.reconstruction.roof_types_parts.roof_lines import PARALLEL_DEG, RoofLines, turn_between
 
 
 class Category(IntEnum):
@@ -27,17 +25,16 @@ class Category(IntEnum):
     EAVE = 4
 
 
-class CategoryParameters(Parameters):
-    """The paper's thresholds."""
-
-    parallel_deg: float = Field(9.0, gt=0, le=45, description="lines within this angle (degrees) are parallel")
-    eave_m: float = Field(1.0, gt=0, le=10, description="nearer to the outline than this (m) is an eave")
-    level_m: float = Field(
-        2.0, gt=0, le=10, description="ends of ridges and eaves differ by no more (m), and lie so near to top or bottom"
-    )
-    rising_m: float = Field(0.5, ge=0, le=10, description="ends of hips and valleys differ by at least this (m)")
-    short_m: float = Field(2.5, ge=0, le=20, description="heights of shorter hips and valleys (m) are not asked")
-    adjacent_m: float = Field(1.5, gt=0, le=10, description="a hip or valley meets a ridge within this distance (m)")
+EAVE_M = 1.0
+"""Nearer to the outline than this is an eave, m (Hron 2020, section 3, as are the next three)."""
+LEVEL_M = 2.0
+"""Ends of ridges and eaves differ by no more, and lie so near to top or bottom, m."""
+RISING_M = 0.5
+"""Ends of hips and valleys differ by at least this, m."""
+SHORT_M = 2.5
+"""Heights of shorter hips and valleys are not asked, m."""
+ADJACENT_M = 1.5
+"""A hip or valley meets a ridge within this distance, m; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +56,7 @@ class SortedLines:
         return self.lines.take(np.isin(self.category, [int(c) for c in categories]))
 
 
-def categorise(
-    lines: RoofLines, z: FloatArray, outline: Polygon, levels: RoofLevels, parameters: CategoryParameters
-) -> SortedLines:
+def categorise(lines: RoofLines, z: FloatArray, outline: Polygon, levels: RoofLevels) -> SortedLines:
     """Every line's category; hips and valleys are told apart by the angle that they make with their ridge.
 
     Ridges and slanting lines need heights, short ones excepted; without any they are `OTHER`, which still speaks for skeletons.
@@ -69,19 +64,19 @@ def categorise(
     """
     if len(lines) == 0:
         return SortedLines(lines, np.empty(0, np.int64), np.empty((0, 2)))
-    parallel = _parallel_to_outline(lines, outline, math.radians(parameters.parallel_deg))
+    parallel = _parallel_to_outline(lines, outline, math.radians(PARALLEL_DEG))
     away = _distance_to_outline(lines, outline)
     inside = shapely.contains_xy(outline, *lines.ends.mean(axis=1).T)
     fall = np.abs(z[:, 1] - z[:, 0])
     middle = z.mean(axis=1)
-    level = ~(fall > parameters.level_m)
-    high = (fall <= parameters.level_m) & (levels.top - middle <= parameters.level_m)
-    ridge = parallel & (away >= parameters.eave_m) & inside & high
-    eave = parallel & (away < parameters.eave_m) & level & ~(np.abs(middle - levels.bottom) > parameters.level_m)
-    rising = (fall >= parameters.rising_m) | (lines.length < parameters.short_m)
+    level = ~(fall > LEVEL_M)
+    high = (fall <= LEVEL_M) & (levels.top - middle <= LEVEL_M)
+    ridge = parallel & (away >= EAVE_M) & inside & high
+    eave = parallel & (away < EAVE_M) & level & ~(np.abs(middle - levels.bottom) > LEVEL_M)
+    rising = (fall >= RISING_M) | (lines.length < SHORT_M)
     slanting = ~parallel & inside & rising
     category = np.select([ridge, eave, slanting], [Category.RIDGE, Category.EAVE, Category.HIP], Category.OTHER)
-    valleys = _valleys(lines, category, parameters)
+    valleys = _valleys(lines, category)
     return SortedLines(lines, np.where(valleys, Category.VALLEY, category).astype(np.int64), z)
 
 
@@ -102,7 +97,7 @@ def _distance_to_outline(lines: RoofLines, outline: Polygon) -> FloatArray:
     return np.asarray(shapely.distance(shapely.points(places), outline.exterior).mean(axis=1))
 
 
-def _valleys(lines: RoofLines, category: IntArray, parameters: CategoryParameters) -> BoolArray:
+def _valleys(lines: RoofLines, category: IntArray) -> BoolArray:
     """Slanting lines that make an acute angle with the ridge at whose end they begin.
 
     A hip leads away from the ridge (obtuse angle), a valley back along it.
@@ -110,7 +105,7 @@ def _valleys(lines: RoofLines, category: IntArray, parameters: CategoryParameter
     found = np.zeros(len(lines), bool)
     ridges = np.flatnonzero(category == Category.RIDGE)
     for k in np.flatnonzero(category == Category.HIP):
-        best = parameters.adjacent_m
+        best = ADJACENT_M
         for r in ridges:
             gaps = np.linalg.norm(lines.ends[k][:, None] - lines.ends[r][None], axis=2)
             i, j = np.unravel_index(int(np.argmin(gaps)), (2, 2))

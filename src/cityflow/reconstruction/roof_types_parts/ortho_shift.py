@@ -20,15 +20,15 @@ from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines, turn_
 OVERHANGS_M = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 ACROSS_M, STEP_M, FINE_M = 0.25, 0.2, 0.05
 
+PER_M = 0.25
+"""Loss (share of the outline's length) per metre of displacement; set by hand."""
+
 
 class ShiftParameters(Parameters):
     """How far roofs may be displaced."""
 
     most_m: float = Field(
         2.0, ge=0, le=20, description="largest displacement sought (m); 0: plain orthos are taken as they are"
-    )
-    per_m: float = Field(
-        0.25, ge=0, le=10, description="loss (share of the outline's length) per metre of displacement"
     )
 
 
@@ -67,7 +67,7 @@ def _best(
     allowed = norm <= parameters.most_m + 1e-9
     scores = []
     for overhang in OVERHANGS_M:
-        score = -parameters.per_m * norm * sides.length.sum() * 0.25 - 1e9 * ~allowed
+        score = -PER_M * norm * sides.length.sum() * 0.25 - 1e9 * ~allowed
         for normal, offset, length in votes:
             off = offset[None] - (tried @ normal)[:, None] - overhang
             score = score + (length * np.exp(-0.5 * (off / ACROSS_M) ** 2)).max(axis=1)

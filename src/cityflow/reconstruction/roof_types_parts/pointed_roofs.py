@@ -9,6 +9,7 @@ import numpy as np
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.roof_types_parts import skeletons
 from cityflow.reconstruction.roof_types_parts.hypothesis import (
+    MOST_TEETH,
     Hypothesis,
     HypothesisParameters,
     PartClues,
@@ -25,7 +26,7 @@ def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
     # Distances of one place to all four sides, so that the faces meet there exactly, however skewed the sides are.
     shape[[D0, D1, R2, R3]] = part.quad.distances(part.quad.middle[None])[0]
     shape[[S2, S3]] = 0.0
-    fit = measured_roof(part, shape, part.clues.per_parameter(), parameters)
+    fit = measured_roof(part, shape, part.clues.per_parameter())
     slender = max(0.0, part.quad.length / part.quad.width - 1.25)
     low = fit.skeleton.rise < least_rise(part.quad.width / 2, parameters)
     return fit.dearer(math.inf if low else 20 * slender)
@@ -34,7 +35,7 @@ def pyramid(part: PartClues, parameters: HypothesisParameters) -> Hypothesis:
 def sawtooths(part: PartClues, parameters: HypothesisParameters) -> list[Hypothesis]:
     """Sheds side by side, as many as fit best."""
     length, found = part.quad.length, []
-    for teeth in range(2, min(parameters.most_teeth, int(length / 3.0)) + 1):
+    for teeth in range(2, min(MOST_TEETH, int(length / 3.0)) + 1):
         t = skeletons.tooth_heights(part.d, length, teeth)
         cost, eave, rise = part.of_heights(t)
         gain = part.clues.trust * tooth_gain(part, teeth)

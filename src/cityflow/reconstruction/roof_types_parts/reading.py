@@ -20,7 +20,6 @@ from cityflow.reconstruction.roof_types_parts.heights import HeightCells, RoofLe
 from cityflow.reconstruction.roof_types_parts.hypothesis import HypothesisParameters
 from cityflow.reconstruction.roof_types_parts.line_categories import (
     Category,
-    CategoryParameters,
     SortedLines,
     categorise,
 )
@@ -33,12 +32,20 @@ from cityflow.reconstruction.solids.levels import LevelParameters
 
 Origin = tuple[float, float, float]
 
+LEAST_FILL = 0.9
+"""An outline that fills its four sides so far (share) is one part; set by hand, as are the next two."""
+MOST_REST = 0.15
+"""Share of an outline that its parts may leave uncovered."""
+MOST_OFF = 0.4
+"""A roof that leaves more of its heights (share) beyond three sigma is of unknown type."""
+LEAST_CELLS = 4
+"""Fewer heights than this tell nothing: a plane has three numbers."""
+
 
 class RoofTypesParameters(Parameters):
     """How lines are found and sorted, what roofs may look like, and when a roof is of no known type."""
 
     lines: LineParameters = LineParameters()
-    categories: CategoryParameters = CategoryParameters()
     shift: ShiftParameters = ShiftParameters()
     regular: RegularParameters = RegularParameters()
     parts: DecompositionParameters = DecompositionParameters()
@@ -47,17 +54,6 @@ class RoofTypesParameters(Parameters):
     levels: LevelParameters = LevelParameters()
     straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
     margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
-    least_fill: float = Field(
-        0.9, gt=0, le=1, description="an outline that fills its four sides so far (share) is one part"
-    )
-    most_rest: float = Field(0.15, ge=0, lt=1, description="share of an outline that its parts may leave uncovered")
-    least_cells: int = Field(4, ge=3, le=1000, description="fewer heights than this tell nothing")
-    most_off: float = Field(
-        0.4,
-        gt=0,
-        le=1,
-        description="a roof that leaves more of its heights (share) beyond three sigma is of unknown type",
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +86,7 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     origin = (x0, y0, float(np.floor(evidence.ground_height)))
     outline = moved(evidence.outline, -x0, -y0)
     cells = heights_of.height_cells(evidence, outline, origin, parameters.margin_m)
-    if len(cells) < parameters.least_cells:
+    if len(cells) < LEAST_CELLS:
         none = SortedLines(roof_lines.joined([]), np.empty(0, np.int64), np.empty((0, 2)))
         return Reading(
             origin, outline, outline, cells, RoofLevels(0, 0), none, Clues(cells, 1.0, np.empty((0, 4)), 0.0)
@@ -100,12 +96,12 @@ def read(evidence: Evidence, parameters: RoofTypesParameters) -> Reading:
     fitted = fitted_outline(evidence, origin, outline, lines, parameters)
     if fitted is not outline:
         inside = heights_of.height_cells(evidence, fitted, origin, parameters.margin_m)
-        if len(inside) >= parameters.least_cells:
+        if len(inside) >= LEAST_CELLS:
             cells, levels = inside, heights_of.roof_levels(evidence, fitted, origin, inside)
         else:  # of few points, those at the rim may all lie beyond sides that have moved
             fitted = outline
     z = heights_of.height_at(evidence, origin, lines.ends.reshape(-1, 2)).reshape(-1, 2)
-    kinds = categorise(lines, z, fitted, levels, parameters.categories)
+    kinds = categorise(lines, z, fitted, levels)
     inner = kinds.lines.take(kinds.category != Category.EAVE)
     trust = 1.0 if len(lines) else 0.0
     clues = Clues(cells, noise_of(cells), np.ascontiguousarray(inner.ends.reshape(-1, 4)), trust)
@@ -129,14 +125,14 @@ def find_lines(
     own, found, detected = parameters.lines, list[RoofLines](), list[RoofLines]()
     for epoch, picture in enumerate(evidence.pictures):
         raw = roof_lines.picture_lines(picture, epoch, evidence.outline, own)
-        lines = roof_lines.merged(raw, own)
+        lines = roof_lines.merged(raw)
         for each, kept in ((raw, detected), (lines, found)):
             local = each.shifted(-np.asarray(origin[:2]))
             kept.append(local if picture.true else _over_walls(evidence, local, origin, outline, levels, parameters))
     if not found and evidence.heights is not None:
-        lines = roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, own), own)
+        lines = roof_lines.merged(roof_lines.relief_lines(evidence.heights, evidence.outline, own))
         found = [lines.shifted(-np.asarray(origin[:2]))]
-    return roof_lines.without_duplicates(roof_lines.joined(found), own), roof_lines.joined(detected)
+    return roof_lines.without_duplicates(roof_lines.joined(found)), roof_lines.joined(detected)
 
 
 def _over_walls(

@@ -33,21 +33,17 @@ SEEN, EAVE_M = 2.0, 0.2
 ROUND_CORNERS, FINE_CORNERS, EXPLAINED = 16, 24, 0.6
 """Waves of two to four turns explain nearly all by which corners of a rectangle lie beside a circle, but little of errors."""
 
+RIGHT_DEG = 1.0
+"""Outlines all of whose angles are right within this are taken as given, degrees; set by hand."""
+DOUBT_COST = 6.0
+"""Rare roofs cost so much more (log-likelihood) over corrected outlines, since rims drawn badly look like bends; set by hand on drawn houses."""
+
 
 class RegularParameters(Parameters):
     """How far outlines are trusted."""
 
     outline_m: float = Field(
         0.75, ge=0, le=5, description="error of outlines' corners (RMSE, m), for fitting; 0: all are taken as given"
-    )
-    right_deg: float = Field(
-        1.0, ge=0, le=20, description="outlines all of whose angles are right within this (degrees) are taken as given"
-    )
-    doubt_cost: float = Field(
-        6.0,
-        ge=0,
-        le=50,
-        description="rare roofs cost so much more over corrected outlines: rims drawn badly look like bends",
     )
 
 
@@ -67,7 +63,7 @@ def regular_outline(outline: Polygon, sides: Sides, rim: Rim, parameters: Regula
     if disc is not None:
         return disc
     turn = _off_square(sides.angle, main_angle(sides))
-    if np.all(np.abs(turn) <= math.radians(parameters.right_deg)):
+    if np.all(np.abs(turn) <= math.radians(RIGHT_DEG)):
         return outline
     angle = _direction(sides, rim.lines)
     lines = _turned(sides, angle, parameters)

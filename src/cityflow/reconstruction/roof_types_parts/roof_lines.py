@@ -26,23 +26,24 @@ MOST_JOINS = 400
 FINER, SMOOTH_CELLS = 2, 0.8
 """A picture is shown to the detector twice as fine, and smoothed: so noise breaks fewer edges, and fewer false ones are found."""
 
+AROUND_M = 2.5
+"""Lines further outside the outline than this do not matter, m; set by hand."""
+SHORTEST_M = 0.9
+"""Shorter segments are dropped before joining, m; set by hand."""
+PARALLEL_DEG = 9.0
+"""Lines within this angle may be joined, and are parallel, degrees (Hron 2020, section 3, as are the next two)."""
+JOIN_M = 1.25
+"""End points within this distance may be joined, m."""
+DUPLICATE_M = 1.0
+"""Shorter parallels within this distance are duplicates, m."""
+FINEST_RELIEF_M = 0.6
+"""Without pictures, lines come from surfaces with cells up to this, m; set by hand."""
+
 
 class LineParameters(Parameters):
     """How line segments become roof edges."""
 
-    around_m: float = Field(
-        2.5, ge=0, le=20, description="lines further outside the outline than this (m) do not matter"
-    )
     cell_m: float = Field(0.25, gt=0, le=2, description="finer pictures are averaged to about this cell (m)")
-    shortest_m: float = Field(0.9, gt=0, le=10, description="shorter segments (m) are dropped before joining")
-    join_deg: float = Field(9.0, gt=0, le=45, description="segments within this angle (degrees) may be joined")
-    join_m: float = Field(1.25, gt=0, le=10, description="end points within this distance (m) may be joined")
-    duplicate_m: float = Field(
-        1.0, gt=0, le=10, description="shorter parallels within this distance (m) are duplicates"
-    )
-    finest_relief_m: float = Field(
-        0.6, gt=0, le=5, description="without pictures, lines come from surfaces with cells up to this (m)"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,7 @@ def picture_lines(picture: Picture, epoch: int, outline: Polygon, parameters: Li
     -------
     RoofLines in world coordinates
     """
-    window, grid = _cropped(picture, outline, parameters)
+    window, grid = _cropped(picture, outline)
     if window.size == 0 or min(window.shape[1:]) < 8:
         return joined([])
     grey = luma(window)
@@ -112,12 +113,12 @@ def picture_lines(picture: Picture, epoch: int, outline: Polygon, parameters: Li
     grey, cell = _averaged(grey, factor), grid.cell * factor / FINER
     grey = np.asarray(cv2.resize(grey, None, fx=FINER, fy=FINER, interpolation=cv2.INTER_CUBIC), np.float64)
     grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), SMOOTH_CELLS * FINER), np.float64)
-    return _detected(_stretched(grey), (grid.x_min, grid.y_max, cell), epoch, outline, parameters)
+    return _detected(_stretched(grey), (grid.x_min, grid.y_max, cell), epoch, outline)
 
 
 def relief_lines(heights: HeightRaster, outline: Polygon, parameters: LineParameters) -> RoofLines:
     """Segments in the surface lit from two sides; none where its cells are too coarse to show roof edges."""
-    if heights.grid.cell > parameters.finest_relief_m:
+    if heights.grid.cell > FINEST_RELIEF_M:
         return joined([])
     dsm = np.where(np.isfinite(heights.dsm), heights.dsm, np.nanmedian(heights.dsm))
     smooth = cv2.GaussianBlur(dsm, (0, 0), max(0.4 / heights.grid.cell, 0.6))
@@ -131,7 +132,7 @@ def relief_lines(heights: HeightRaster, outline: Polygon, parameters: LineParame
         grey = np.clip(128 + 110 * light, 0, 255)
         grey = zoom(grey, times, order=1, grid_mode=True, mode="nearest") if times > 1 else grey
         corner = (heights.grid.x_min, heights.grid.y_max, cell)
-        found.append(_detected(grey.astype(np.uint8), corner, -1, outline, parameters))
+        found.append(_detected(grey.astype(np.uint8), corner, -1, outline))
     return joined(found)
 
 
@@ -143,8 +144,8 @@ def luma(pixels: Pixels) -> FloatArray:
     return LUMA[0] * red + LUMA[1] * green + LUMA[2] * blue
 
 
-def _cropped(picture: Picture, outline: Polygon, parameters: LineParameters) -> tuple[Pixels, Grid]:
-    reach = parameters.around_m + 2.0
+def _cropped(picture: Picture, outline: Polygon) -> tuple[Pixels, Grid]:
+    reach = AROUND_M + 2.0
     x_min, y_min, x_max, y_max = outline.bounds
     rows, cols = picture.grid.indices(
         np.array([x_min - reach, x_max + reach]), np.array([y_max + reach, y_min - reach])
@@ -169,9 +170,7 @@ def _stretched(grey: FloatArray) -> ByteArray:
     return np.clip((grey - low) * (255.0 / max(high - low, 24.0)), 0, 255).astype(np.uint8)
 
 
-def _detected(
-    grey: ByteArray, corner: tuple[float, float, float], epoch: int, outline: Polygon, parameters: LineParameters
-) -> RoofLines:
+def _detected(grey: ByteArray, corner: tuple[float, float, float], epoch: int, outline: Polygon) -> RoofLines:
     """A-contrario segments (Grompone von Gioi 2012) at the picture's own scale; world coordinates."""
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD, scale=1.0)
     found = detector.detect(np.ascontiguousarray(grey))[0]
@@ -180,8 +179,8 @@ def _detected(
     pixel = np.asarray(found, np.float64).reshape(-1, 2, 2) + 0.5
     ends = np.stack([corner[0] + pixel[..., 0] * corner[2], corner[1] - pixel[..., 1] * corner[2]], axis=-1)
     lines = RoofLines(ends, np.full(len(ends), epoch, np.int64))
-    near = outline.buffer(parameters.around_m)
-    return clipped(lines.take(lines.length >= parameters.shortest_m), near, parameters.shortest_m)
+    near = outline.buffer(AROUND_M)
+    return clipped(lines.take(lines.length >= SHORTEST_M), near, SHORTEST_M)
 
 
 def clipped(lines: RoofLines, region: Polygon, shortest: float) -> RoofLines:
@@ -209,7 +208,7 @@ def clipped(lines: RoofLines, region: Polygon, shortest: float) -> RoofLines:
     return RoofLines(ends[order], epoch[order])
 
 
-def merged(lines: RoofLines, parameters: LineParameters) -> RoofLines:
+def merged(lines: RoofLines) -> RoofLines:
     """Adjacent segments of like direction joined to one, longest first, until nothing joins any more.
 
     The joined segment is the longest connection of the four end points, and must be longer than both.
@@ -218,33 +217,33 @@ def merged(lines: RoofLines, parameters: LineParameters) -> RoofLines:
     rows, cols = np.triu_indices(len(ends), 1)
     # [i, j], i < j: the pair would be joined; a pair is asked again when one of its segments has changed
     joins = np.zeros((len(ends), len(ends)), np.bool_)
-    joins[rows, cols] = _join(ends[rows], ends[cols], parameters)[0]
+    joins[rows, cols] = _join(ends[rows], ends[cols])[0]
     for _ in range(MOST_JOINS):
         if not joins.any():
             break
         i, j = divmod(int(np.argmax(joins)), len(ends))
         new = ends.copy()
-        new[i] = _join(ends[i : i + 1], ends[j : j + 1], parameters)[1][0]
+        new[i] = _join(ends[i : i + 1], ends[j : j + 1])[1][0]
         left = np.delete(np.arange(len(ends)), j)
         order = left[np.argsort(-_length(new[left]), kind="stable")]
         ends, epoch, joins = new[order], epoch[order], joins[np.ix_(order, order)]
         joins = np.triu(joins | joins.T, 1)
         k = int(np.flatnonzero(order == i)[0])
         here = np.broadcast_to(ends[k], ends.shape)
-        joins[:k, k] = _join(ends[:k], here[:k], parameters)[0]
-        joins[k, k + 1 :] = _join(here[k + 1 :], ends[k + 1 :], parameters)[0]
+        joins[:k, k] = _join(ends[:k], here[:k])[0]
+        joins[k, k + 1 :] = _join(here[k + 1 :], ends[k + 1 :])[0]
     return RoofLines(ends, epoch)
 
 
-def _join(first: FloatArray, second: FloatArray, parameters: LineParameters) -> tuple[BoolArray, FloatArray]:
+def _join(first: FloatArray, second: FloatArray) -> tuple[BoolArray, FloatArray]:
     """(N,) whether each of some pairs of segments, (N, 2, 2) each, is joined, and (N, 2, 2) the segments that they would become."""
     gaps = np.linalg.norm(first[:, :, None] - second[:, None, :], axis=-1).reshape(-1, 4)
     p, q = np.divmod(np.argmax(gaps, axis=1), 2)
     each = np.arange(len(first))
     new = np.stack([first[each, p], second[each, q]], axis=1)
-    limit = math.radians(parameters.join_deg)
+    limit = math.radians(PARALLEL_DEG)
     one, other, turn = (_turn(ends) for ends in (first, second, new))
-    near = (turn_between(one, other) <= limit) & (gaps.min(axis=1, initial=np.inf) <= parameters.join_m)
+    near = (turn_between(one, other) <= limit) & (gaps.min(axis=1, initial=np.inf) <= JOIN_M)
     straight = np.maximum(turn_between(turn, one), turn_between(turn, other)) <= limit
     longer = gaps.max(axis=1, initial=0.0) > np.maximum(_length(first), _length(second)) + 1e-6
     return np.asarray(near & straight & longer), new
@@ -259,16 +258,16 @@ def _turn(ends: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(dy, dx))
 
 
-def without_duplicates(lines: RoofLines, parameters: LineParameters) -> RoofLines:
+def without_duplicates(lines: RoofLines) -> RoofLines:
     """Lines without the shorter ones that run parallel to a longer one, beside it, within the given distance."""
     kept: list[int] = []
     for k in np.argsort(-np.round(lines.length, 6), kind="stable").tolist():
-        if not _beside(lines.ends[k], lines.ends[kept], parameters).any():
+        if not _beside(lines.ends[k], lines.ends[kept]).any():
             kept.append(k)
     return lines.take(np.array(kept, np.int64))
 
 
-def _beside(short: FloatArray, longer: FloatArray, parameters: LineParameters) -> BoolArray:
+def _beside(short: FloatArray, longer: FloatArray) -> BoolArray:
     """(N,) whether a segment runs beside each of (N, 2, 2) others, most of its length."""
     step, own = longer[:, 1] - longer[:, 0], short[1] - short[0]
     length = np.hypot(*step.T)
@@ -277,5 +276,5 @@ def _beside(short: FloatArray, longer: FloatArray, parameters: LineParameters) -
     away = np.abs(y * step[:, :1] - x * step[:, 1:]) / length[:, None]
     along = np.sort((x * step[:, :1] + y * step[:, 1:]) / length[:, None], axis=1)
     overlap = np.minimum(along[:, 1], length) - np.maximum(along[:, 0], 0.0)
-    near = (turn <= math.radians(parameters.join_deg)) & (away.max(axis=1) <= parameters.duplicate_m)
+    near = (turn <= math.radians(PARALLEL_DEG)) & (away.max(axis=1) <= DUPLICATE_M)
     return np.asarray(near & (overlap >= 0.5 * (along[:, 1] - along[:, 0])))

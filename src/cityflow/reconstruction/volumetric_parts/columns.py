@@ -28,7 +28,6 @@ class ColumnParameters(PartitionParameters):
     """How an outline is cut in columns, and what an edge must be worth."""
 
     near: float = Field(4.0, gt=0, le=100, description="surfaces with points nearer than this (m) may top a column")
-    extend: float = Field(2.5, ge=0, le=50, description="metres that an edge may run on to reach a node")
     number_cost: float = Field(
         1.2, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
     )

@@ -25,19 +25,22 @@ from cityflow.reconstruction.volumetric_parts.cube_regions import CubeRegions, c
 
 MOST_POINTS = 40_000
 """More points of façades than this are thinned, evenly in their order."""
+MAX_LEAN_DEG = 12.0
+"""Walls lean no more than this, degrees; set by hand, as are the next two."""
+LOWEST_WALL_M = 0.6
+"""Lowest wall, m."""
+SAME_WALL_M = 0.35
+"""A wall nearer to an outline's edge than this is that edge, m."""
 
 
 class FacadeParameters(Parameters):
     """What counts as a wall inside the outline."""
 
     noise: VoxelFilterParameters = VoxelFilterParameters()
-    max_lean_deg: float = Field(12.0, gt=0, le=45, description="walls lean no more than this (degrees)")
     angle_deg: float = Field(25.0, gt=0, le=60, description="normals of one wall's cubes agree within this (degrees)")
     min_length: float = Field(0.8, gt=0, le=20, description="shortest wall (m)")
-    min_height: float = Field(0.6, gt=0, le=20, description="lowest wall (m)")
     min_points: int = Field(12, ge=4, le=10_000, description="fewest points of a wall")
     gap: float = Field(2.5, gt=0, le=20, description="a wall unseen for longer than this (m) is two")
-    same_m: float = Field(0.35, gt=0, le=2, description="a wall nearer to an outline's edge than this (m) is that edge")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +108,11 @@ def find_facades(cloud: FacadeCloud, outline: Polygon, parameters: FacadeParamet
         cut_in_cubes(cloud.xyz[kept], edge), max(filtering.noise_m, 0.03), parameters.angle_deg, parameters.min_points
     )
     labels = regions.point_labels()
-    upright = np.abs(regions.planes[:, 2]) < math.sin(math.radians(parameters.max_lean_deg))
+    upright = np.abs(regions.planes[:, 2]) < math.sin(math.radians(MAX_LEAN_DEG))
     found: list[Facade] = []
     for k in np.flatnonzero(upright):
         found += _pieces(cloud, kept[labels == k], _normal(regions, int(k)), parameters)
-    return [f for f in found if _inside(f, outline, parameters.same_m)]
+    return [f for f in found if _inside(f, outline, SAME_WALL_M)]
 
 
 def _normal(regions: CubeRegions, k: int) -> FloatArray:
@@ -133,7 +136,7 @@ def _pieces(cloud: FacadeCloud, chosen: IntArray, normal: FloatArray, parameters
         if end - start < parameters.min_length or len(own) < parameters.min_points:
             continue
         low, high = (float(v) for v in np.percentile(cloud.xyz[own, 2], (3, 97)))
-        if high - low >= parameters.min_height:
+        if high - low >= LOWEST_WALL_M:
             line = CutLine(nx, ny, offset, start, end, end - start)
             pieces.append(Facade(line, low, high, bool(known.any()), own))
     return pieces

@@ -29,6 +29,9 @@ from cityflow.reconstruction.volumetric_parts.nodes import Nodes, edge_lines
 NEAR_CORNER, SAME_LINE = 0.02, 0.005
 """A wall or step nearer to a corner (m) than the first goes through it; corners nearer to one line than the second are on it."""
 
+EXTEND = 2.5
+"""Metres that an edge may run on to reach a node; set by hand."""
+
 
 def outline_walls(outline: Polygon) -> list[CutLine]:
     """Edges of the outline: walls that are given."""
@@ -48,7 +51,7 @@ def cutting_lines(
     """Walls first, then all others by the length of what supports them; local frame."""
     borders = find_borders(segments, parameters.reach, parameters.gap)
     crossings, explained = intersection_lines(segments, borders, parameters.min_length, parameters.reach)
-    crossings = edge_lines(crossings, nodes, parameters.extend)
+    crossings = edge_lines(crossings, nodes, EXTEND)
     steps = step_lines(borders.take(~explained), main_directions(outline), parameters.min_length, parameters.max_lines)
     guessed = [*crossings, *on_outline(steps, outline, 0.3), *outline_extensions(outline, parameters.min_length)]
     guessed.sort(key=lambda line: -line.support)

@@ -24,6 +24,8 @@ from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 WALL = -1
 """Stands for an upright surface in the triplet of a vertex."""
+FLATTEST = 0.02
+"""Triplets with a smaller determinant have no dependable vertex; set by hand."""
 
 
 class NodeParameters(Parameters):
@@ -33,9 +35,6 @@ class NodeParameters(Parameters):
     reach: float = Field(1.2, gt=0, le=10, description="a vertex lies no farther (m) from its surfaces' points")
     merge: float = Field(0.35, ge=0, le=3, description="vertices nearer than this (m) are one node")
     tie: float = Field(0.06, ge=0, le=1, description="no plane moves by more than this (m) to pass through a node")
-    flattest: float = Field(
-        0.02, gt=0, le=1, description="triplets with a smaller determinant have no dependable vertex"
-    )
     max_triplets: int = Field(
         200_000, ge=100, le=10_000_000, description="most triplets intersected; those left out are noted"
     )
@@ -110,8 +109,8 @@ def find_nodes(segments: PlaneSegments, walls: list[CutLine], corners: FloatArra
     pairs = neighbouring_surfaces(segments, parameters.cell)
     every = triplets_of(pairs, len(segments))
     triplets = every[: parameters.max_triplets]
-    inner, inner_of = _meet_in_roof(segments.coefficients, triplets, parameters.flattest)
-    rim, rim_of = _meet_on_walls(segments.coefficients, pairs, walls, parameters.flattest)
+    inner, inner_of = _meet_in_roof(segments.coefficients, triplets, FLATTEST)
+    rim, rim_of = _meet_on_walls(segments.coefficients, pairs, walls, FLATTEST)
     position = np.concatenate([inner, rim])
     of = np.concatenate([inner_of, rim_of])
     kept = _near_own_points(position, of, segments, parameters.reach)

@@ -26,14 +26,19 @@ from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, r
 from cityflow.reconstruction.volumetric_parts.blur import without_ramps, without_strips
 from cityflow.reconstruction.volumetric_parts.cube_regions import cube_regions
 
+CUBE_POINTS = 12.0
+"""Points that 3×3 cubes of a level roof should hold: four times those of a plane; set by hand."""
+RAMP_WIDTH = 1.2
+"""Narrower (m) steep surfaces between a higher and a lower one are the blur of a step; set by hand, as is the next."""
+RAMP_SLOPE_DEG = 40.0
+"""What is steep there, degrees."""
+
 
 class SurfaceParameters(Parameters):
     """How surfaces are found in cubes; thresholds follow from density and noise of the points."""
 
-    denoise: bool = Field(True, description="remove noise voxel by voxel first")
     noise: VoxelFilterParameters = VoxelFilterParameters()
     target_density_m2: float = Field(16.0, gt=0, le=1000, description="denser clouds are thinned to so many points/m²")
-    cube_points: float = Field(12.0, ge=6, le=200, description="points that 3×3 cubes of a level roof should hold")
     angle_deg: float = Field(
         25.0, gt=0, le=60, description="normals of one surface's cubes agree within this (degrees)"
     )
@@ -47,13 +52,6 @@ class SurfaceParameters(Parameters):
     party_strip: float = Field(
         0.9, ge=0, le=5, description="surfaces that reach no farther (m) from a party wall are the blur of its step"
     )
-    ramp_width: float = Field(
-        1.2,
-        ge=0,
-        le=5,
-        description="narrower (m) steep surfaces between a higher and a lower one are the blur of a step",
-    )
-    ramp_slope_deg: float = Field(40.0, gt=0, lt=90, description="what is steep there (degrees)")
     rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
 
 
@@ -63,9 +61,9 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
     local = evidence.points.xyz - np.asarray(origin)
     local = local[np.all(np.isfinite(local), axis=1)]
     before = max(len(local), 1)
-    if parameters.denoise and len(local) > 4 * parameters.min_points:
+    if len(local) > 4 * parameters.min_points:
         local = local[filter_noise(local, parameters.noise).keep]
-    cloud = roof_cloud(local, parameters.target_density_m2, parameters.cube_points)
+    cloud = roof_cloud(local, parameters.target_density_m2, CUBE_POINTS)
     noise = local_orientation(cloud, math.tan(math.radians(parameters.max_slope_deg))).noise
     energy = label_energy(cloud.density, noise, parameters)
     labels, planes = _labelled(cloud, energy, parameters)
@@ -73,9 +71,8 @@ def roof_surfaces(evidence: Evidence, parameters: SurfaceParameters) -> tuple[Pl
     if evidence.party and parameters.party_strip > 0:
         party = shapely.transform(shapely.union_all(list(evidence.party)), lambda xy: xy - np.asarray(origin[:2]))
         points, labels, planes = without_strips(points, labels, planes, party, parameters.party_strip)
-    if parameters.ramp_width > 0:
-        stays, labels, planes = without_ramps(points, labels, planes, parameters.ramp_width, parameters.ramp_slope_deg)
-        points, labels = points[stays], labels[stays]
+    stays, labels, planes = without_ramps(points, labels, planes, RAMP_WIDTH, RAMP_SLOPE_DEG)
+    points, labels = points[stays], labels[stays]
     return _segments(origin, points, labels, planes, noise), 1.0 - len(local) / before
 
 

@@ -33,6 +33,17 @@ LEAST_ABOVE = 10
 """Points that the outer wall over a void must show."""
 SCALE = 1e6
 
+SET_BACK = 0.8
+"""Walls nearer to the outline are windows, doors, recesses, m; set by hand, as are those below."""
+LEAST_LENGTH = 1.5
+"""Shortest wall that tells of a void, m."""
+LEAST_COVER = 1.2
+"""What stands over a void is at least so high, m."""
+NEAR_EDGE = 0.4
+"""Points nearer to the outline are of an outer wall, m."""
+SOLID_WEIGHT = 2.0
+"""A square metre seen solid weighs so much more than one seen open."""
+
 
 class UndersideParameters(Parameters):
     """When a part of a building stands over a void."""
@@ -40,16 +51,9 @@ class UndersideParameters(Parameters):
     search: bool = Field(True, description="look for voids at all")
     least_height: float = Field(1.8, gt=0, le=20, description="lowest void (m)")
     least_area_m2: float = Field(2.0, ge=0, le=100, description="smallest void in plan")
-    set_back: float = Field(
-        0.8, gt=0, le=10, description="walls nearer (m) to the outline are windows, doors, recesses"
-    )
-    least_length: float = Field(1.5, gt=0, le=20, description="shortest wall (m) that tells of a void")
     turn_deg: float = Field(8.0, gt=0, le=45, description="such a wall runs along a main direction of the outline (±)")
     foot: float = Field(1.5, gt=0, le=10, description="such a wall is seen down to this height (m) over the floor")
-    least_cover: float = Field(1.2, gt=0, le=20, description="what stands over a void is at least so high (m)")
     depth: float = Field(8.0, gt=0, le=50, description="a wall tells of a void no farther (m) before it than this")
-    near_edge: float = Field(0.4, gt=0, le=2, description="points nearer (m) to the outline are of an outer wall")
-    solid_weight: float = Field(2.0, ge=0, le=100, description="m² seen solid weigh so much more than m² seen open")
     prior: float = Field(0.3, ge=0, le=1, description="share of a column that must be seen open")
     edge_cost: float = Field(0.2, ge=0, le=10, description="m² that a metre of a void's rim costs where no wall stands")
     min_points: int = Field(15, ge=1, le=10_000, description="fewest points on the walls behind a void")
@@ -105,20 +109,18 @@ def find_voids(
     cloud, facades, outline, floor = evidence
     planes = segments.coefficients
     behind = [f for f in facades if parameters.search and _tells(f, outline, floor, parameters)]
-    behind = [f for f in behind if _is_under_roof(f, division, surface, planes, parameters)]
+    behind = [f for f in behind if _is_under_roof(f, division, surface, planes)]
     if sum(len(f.points) for f in behind) < parameters.min_points:
         return Voids(surface, {})
     surface = _cut(division, surface, behind)
-    outer = _on_outer_walls(cloud, outline, parameters.near_edge)
+    outer = _on_outer_walls(cloud, outline, NEAR_EDGE)
     votes = _votes(cloud, behind, outer, outline, parameters)
     is_void = _labelled(division, votes, behind, parameters)
     ceiling: dict[int, float] = {}
     for part in _connected(division, is_void):
         height = _ceiling(division, part, cloud, behind, outer)
         if height is not None and height - floor >= parameters.least_height:
-            covered = [
-                c for c in part if _lowest_top(division, c, planes[surface[c]]) >= height + parameters.least_cover
-            ]
+            covered = [c for c in part if _lowest_top(division, c, planes[surface[c]]) >= height + LEAST_COVER]
             if sum(division.area(c) for c in covered) >= parameters.least_area_m2:
                 ceiling.update(dict.fromkeys(covered, height))
     return _merged(division, surface, ceiling)
@@ -127,7 +129,7 @@ def find_voids(
 def _tells(facade: Facade, outline: Polygon, floor: float, parameters: UndersideParameters) -> bool:
     """A wall known from its outer side, upright from near the floor to above a door's height, well inside the outline."""
     line = facade.line
-    if not facade.faces or line.end - line.start < parameters.least_length:
+    if not facade.faces or line.end - line.start < LEAST_LENGTH:
         return False
     if facade.low - floor > parameters.foot or facade.high - floor < parameters.least_height - 0.3:
         return False
@@ -136,12 +138,10 @@ def _tells(facade: Facade, outline: Polygon, floor: float, parameters: Underside
     t = np.linspace(line.start, line.end, 9)
     places = shapely.points(line.nx * line.offset - line.ny * t, line.ny * line.offset + line.nx * t)
     deep = float(np.median(shapely.distance(places, outline.boundary)))
-    return turn <= math.radians(parameters.turn_deg) and deep >= parameters.set_back
+    return turn <= math.radians(parameters.turn_deg) and deep >= SET_BACK
 
 
-def _is_under_roof(
-    facade: Facade, division: Subdivision, surface: dict[int, int], planes: FloatArray, parameters: UndersideParameters
-) -> bool:
+def _is_under_roof(facade: Facade, division: Subdivision, surface: dict[int, int], planes: FloatArray) -> bool:
     """On both sides of most of the façade stands a roof well above it."""
     line = facade.line
     t = np.linspace(line.start, line.end, 9)[1:-1]
@@ -154,7 +154,7 @@ def _is_under_roof(
         top = np.full(len(t), -np.inf)
         plane = planes[[surface[numbers[c]] for c in cell[inside]]].reshape(-1, 3)
         top[inside] = plane[:, 0] * px[inside] + plane[:, 1] * py[inside] + plane[:, 2]
-        if np.mean(top >= facade.high + parameters.least_cover) < 0.6:
+        if np.mean(top >= facade.high + LEAST_COVER) < 0.6:
             return False
     return True
 
@@ -233,7 +233,7 @@ def _labelled(
             points_in_cells(division, numbers, xy[:, 0].copy(), xy[:, 1].copy()) for xy in (votes.open_, votes.solid)
         )
     ]
-    as_void = parameters.solid_weight * seen[1] + parameters.prior * area
+    as_void = SOLID_WEIGHT * seen[1] + parameters.prior * area
     pairs, ends = inner_edges(division)
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     for f in behind:

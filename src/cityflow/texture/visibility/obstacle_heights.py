@@ -19,7 +19,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.ray_march import LOWEST
-from cityflow.texture.visibility.visibility_parameters import VisibilityParameters
+from cityflow.texture.visibility.visibility_parameters import OWN_M, VisibilityParameters
 
 STEP_SHARE = 0.4
 """Steps within a roof are blurred by less than walls with their eaves: so much of the reach around a unit."""
@@ -42,8 +42,8 @@ def obstacle_heights(
     own : shells of the unit whose faces are looked at;  others : shells around it
     """
     surface = np.where(np.isnan(heights), LOWEST, heights).astype(np.float32)
-    reach = _window(round(parameters.own_m / grid.cell))
-    step = _window(round(parameters.own_m * STEP_SHARE / grid.cell))
+    reach = _window(round(OWN_M / grid.cell))
+    step = _window(round(OWN_M * STEP_SHARE / grid.cell))
     roof = roof_heights(own, grid)
     roof = np.where(roof > LOWEST, roof + np.float32(_below_surface(roof, surface)), LOWEST).astype(np.float32)
     around = np.maximum(roof, roof_heights(others, grid))
@@ -61,7 +61,7 @@ def _mounted(
     rises: BoolArray, by: Float32Array, own: BoolArray, parameters: VisibilityParameters, cell: float
 ) -> BoolArray:
     """Cells of what rises a little above the own roof and lies well inside it as a whole; crowns of trees hang in from outside."""
-    inside = _inside(own, round(parameters.own_m * STEP_SHARE / cell))
+    inside = _inside(own, round(OWN_M * STEP_SHARE / cell))
     _, label = cv2.connectedComponents(rises.astype(np.uint8), connectivity=8)
     elsewhere = np.zeros(int(label.max()) + 1, bool)
     elsewhere[label[~inside | (by > parameters.mounted_m)]] = True

@@ -6,13 +6,13 @@ from pydantic import Field
 
 from cityflow.core.parameters import Parameters
 
+OWN_M = 1.0
+"""So far around a unit the surface is taken for its own blurred walls and eaves, metres; set by hand."""
+
 
 class VisibilityParameters(Parameters):
     """How surface and models together hide faces."""
 
-    own_m: float = Field(
-        1.0, ge=0, le=5, description="so far around a unit the surface is taken for its own blurred walls and eaves, metres"
-    )  # fmt: skip
     rise_m: float = Field(
         0.7, ge=0.1, le=10, description="what rises this much above the models there is something else, and hides them; metres"
     )  # fmt: skip
