@@ -12,5 +12,7 @@ def test_keys_that_are_gone_are_left_out(tmp_path: Path) -> None:
     store = Store.open(str(tmp_path))
     kept = {"volumetric": {"surfaces": {"min_area_m2": 3.0}}}
     older = {"volumetric": {"surfaces": {"min_area_m2": 3.0, "gone": 1}}, "also_gone": {"a": True}}
-    write_overrides(store, {("reconstruct", "7"): older, ("reconstruct", "8"): {"also_gone": 1}, ("gone", "9"): {"a": 1}})
+    write_overrides(
+        store, {("reconstruct", "7"): older, ("reconstruct", "8"): {"also_gone": 1}, ("gone", "9"): {"a": 1}}
+    )
     assert read_overrides(store) == {("reconstruct", "7"): kept}

@@ -30,6 +30,7 @@ SPARSE_PER_M2 = 2.0
 TALL_M = 1500.0
 """No town has its lowest and highest point farther apart; heights in feet or blunders do."""
 OVERLAP_SHARE = 0.02
+"""Outlines of which a larger share lies under others are named; set by hand."""
 CLASS_NAMES = {
     0: "never classified", 1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation",
     6: "building", 7: "low noise", 9: "water", 17: "bridge", 18: "high noise", 26: "civil structure",

@@ -15,6 +15,7 @@ from cityflow.io.tables.vector import read_outlines
 from cityflow.orientation.views import View, footprint
 
 NO_AREA_M2 = 0.01
+"""An outline of less is none: a square decimetre; set by hand."""
 
 
 def check_outlines(asset: OutlineAsset, catalog: Catalog, seen: Seen) -> None:

@@ -20,16 +20,19 @@ from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.views import View, footprint
 
 POINTS_PER_IMAGE = 400
+"""Common points that are compared, in the mean of an image; bounds time; set by hand."""
 PROBES = 25
 """Images on which is counted how many points one sees."""
 GRID_ALONG = 14
 """Points on the ground along a footprint."""
 MOST_GROUND = 1_000_000
+"""Places of the ground that are compared at most; bounds memory."""
 NEAREST = 5
 """Low tie points that tell the height of a point on the ground."""
 ALONE = RadiometryParameters(gamma_sigma=0.0, falloff_sigma=0.0)
 """For a first look, which tells groups of exposure."""
 DIGITS = 6
+"""Gains are kept with so many decimals."""
 LEAST_SIDE_PX = 64
 """Small pictures are compared on a finer level, where they still show something: without contrast there is no gamma."""
 

@@ -27,9 +27,11 @@ HIGHER_M = 12.0
 FEWEST_POINTS = 30
 """With fewer tie points in view an image takes the heights of all."""
 MOST_POINTS = 300_000
+"""Points of one file that are looked at; bounds time."""
 ROOM_M, ROOM_SHARE = 3.0, 0.1
 """What may stand out above the highest or lie below the lowest tie point: metres, and share of the range."""
 MOST_CELLS = 500
+"""Along a side of a raster; bounds time."""
 TALLEST_M = 100.0
 """Objects on a terrain model that nothing else tells the height of."""
 

@@ -43,6 +43,7 @@ SPARSE_FILE = "sparse.laz"
 MOST_SPARSE = 2_000_000
 """Tie points kept in the catalog; of more, every n-th."""
 FEWEST_IMAGES = 2
+"""What one image sees has no height."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from cityflow.texture.source import white_of
 LOOKED_AT = 24
 """Images that tell the white level of all; those in between were taken by the same sensor."""
 COARSE_PX = 512
+"""Longest side of the overview that is looked at; bounds time."""
 
 
 def with_white(assets: Sequence[ImageAsset]) -> list[ImageAsset]:

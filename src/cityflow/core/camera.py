@@ -15,6 +15,7 @@ from cityflow.core.pixels import level_shape
 
 PERSPECTIVE, FISHEYE = "perspective", "fisheye"
 UNDISTORT_STEPS = 20
+"""Fixed-point steps at most; they end where nothing changes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from cityflow.core.kernels import njit
 from cityflow.core.pixels import Pixels, level_shape
 
 REACH_PX = 2
+"""Of the cubic that is sampled with: two pixels to each side."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 AT_ONCE = 1 << 20
 """Pixels that are averaged at once."""
+LUMA = (0.299, 0.587, 0.114)
+"""Red, green and blue in brightness (Rec. ITU-R BT.601)."""
 
 PixelArray = NDArray[Any]
 """(rows, cols, bands) uint8 or uint16."""

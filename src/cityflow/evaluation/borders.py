@@ -20,9 +20,11 @@ TRACES = ("height", "roof", "facade", "gap")
 TIE_M = 0.02
 """Units nearer than this touch: files round, and not every reference is noded."""
 STRAIGHT_M = 0.001
+"""Vertices of a line are left out that lie nearer to it; rounding, no shape."""
 SHORTEST_M = 1.0
 """Touching along less is a corner."""
 ALIKE_DEG = 15.0
+"""Borders that turn less run along each other; set by hand."""
 FACING = 1.15
 """What lies within this many widths of a gap from the other unit is a side of it."""
 

@@ -13,8 +13,11 @@ from cityflow.evaluation.statistics import error_statistics
 STEP_CELLS = 4.0
 """Neighbouring cells whose true heights differ by more than this are a height step: steeper than any roof, cells."""
 CLEAR_CELLS = 2
+"""Cells nearer to a step of the truth are judged as its rim; as in docs/image_surface.md."""
 RIM_M = 1.0
+"""What counts as the rim of a roof, to either side of its edge; as in docs/image_surface.md."""
 WITHIN_CELLS = 3.0
+"""'Within 3' of the tables of docs/image_surface.md, cells."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,15 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.evaluation.statistics import nmad
 
 SPACING_M = 0.5
+"""Of the places on walls that are judged."""
 NEAR_M = 0.3
+"""A place is covered where a point is so near; set by hand."""
 ACROSS_M = 0.5
 """Points this near to a wall's plane, in front of it or behind, are its points."""
 BORDER_M = 0.3
 """Points nearer to a wall's edge may belong to the roof, the ground or the wall around the corner."""
 LEAST_VIEWS = 2
+"""Images that must see a place for points to be due there: matching takes two."""
 
 
 @dataclass(frozen=True, slots=True)

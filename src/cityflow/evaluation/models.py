@@ -20,6 +20,7 @@ from cityflow.evaluation.roof_planes import RoofSurface
 from cityflow.geometry.validity import check_polyhedron
 
 CLAIM_M = 0.1
+"""A model that claims this RMSE or less counts as one that claims to be exact (docs/reconstruction.md)."""
 
 
 @dataclass(frozen=True, slots=True)

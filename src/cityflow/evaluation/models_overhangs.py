@@ -14,11 +14,15 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import EdgeOverhang
 
 SHORTEST_M = 1.0
+"""Shorter edges are not judged; set by hand, as are those below."""
 STEP_M, CORNER_M, FAR_M = 0.25, 0.3, 3.0
+"""Spacing of the places along an edge, what is left out at its corners, and how far eaves are looked for."""
 BESIDE_M, TURNED_DEG = 0.6, 15.0
+"""A true edge is that of the model where it lies and turns no farther from it."""
 NONE_M = 0.02
 """An edge whose roof stands out less has no overhang."""
 INVENTED_M = 0.08
+"""More than this, where there is none, is invented; set by hand."""
 STATED_SHARE, BARE_SHARE = 0.5, 0.25
 """An edge has the model's overhang where that stands along so much of it; one without overhang is spoilt by less."""
 

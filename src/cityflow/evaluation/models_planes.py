@@ -17,7 +17,9 @@ from cityflow.geometry.roof_surfaces import roof_surfaces
 ALIKE_DEG, ALIKE_M = 2.0, 0.05
 """Neighbouring faces whose planes differ less are one plane, cut."""
 TOUCH_M, LEAST_TOUCH_M = 0.01, 0.1
+"""Faces touch that lie so near along so much of a border; rounding and slivers."""
 SLIVER_M = 0.1
+"""A face narrower on the whole is a sliver; set by hand."""
 
 
 def model_surfaces(solid: Polyhedron) -> list[RoofSurface]:

@@ -15,7 +15,9 @@ from cityflow.core.arrays import FloatArray
 REACH_M = 1.5
 """What lies further apart is not the same point."""
 LEAST_TURN_DEG = 10.0
+"""A vertex where the outline turns less is no corner; set by hand."""
 STRAIGHT_M = 0.01
+"""Vertices so near to a straight line are left out; a centimetre is below what any method measures."""
 
 
 @dataclass(frozen=True, slots=True)

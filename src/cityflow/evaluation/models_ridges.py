@@ -14,12 +14,15 @@ from cityflow.evaluation.models_planes import model_surfaces
 from cityflow.evaluation.roof_planes import RoofSurface
 
 LEAST_RIDGE_M = 0.5
+"""Shorter ridges are not judged; set by hand."""
 LEAST_FALL = np.tan(np.radians(3.0))
 """Both sides of a ridge fall away from it at least so."""
 LEVEL_TANGENT = np.tan(np.radians(5.0))
+"""A ridge rises no more along itself; set by hand."""
 TOUCH_M = 0.1
 """Edges of the two sides lie so near the line where their planes meet."""
 MEET_M = 0.05
+"""Ridges that lie so near to each other are one; set by hand."""
 JOIN_M, JOIN_TURN = 1.0, np.sin(np.radians(4.0))
 """Pieces of one line with a smaller gap (chimney, dormer) are one ridge."""
 

@@ -17,7 +17,9 @@ from cityflow.geometry.polyhedron import triangulate
 from cityflow.geometry.roof_distances import distances_to_roof
 
 WITHIN_M = 0.15
+"""'Within 0.15 m' of the tables of docs/results.md."""
 MOST_SAMPLES, STEPS_M = 6000, (0.1, 0.5)
+"""Places of the lattice at most, and its least and greatest step; bounds time."""
 
 
 @dataclass(frozen=True, slots=True)

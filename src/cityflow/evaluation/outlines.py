@@ -23,6 +23,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 
 _HALF = 0.5
+"""Found where at least half of it is covered: the majority."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,9 @@ from cityflow.core.building import RoofPlane
 SMALLEST_M2 = 2.0
 """Smaller surfaces, chimneys for instance, are nobody's duty."""
 SHARE = 0.5
+"""A true face is found where more of it has a face of the model: the majority."""
 LARGEST_ANGLE_DEG, LARGEST_DISTANCE_M = 10.0, 0.5
+"""Faces that turn more, or lie farther apart, are others; set by hand."""
 
 RoofSurface = tuple[Polygon, RoofPlane]
 """Where a surface is seen from above (world), and its plane."""

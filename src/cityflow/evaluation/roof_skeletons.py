@@ -13,7 +13,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron, Semantic
 
 GRID_M, CORNER_M, SMOOTH_M = 1e-3, 0.05, 0.02
+"""Rounding of overlays; nodes nearer to an outline's corner, and to each other, are one; vertices so near a line are left out."""
 SAME_PLANE = 1e-3
+"""Coefficients of planes that are equal but for rounding."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,9 +25,13 @@ from cityflow.core.parameters import Parameters
 from cityflow.evaluation.borders import TRACES, Border, angle_between, main_direction
 
 _HALF = 0.5
+"""A unit is at home where more than half of it lies."""
 _STEP_M = 0.25
+"""Spacing of the places along a border."""
 _NEVER = 1e6
+"""Beyond every cost."""
 SAME_UNIT = 0.7
+"""A unit with a larger intersection over union is the true one; set by hand."""
 UNMARKED = "none"
 
 

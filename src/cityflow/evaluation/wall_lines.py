@@ -12,8 +12,11 @@ from shapely import LineString, Polygon
 from cityflow.core.arrays import BoolArray, FloatArray
 
 STEP_M = 0.25
+"""Spacing of the places along walls."""
 ALIKE_DEG = 20.0
+"""Walls that turn more are others; set by hand."""
 _CHUNK = 20_000
+"""Places at a time; bounds memory."""
 
 
 @dataclass(frozen=True, slots=True)

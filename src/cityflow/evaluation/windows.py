@@ -11,7 +11,9 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.texture import FacePlane
 
 IOU = 0.5
+"""Found from this intersection over union on: the usual one of detection."""
 MOSTLY = 0.7
+"""Of a found window, behind what hides the wall: then it is neither right nor wrong; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

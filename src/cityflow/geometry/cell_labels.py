@@ -18,6 +18,7 @@ from cityflow.geometry.min_cut import min_cut
 SCALE = 1e6
 """Costs are counted in whole millionths."""
 SWEEPS = 12
+"""Of α-expansion at most; it ends by itself where nothing changes."""
 OUT_OF_REACH = 1e5
 """A cell never takes a plane that costs more than this."""
 

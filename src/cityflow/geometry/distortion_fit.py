@@ -10,6 +10,7 @@ from cityflow.core.camera import Camera
 GRID = 41
 """Points along each side of the image that the fit goes through."""
 ROUNDS = 6
+"""Scales and coefficients settle in two or three."""
 BEND = 1.1
 """The grid of undistorted points reaches this far beyond the image, since distortion may pull them in."""
 

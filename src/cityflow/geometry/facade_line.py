@@ -11,13 +11,17 @@ from cityflow.geometry.straight_edges import WallEdge
 INSIDE_M, OUTSIDE_M = 2.0, 0.6
 """Façade points are looked for so far on both sides of an edge; what stands outside is soon another building's."""
 TURN_DEG = 25.0
+"""Points whose normals turn farther off the edge's are of another wall; set by hand, as are those below."""
 BELOW_ROOF_M = 0.3
 """Higher points are dragged towards the rim by the matching of the roof."""
 STEP_M, HALF_M, TRIM_M = 0.05, 0.12, 0.15
+"""Spacing of the places across an edge, half the width that counts for one, and what a line is fitted to."""
 CELL_M = 0.5
 """Points are counted by cells of the façade: a window frame of a thousand points is no better than the wall around it."""
 LEAST_POINTS, LEAST_SHARE, LEAST_RISE_M = 30, 0.4, 1.0
+"""Points, share of the edge and height that a façade needs,"""
 LEAST_ECHOES = 8
+"""and points where only heights are known."""
 MIDDLE, LEAST_UPRIGHT = 0.2, 0.5
 """Of the points a tenth at either end says nothing of how high they reach; about their trend along the edge a façade's fill half of the least height. A roof
 of 50° fills 0.36 m of `TRIM_M` to either side."""

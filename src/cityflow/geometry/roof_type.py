@@ -25,17 +25,23 @@ SMALL_M2, SMALL_SHARE = 1.0, 0.01
 STANDS_ON, STANDING_SHARE, LIFTED_M = 0.8, 0.35, 0.15
 """What lies to so much in the hull of a larger surface, and above it, stands on it."""
 MAIN_SHARE, LEVEL_SHARE, RIVAL_SHARE = 0.55, 0.7, 0.35
+"""Of the area: what names the roof, what a flat one has level, and what another type may have beside it; set by hand, as are those below."""
 STEP_M = 1.0
+"""Level parts nearer in height are one."""
 PYRAMID_RIDGE = 0.12
 """A ridge shorter than this share of the body's width is a point."""
 ROUND, CONE_SURFACES, DOME_SURFACES, DOME_DEG = 0.93, 7, 8, 15.0
+"""Roundness (isoperimetric quotient) of a disc that is drawn with corners; surfaces of a cone, and of a dome, and how far their slopes differ."""
 HALF_HIP = 0.25
 """An end that begins so far up between eave and ridge is a half-hip."""
 END_SHARE = 0.1
 """Ends of less area than this share of the squared width are no hips: a hip of 45 degrees in plan has a quarter."""
 MANSARD_PERIMETER, STEEP_DEG = 0.3, 30.0
+"""Of the outline's length that steep lower surfaces run along, and how steep they are."""
 TEETH = 3
+"""Fewer sheds make no sawtooth."""
 SAME_WAY_DEG, AROUND_DEG = 30.0, 250.0
+"""Aspects nearer to each other are one; aspects all around span more."""
 
 JOINING = (Meeting.SAME, Meeting.BEND, Meeting.RIDGE, Meeting.HIP, Meeting.BREAK)
 

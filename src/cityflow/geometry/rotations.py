@@ -17,7 +17,9 @@ from cityflow.core.arrays import FloatArray
 PHOTO_FLIP = np.diag([1.0, -1.0, -1.0])
 """From x right, y up, z backward to x right, y down, z forward; its own inverse."""
 _BODY_TO_CAMERA = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""Axes of the aircraft (forward, right, down) to those of the camera (right, down, ahead)."""
 _ENU_TO_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"""Axes east, north, up to north, east, down."""
 
 
 class RotationOrder(StrEnum):

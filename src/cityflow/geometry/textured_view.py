@@ -17,6 +17,7 @@ from cityflow.core.camera import OrientedImage
 from cityflow.core.kernels import njit
 
 NEAREST_M = 0.05
+"""Triangles nearer to the camera are not drawn."""
 EMPTY = -1
 
 

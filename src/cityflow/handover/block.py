@@ -16,7 +16,9 @@ from cityflow.io.attributes import with_source
 from cityflow.reconstruction.extruded import extrude
 
 PERCENTILE = 70.0
+"""Of the roof's heights, at which a block without a model ends; set by hand."""
 MARGIN_CELLS = 4
+"""Read around an outline, so that its rim has neighbours."""
 
 
 def surface_over(store: Store, surfaces: Surfaces, bounds: Bounds) -> tuple[Grid, dict[str, np.ndarray]]:

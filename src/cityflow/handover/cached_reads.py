@@ -19,7 +19,9 @@ PIECES_KEPT = 24
 """Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""
 
 TEXTS_KEPT = 8
+"""In memory, as are the next; no result depends on it."""
 IMAGES_KEPT = 16
+"""Images whose pieces are kept open."""
 
 
 def read_points(store: Store, paths: Sequence[str], bounds: Bounds | None = None) -> PointCloud:

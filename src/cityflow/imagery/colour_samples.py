@@ -19,6 +19,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels, level_shape
 
 WINDOW_PX = 1024
+"""Pixels are read in windows of this edge; no result depends on it."""
 
 
 class SampleParameters(Parameters):

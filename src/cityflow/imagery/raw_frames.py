@@ -19,6 +19,7 @@ Pattern = Literal["RGGB", "BGGR", "GRBG", "GBRG"]
 """Colours of the first two pixels of the first row and of the second."""
 
 STRIP = 512
+"""Rows at a time; no result depends on it."""
 
 HALO_ROWS = 8
 """Rows above and below that a row of a finished picture depends on: four to mend a pixel, the rest to find colours. Even, as the mosaic is."""

@@ -16,6 +16,7 @@ from cityflow.core.camera import Camera
 from cityflow.core.pixels import ArrayPixels, PixelArray, Pixels
 
 STRIP = 512
+"""Rows at a time; no result depends on it."""
 MARGIN_PX = 3
 """Pixels around a point that an interpolation looks at."""
 

@@ -17,6 +17,7 @@ METRIC_REMEDY = (
     "name a projected CRS in metres, such as EPSG:25833 or EPSG:7415, and reproject the data to it; or use 'local'"
 )
 FOOT = 0.3048
+"""Metres a foot (international)."""
 MARGIN_DEG = 1 / 3
 """So far beyond a CRS's area of use, as the register has it, coordinates may still be meant."""
 

@@ -12,7 +12,7 @@ from cityflow.core.arrays import ByteArray
 from cityflow.core.pixels import PixelArray, Pixels, level_shape
 
 TILE_PX = 512
-LUMA = (0.299, 0.587, 0.114)
+"""Pixels are read in tiles of this edge; no result depends on it."""
 
 
 @dataclass

@@ -12,8 +12,11 @@ from cityflow.matching.lattice import PairLattice
 from cityflow.matching.resample import resampled
 
 PATCH_PX = 16
+"""Edge of a patch whose shift is estimated; set by hand, as are the next two."""
 LEAST_PATCHES = 12
+"""Fewer good patches correct nothing."""
 LEAST_TEXTURE = 12.0
+"""Variance of grey values (of 255) below which a patch tells no shift."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ FAR_TIMES = 25.0
 NEIGHBOURS = 6
 """Nearest centres of the same look direction whose footprints one should meet; set by hand."""
 FEET = 0.3048
+"""Metres a foot (international)."""
 
 
 def implausible(images: Sequence[OrientedImage], ground: float | None = None, highest: float | None = None) -> list[Doubt]:  # fmt: skip

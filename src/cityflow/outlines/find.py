@@ -42,6 +42,7 @@ from cityflow.outlines.noded.noding import node_outlines
 __all__ = ["FindParameters", "RegionSurface", "find_outlines"]
 
 _NODING_M = 0.05
+"""Gaps and overlaps below this are closed, m: the default of `outline.noding_tolerance_m`."""
 
 
 def find_outlines(surface: RegionSurface, parameters: FindParameters | None = None) -> list[Outline]:

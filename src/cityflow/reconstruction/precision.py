@@ -20,14 +20,18 @@ from cityflow.core.reconstruction import Candidate, Evidence
 from cityflow.geometry.roof_distances import roof_hits
 
 BLOCK_M = 1.5
+"""Edge of the squares, m; set by hand."""
 BLOCKS_M = (BLOCK_M, 3.0)
 LEAST_BLOCKS = 5
+"""Two more than a plane has numbers."""
 MOST_SQUARES = 1_000_000
 """Over a greater area the squares are sorted rather than counted."""
 STEP_M = 0.5
 """Spacing of the places where it is asked whether a roof was seen."""
 SEEN_WITHIN_M = 0.75
+"""A place is seen where a point is so near, or within two spacings,"""
 SEEN_AT_MOST_M = 3.0
+"""but never farther; set by hand."""
 NO_PART_M = 1.0
 """Points farther from the model than this are no part of its roof: antennas, leaves, birds."""
 UNSEEN_M = 0.25

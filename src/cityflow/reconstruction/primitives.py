@@ -31,7 +31,9 @@ from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "primitives"
 ASKEW = math.radians(4.0)
+"""Directions nearer to each other are one; set by hand."""
 MOST_FRAMES = 2
+"""Directions that are tried; bounds time."""
 
 
 class PrimitivesParameters(Parameters):

@@ -36,7 +36,9 @@ NAME = "units"
 VERSION = 3
 UNITS, SPLITS = "units.jsonl", "splits.ndjson"
 TIE_M = 1e-3
+"""How near a neighbour's vertex lies on an edge; rounding."""
 SHORTEST_EDGE_M = 0.1
+"""Shorter pieces of an edge say nothing of it; set by hand."""
 NOT_SPLIT = "not split: {}"
 
 

@@ -13,6 +13,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.surface.vegetation import local_residual
 
 NEAR_INFRARED_BANDS = 4
+"""Red, green, blue and near infrared."""
 
 WINDOW_M = 1.5
 """Window of residuals and colours, metres: three cells of a working grid; set by hand, as is the next."""

@@ -9,6 +9,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 NEIGHBOURS = 12
+"""Four times those of a plane; set by hand."""
 
 
 def unevenness(xyz: FloatArray) -> FloatArray:

@@ -24,6 +24,7 @@ from cityflow.surface.fuse_modes import ModeRule, Modes, instead, modes
 from cityflow.surface.fuse_planes import on_planes, without_specks
 
 STRIP_ROWS = 1024
+"""Rows at a time; bounds memory, no result depends on it."""
 
 PointSource = ImagePoints | Callable[[Bounds], ImagePoints]
 """Points, or who reads those within bounds (more do no harm): then no more than a strip of them is in memory."""

@@ -9,6 +9,7 @@ from cityflow.core.kernels import njit
 from cityflow.surface.fuse_modes import Modes
 
 ROUNDS = 3
+"""Of re-weighting a plane; set by hand."""
 
 
 def on_planes(found: Modes, radius: float, band: float) -> FloatArray:

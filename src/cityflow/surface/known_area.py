@@ -15,6 +15,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Bounds, Grid
 
 _BESIDE_M = 1e-3
+"""To either side of a place on a border; rounding."""
 
 
 def is_known_at(grid: Grid, known: BoolArray, xy: FloatArray) -> BoolArray:

@@ -27,6 +27,7 @@ STEEPEST_RISE = 8.0
 """Outside rims two costs draw apart by less than this share of them for each height of flight: 2 · (tan 60° + tan 60°), and a bit."""
 
 STEP_M = 0.5
+"""Of the difference quotient along the ground."""
 
 
 class Limits(NamedTuple):

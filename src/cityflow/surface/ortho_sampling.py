@@ -12,6 +12,7 @@ from cityflow.core.kernels import njit
 from cityflow.core.pixels import PixelArray
 
 COARSEST = 12
+"""Level of an image pyramid: no image has more."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,9 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.parameters import Parameters
 
 _BLOCK_M = 5.0
+"""Medians are taken over blocks of this edge; bounds time."""
 _LEAST_KNOWN = 5
+"""Fewer blocks tell no median; set by hand."""
 
 
 class PitParameters(Parameters):

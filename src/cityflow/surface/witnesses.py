@@ -23,7 +23,9 @@ from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
 MOST_WORDS = 255
+"""The largest byte."""
 BORDER_STEPS = 33
+"""Places along each side of a picture whose rays bound its view."""
 
 AGREEMENT_SIGMAS = 3.0
 """Depths agree within so many of their common standard deviations: the usual three."""

@@ -14,6 +14,7 @@ from cityflow.texture.source import LinearModel
 PARTNERS = 6
 """Images that one is compared with at least, if it can be: those with most cells in common."""
 CELLS_OF_UNIT = 40_000
+"""Bounds time."""
 CELLS_OF_PAIR = 4_000
 """Cells that are compared at most."""
 

@@ -8,9 +8,11 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Grid
 
 LOWEST_M = 1e7
+"""An ortho is an image from so high, at least, m: its rays are parallel,"""
 RELIEF_M = 100.0
 """Heights around the ground's for which the image must fit its cells."""
 ERROR_CELLS = 5e-3
+"""and so high that things within `RELIEF_M` are off by no more, cells."""
 
 
 def ortho_camera(grid: Grid, name: str, ground_m: float = 0.0) -> OrientedImage:

@@ -32,6 +32,7 @@ DARK, BRIGHT = 55.0, 200.0
 CELLS_OF_FACE = 800
 """Cells of one face that are compared at most."""
 CELLS_OF_SWEEP = 6_000
+"""Cells of a unit that a sweep looks at; bounds time."""
 CELLS_OF_IMAGE = 1_500
 """Cells of all images, and of one, that are compared with the middle of all at most."""
 

@@ -17,6 +17,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.texture import SeenFace
 
 CELLS_AT_ONCE = 1 << 16
+"""Bounds memory; no result depends on it."""
 
 LEAST_NEW = 0.002
 """What is new in an image is at least this share of all that is seen of the face; set by hand on textures of synthetic towns."""

@@ -14,6 +14,7 @@ from cityflow.core.pixels import PixelArray, Pixels, level_shape
 from cityflow.texture.missing_rim import MissingRim
 
 WHITE = 255.0
+"""The largest value of eight bits."""
 COARSE_PX = 512
 """Pixels along the longer side of the level that tells how bright an image is."""
 SATURATED = 0.98

@@ -37,7 +37,9 @@ MARGIN_M = 0.15
 LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
 """Least completeness of the worst side, and of all four on average, of a candidate."""
 RIM_M = 0.25
+"""Of the wall around a candidate that it is compared with; set by hand, as is the next."""
 GATE_M = 2.0
+"""A wider and as high opening may be a gate."""
 HUE_RANGE = 0.06
 """Least range of the hue for which it is used beside brightness."""
 

@@ -19,8 +19,11 @@ NAMES = (
     "below another", "between close boxes", "ends unseen",
 )  # fmt: skip
 SQUARE_M = 0.7
+"""Of wall whose unrest is measured around a candidate; set by hand, as are the next two."""
 CLOSE_M, BELOW_M = 0.35, 0.25
+"""How near others lie beside it, and below it."""
 SMALL_M2 = 10.0
+"""Smaller walls have no rows to tell by."""
 WEIGHTS = np.array(
     [
         -2.11,
@@ -49,6 +52,7 @@ WEIGHTS = np.array(
         -0.78,
     ]
 )
+"""Fitted by `benchmarks/windows_facades.py --fit` on drawn façades of other seeds than docs/windows.md judges by; never set by hand."""
 
 
 def features(

@@ -24,10 +24,10 @@ TOO_COARSE = "the texture is too coarse for windows"
 UNSEEN = "no image sees enough of it"
 GLASS = "a façade of glass: what it mirrors is no row of windows"
 PANELS = "panes, panels or beams from end to end: no wall between them"
-SURE, FEW = 0.9, 4
-LIKELY, MANY = 0.7, 8
-"""Confidence and number of windows from which a wall with bars over its whole length is not taken for glass; of likely windows, also at least half of all."""
+SURE, FEW, LIKELY, MANY = 0.9, 4, 0.7, 8
+"""Confidence and number of windows from which a wall with bars over its whole length is no glass; of likely ones also at least half; set by hand."""
 LEAST_SEEN_M2 = 0.5
+"""Less of a wall than this is not looked at: less than a window; set by hand."""
 LEAST_SEEN_SHARE = 0.25
 """Least area of a wall, and least share of a wall and of all walls of a unit, with true texture: less is not representative."""
 

@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.core.pixels import LUMA
 from cityflow.core.texture import FIRST_IMAGE, FacePlane, Patch
 from cityflow.windows.window_parameters import WindowParameters
-
-LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +64,7 @@ def picture_of(face: FacePlane, patch: Patch, parameters: WindowParameters) -> P
     cell = scale * patch.mask.shape[1] / cols
     wall = _inside(face, s_min, t_max, (rows, cols), (cell, scale * patch.mask.shape[0] / rows))
     seen = (true > 0.99) & wall
-    light = np.sqrt(pixels @ LUMA / np.float32(255))
+    light = np.sqrt(pixels @ np.array(LUMA, np.float32) / np.float32(255))
     return Picture(light, _hue(pixels, seen), seen, wall, s_min, t_max, cell, max(patch.figures.gsd_m, scale))
 
 

@@ -14,6 +14,7 @@ from cityflow.windows.picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 MULLION_M, MULLION_PX = 0.3, 4.0
+"""What parts two panes of one window is no wider, and no wider in pixels where pictures are coarse; set by hand."""
 MULLIONED_M = 1.9
 """Widest bar: metres; where pixels are coarse, pixels, in windows of at most `MULLIONED_M`."""
 LAP_PX = 2

@@ -18,6 +18,7 @@ from cityflow.windows.window_parameters import WindowParameters
 SHARES = np.concatenate([[0.0], np.linspace(0.06, 0.44, 25)])
 """Tested ends of a wing, as shares of the width of the window with both wings; a frame ends before `WING`, a casement after it."""
 WING = (0.165, 0.345)
+"""Set by hand on drawn façades, as are those below."""
 WING_PX = 2.0
 """Least width of a wing, pixels; set by hand on drawn façades."""
 LEAST_STEP = 0.3
@@ -29,6 +30,7 @@ EVEN = 1.6
 LEVEL = 0.8
 """Least step from the middle of the window to the wall above and below it, in thresholds."""
 APART_M = 0.12
+"""Edges nearer to each other are one; set by hand."""
 ENDS = 0.5
 """Least completeness of a window's lintel and sill next to its wings; mean over all boxes of one size."""
 VALLEY = 0.75

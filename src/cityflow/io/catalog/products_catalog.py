@@ -16,6 +16,7 @@ from pyproj import CRS
 from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.io.attributes import ncname
+from cityflow.io.catalog.stac_write import WHOLE_EARTH
 from cityflow.io.crs import crs_of, horizontal_transform, vertical_datum
 
 ROOT, COLLECTION = "catalog.json", "collection.json"
@@ -40,7 +41,6 @@ MEDIA_TYPES: Mapping[str, str] = {
     ".zarr": "application/vnd.zarr; version=3",
 }
 COLLECTION_ID = "city"
-WORLD = [-180.0, -90.0, 180.0, 90.0]
 UNKNOWN_DATE = (datetime(1900, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC))
 """STAC wants some time: the range of a survey that says none."""
 
@@ -101,7 +101,7 @@ def products_catalog(items: Iterable[ProductItem], source: Source, reference: Re
 def _collection(items: Mapping[str, Mapping[str, Any]], source: Source) -> dict[str, Any]:
     """All products: where and of when they are, on which terms. A local frame is somewhere on the globe."""
     boxes = np.array([item["bbox"] for item in items.values() if item.get("bbox")])
-    box = [*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()] if len(boxes) else WORLD
+    box = [*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()] if len(boxes) else WHOLE_EARTH
     moment, start, end = _dates(source.date)
     extent = pystac.Extent(pystac.SpatialExtent([box]), pystac.TemporalExtent([[moment or start, moment or end]]))
     provider = pystac.Provider(source.attribution, roles=[pystac.ProviderRole.PRODUCER])

@@ -28,6 +28,7 @@ from cityflow.io.points.las_header import LasHeader, read_header
 from cityflow.io.points.las_write import blank_header, encode
 
 MAX_CELLS = 1_000_000
+"""Bounds memory."""
 SPILL_BYTES = 64_000_000
 """Less than this stays in memory."""
 

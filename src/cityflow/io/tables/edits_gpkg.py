@@ -33,6 +33,7 @@ _KINDS: Mapping[str, tuple[str, ...]] = {
 _BEND_M = 0.1
 """A line that a person means to be straight bends less."""
 _SHORTEST_M = 0.1
+"""Shorter lines, and smaller areas, are slips of the hand."""
 _SMALLEST_M2 = 0.1
 
 

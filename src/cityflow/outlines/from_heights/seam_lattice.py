@@ -14,6 +14,7 @@ STEP_M = 0.25
 NEAR_M, FAR_M = 1.25, 2.25
 """Where the roofs on both sides are taken; their slope is that between these."""
 LEAST_RUN_M = 4.0
+"""A seam runs at least so far; set by hand."""
 LEAST_SHARE = 0.4
 """Of a line, along which something shows a gap."""
 _BEYOND_M = 1.25

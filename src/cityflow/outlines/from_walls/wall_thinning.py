@@ -18,7 +18,9 @@ Int32Array = NDArray[np.int32]
 FIXED = 1_000_000
 """Sums run in whole micrometres and millionths: whole numbers add up the same in any order."""
 LEAST_SIGMA_M, MOST_SIGMA_M = 0.01, 2.0
+"""Bounds of a point's standard deviation: no depth is exacter than a centimetre, and unknown ones count as 2 m; set by hand."""
 AT_ONCE = 1_000_000
+"""Points at a time; bounds memory."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ REPLACED = "replaced by an edit"
 TRIMMED = "trimmed by an edit"
 DRAWN, LOCKED = "drawn by an edit", "locked by an edit"
 _LATTICE_M = 1e-4
+"""Coordinates are rounded to a tenth of a millimetre, as by noding."""
 _HALF = 0.5
 """The majority: of an outline's area, what an edit has to cover to take its place."""
 _LEAST_M2 = 1.0

@@ -11,6 +11,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 _LATTICE_M = 1e-3
+"""Walls are noded on millimetres."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from cityflow.core.arrays import IntArray
 from cityflow.outlines.noded.rings import Rings, on_lattice
 
 LATTICE_M = 1e-4
+"""Overlays round to a tenth of a millimetre."""
 
 
 def partition(polygons: Sequence[Polygon], tolerance: float) -> list[list[Polygon]]:

@@ -30,9 +30,11 @@ COLUMN_M = 1.0
 RIM_M, BEHIND_M, PAST_FACADE_M = 0.4, 0.6, 0.1
 """The roof's rim is seen within so much of the edge; the roof over the wall so far behind a façade; its eaves from so far before it on."""
 LOWEST_SHARE = 0.1
+"""Quantile of the heights along an edge that counts as their lowest; set by hand."""
 DROP_M, RISE_M = 1.25, 0.5
 """Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves."""
 LEAST_COLUMNS = 0.4
+"""Of the places along an edge, this share has a height; set by hand."""
 WALL_SIGMA_M = 0.03
 """Standard deviation of a façade however many points tell it, as `reconstruct.overhangs.wall_sigma_m`."""
 SMEARED_M, LEANING_M = 0.6, 0.15

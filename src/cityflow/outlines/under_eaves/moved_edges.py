@@ -19,6 +19,7 @@ LEAST_LENGTH_M = 0.3
 TURN_DEG = 15.0
 """Edges that turn less have no corner that could slide."""
 ON_LINE_M, TIE_M = 1e-9, 1e-3
+"""Rounding, and how near vertices of neighbours lie on an edge."""
 TOGETHER_M = 0.05
 """Corners on a shared wall that are nearer to each other are one, as when outlines are noded."""
 

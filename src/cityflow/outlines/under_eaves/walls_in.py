@@ -28,6 +28,7 @@ LEAST_LEFT = 0.5
 LEAST_ROOFED = 0.5
 """An edge is the rim of the roof where the roof reaches out to it along this share of its length."""
 TIE_M, ON_LINE_M = 1e-3, 0.01
+"""How near vertices of neighbours lie on an edge, and edges on one line."""
 
 
 class WallsInParameters(Parameters):

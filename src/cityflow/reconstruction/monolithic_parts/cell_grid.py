@@ -17,6 +17,7 @@ COUNT, X, Y, Z, XX, XY, YY, XZ, YZ, ZZ = range(SUMS)
 LEAST_CELL_M, LARGEST_CELL_M = 0.5, 1.5
 """Errors of matched heights are alike over some pixels, so that a smaller cell is flat and leans, however many points it holds."""
 MOST_CELLS = 400_000
+"""Bounds memory."""
 FLAT_ROUND = 1e-4
 """Points whose spread across is less than this share of that along (squared) stand on a line."""
 

@@ -20,6 +20,7 @@ from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 RIM_M = 0.5
+"""Cells nearer to the outline are not judged: eaves and gutters, m; set by hand."""
 SAME_HEIGHT = 0.012
 """Heights (m) at a vertex that are one to `solids.assemble`."""
 MIN_AGREEMENT = 0.85

@@ -29,6 +29,7 @@ from cityflow.reconstruction.monolithic_parts.tied_planes import through_ties
 from cityflow.reconstruction.monolithic_parts.topology import TopologicalEdge, Topology, contracted, flipped
 
 MOST_CHANGES = 100
+"""Bounds time; set by hand."""
 
 
 def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame) -> Skeleton:

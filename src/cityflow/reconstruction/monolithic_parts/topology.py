@@ -18,6 +18,7 @@ from cityflow.reconstruction.monolithic_parts.cell_groups import NONE
 from cityflow.reconstruction.monolithic_parts.roof_cells import OUTSIDE, RoofCells, closed_over
 
 ROUNDS = 20
+"""Of cleaning at most; set by hand."""
 
 
 @dataclass(slots=True)

@@ -37,6 +37,7 @@ from cityflow.reconstruction.noise.cubes import (
 )
 
 MAX_CLASSES = 64
+"""Of the histogram of distances, over the reach of a cube."""
 LEAST = 4
 """Fewest points that a plane is fitted to."""
 TRIAL_EDGES = (0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)

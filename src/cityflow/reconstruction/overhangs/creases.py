@@ -14,11 +14,13 @@ from cityflow.reconstruction.overhangs.rim_edges import RimEdge, meeting, turn_b
 from cityflow.reconstruction.overhangs.roof_plan import RoofPlan
 
 TURN_DEG = 1.0
+"""Edges that turn less go straight on; set by hand."""
 SAME_HEIGHT_M = 0.02
 """Roofs this near to each other over a vertex of the wall meet there; otherwise there is a step, or they meet beside it."""
 ASIDE_M = 0.3
 """So far from the vertex at which two roof faces part over the wall their planes may meet: what lies between is noise of the planes."""
 SAME_SLOPE = 0.01
+"""Gradients that differ less have no crease between them; set by hand."""
 LEAST_OUTWARD = 0.15
 """A crease that leaves the wall more nearly along it (cosine to the way out) does not run on."""
 CORNER_TURN_DEG = 15.0
@@ -28,6 +30,7 @@ TO_TIP_M = 0.2
 FARTHEST = 3.0
 """A crease has left its strip after so many times the greater reach."""
 OUT_OF_WALL_M, ON_LINE_M = 0.02, 1e-6
+"""A crease leaves the walls where it is outside so far on; rounding."""
 
 
 @dataclass(frozen=True, slots=True)

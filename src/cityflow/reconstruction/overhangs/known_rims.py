@@ -14,7 +14,9 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.rim_decision import RimOfEdge
 
 PARALLEL = float(np.cos(np.radians(1.0)))
+"""A known rim turns no more than a degree off its wall; set by hand."""
 LEAST_SHARE = 0.8
+"""Of its wall's length that a known rim runs along; set by hand."""
 
 
 def with_known_rim(rim: RimOfEdge, known: Sequence[OutlineEdge], p: OverhangParameters) -> RimOfEdge:

@@ -16,8 +16,11 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reconstruction import Picture
 
 STEPS_PER_CELL = 4
+"""Places of a profile in a cell of the ortho; set by hand, as are the next two."""
 SMOOTHING_CELLS = 1.0
+"""Sigma of the blur before gradients are taken."""
 LEAST_PROFILES = 8
+"""Fewer tell nothing."""
 DISTINCT = 2.0
 """The change at a rim is so many times the typical one around it."""
 

@@ -13,6 +13,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.standing_wall import StandingWall, line_of_wall
 
 SEEN_WELL = 0.5
+"""Of its places, this share was seen: the majority."""
 NAN = float("nan")
 
 

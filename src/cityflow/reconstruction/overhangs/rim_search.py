@@ -28,6 +28,7 @@ from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, 
 INWARD_M = 0.4
 """A rim may lie so far inside an outline that stands too far out."""
 APART_M, MOST_PROFILES = 0.08, 2000
+"""Profiles along an edge are no nearer, and no more of them are made; bounds time."""
 LEVEL_EAVE = 0.1
 """The roof rises along an eave by less than this; along a verge by more."""
 

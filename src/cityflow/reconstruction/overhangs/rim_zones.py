@@ -21,15 +21,21 @@ from cityflow.reconstruction.overhangs.roof_plan import RoofPlan
 LONGEST_MITRE = 3.0
 """A corner reaches out by no more than so many times the greater reach of its edges; sharper ones are cut off."""
 TURN_DEG = 1.0
+"""At corners that turn less, a triangle closes the slit between two strips; set by hand."""
 PARTY_TURN_DEG = (40.0, 140.0)
 """Where a wall shared with a neighbour leaves the façade under such an angle, the roof ends on its extension."""
 SLIVER_M2 = 1e-4
+"""Zones that are smaller,"""
 LEAST_WIDTH_M = 2e-3
+"""or narrower, are rounding."""
 BEYOND_M = 1e-5
+"""Lines are drawn out by this so that they cut through; rounding."""
 STRAIGHT_M, NOT_ALONG_M, SAME_START_M = 5e-4, 1e-4, 1e-3
+"""Vertices so near a line lie on it, lines so near a border run along it, and ends so near are one; rounding."""
 SAME_PLACE_M = 0.02
 """A corner of the rim is found again this far away: short pieces of an outline point where rounding lets them."""
 TO_CORNER_M = 0.03
+"""A cut that ends so near a corner ends in it; set by hand."""
 
 
 def rim_zones(plan: RoofPlan, rims: Sequence[RimEdge], deep_m: float) -> list[Polygon]:

@@ -17,12 +17,15 @@ from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reconstruction import HeightRaster
 
 STEPS_PER_CELL = 2
+"""Places of a profile in a cell of the surface; set by hand."""
 DROP_CELLS = 2.5
 """A rim's drop is measured between places so far on both sides of it, in standard deviations of the smoothing."""
 FACING = 0.7
 """Cosine between the surface's fall at a rim and the way out of the wall."""
 FILL_ROUNDS = 6
+"""Cells that a hole is filled from its border; set by hand."""
 HIGH = np.float32(1e9)
+"""Above every roof."""
 
 
 @dataclass(frozen=True, slots=True)

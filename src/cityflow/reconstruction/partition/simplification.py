@@ -15,7 +15,9 @@ from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 PLANE_NUMBERS = 3
+"""Height and two slopes."""
 SAME_LINE_M = 0.05
+"""Edges so near to one line lie on it; set by hand."""
 
 
 class CellEnergy(Protocol):

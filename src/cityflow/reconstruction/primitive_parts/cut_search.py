@@ -22,6 +22,7 @@ WIDTHS = (3,)
 DEEPEST, MOST_PARTS, MOST_PLACES = 12, 300, 32
 """Cuts in cuts; parts that are looked at; places that are tried along an axis."""
 LEAST_POINTS, LEAST_WIDTH_M = 2, 0.8
+"""Parts with fewer points, or narrower (m), are none; set by hand."""
 ISLANDS = 2
 """So many boxes are tried in a part."""
 

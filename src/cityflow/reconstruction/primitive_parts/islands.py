@@ -19,7 +19,9 @@ from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, 
 OFF_NATS = 2.0
 """A point that costs this much under the roof of the part may be of another one: two sigma."""
 MOST_SEEDS, MOST_FELLOWS = 60, 60
+"""Places that are tried, and points around each; bounds time."""
 LEAST_POINTS = 2
+"""One point may be a chimney or a bird."""
 
 
 def point_costs(

@@ -16,8 +16,11 @@ from cityflow.reconstruction.primitive_parts.cut_search import Cut, Island, Part
 from cityflow.reconstruction.primitive_parts.shape_fits import planes_of
 
 FAR_M = 1e4
+"""Beyond every unit."""
 MEET_M = 0.15
+"""Where roofs differ no more, their border is put where they meet; set by hand."""
 PLACES = 21
+"""That are tried for it."""
 
 
 def roof_of_parts(

@@ -25,6 +25,7 @@ MAINS_TRIED, MAINS_WITHIN, WINGS_TRIED = 3, 8.0, 4
 MAIN_SHARE, RIVAL_SHARE, LEVEL_SHARE = 0.55, 0.35, 0.7
 """A roof has the type of so much of its area, where no other sloped type has more than a rival's share."""
 LIFT_M, LIFT_GAIN = 0.6, 1.5
+"""How far a wing is lifted at most, and what that must gain (log-likelihood); set by hand."""
 STEP_M = 1.0
 """Level roofs that differ by more are stepped."""
 

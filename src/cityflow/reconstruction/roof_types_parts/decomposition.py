@@ -22,6 +22,7 @@ from cityflow.reconstruction.roof_types_parts.outline_sides import Sides, main_a
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
 SNAP_M, MOST_SIDES = 1e-3, 8
+"""Rounding of overlays, m, and sides of a direction that are tried, which bounds time."""
 EXACT, LOOSE = 0.99, 0.9
 """Share of a rectangle inside an outline that is drawn well, and badly; set by hand, as are those below."""
 SQUARE_DEG = 20.0

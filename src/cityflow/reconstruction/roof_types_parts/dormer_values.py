@@ -15,6 +15,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel
 
 MOST_PLACES, MOST_LINES, MOST_MEASURED = 40_000, 30, 200
+"""Places, lines and dormers that are looked at; bounds time."""
 
 LEAST_SLOPE_DEG = 22.0
 """Slopes less steep carry no dormers, degrees; set by hand, as are those below."""

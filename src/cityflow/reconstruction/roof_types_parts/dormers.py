@@ -38,12 +38,15 @@ U0, U1, V0, FRONT, TILT, RISE = range(6)
 """Numbers of a dormer: sides and front (m), height of its eave over the slope at the front (m), slope of its roof towards
 `v` as a share of the main one, rise of its ridge (m)."""
 FRONTS_M = (0.6, 0.9, 1.2, 1.5, 1.8, 2.2, 2.6)
+"""Heights of fronts that are tried; set by hand."""
 TILTS, RISES = (0.25, 0.45), (0.3, 0.5)
 """Slopes of shed dormers as shares of the main slope; rises of gabled ones as shares of half their width."""
 PLACES = 4
 """Places along a cell's edge at which heights are looked at: fronts and sides are steps."""
 TURN_COS = math.cos(math.radians(12.0))
+"""Sides turn less off the slope's own frame; set by hand."""
 SAME_M, ALIKE_M = 0.15, 0.35
+"""Lines nearer are one; dormers whose measures differ less are alike; set by hand."""
 ON_LINE = 0.5
 """Sides and fronts are chosen among a few lines: that costs less than a number that is free."""
 AMONG = 0.9

@@ -18,6 +18,7 @@ from cityflow.reconstruction.roof_types_parts.skeletons import BEND, D0, D1, R2,
 PYRAMID_RIDGE_M = 1.0
 """Hip roofs with shorter ridges are pyramids."""
 STEPS_M = (0.8, 0.4, 0.2, 0.1, 0.05)
+"""Of the search for the cheapest shape, each half the one before."""
 
 OFF_MIDDLE = 0.22
 """Ridges lie within this share of the width of the middle; set by hand, as are those below."""

@@ -25,9 +25,11 @@ SIDE_M, LINE_M, LEAST_LINE_M = 0.75, 0.2, 2.0
 MOST_WEIGHT, ROBUST = 400.0, 3.0
 """No direction is surer than this (1/radians²); directions so many sigma off count half."""
 ALIKE_DEG = 10.0
+"""Sides that turn less off a main direction may be turned into it; set by hand."""
 REACH_M, TRIES, SPAN = 2.6, 30, 0.8
 """Heights so far beside a side tell where it is; places tried on either side; middle share of a side that is looked at."""
 NOISE_M, CUT = 0.5, 4.5
+"""Of heights off their slope (sigma), and the penalty of three sigma, beyond which a height says no more; set by hand."""
 SEEN, EAVE_M = 2.0, 0.2
 """Log-likelihood ratio of a line that runs along all of a side, and how far beside the side it may run (sigma)."""
 ROUND_CORNERS, FINE_CORNERS, EXPLAINED = 16, 24, 0.6

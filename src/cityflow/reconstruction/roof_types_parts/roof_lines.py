@@ -16,13 +16,14 @@ from shapely import box as shapely_box
 from cityflow.core.arrays import BoolArray, ByteArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
+from cityflow.core.pixels import LUMA
 from cityflow.core.reconstruction import HeightRaster, Picture
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
-LUMA = (0.299, 0.587, 0.114)
 SUNS_DEG = (20.0, 110.0)
 """Directions from which a surface is lit where there is no picture of it."""
 MOST_JOINS = 400
+"""Bounds time."""
 FINER, SMOOTH_CELLS = 2, 0.8
 """A picture is shown to the detector twice as fine, and smoothed: so noise breaks fewer edges, and fewer false ones are found."""
 

@@ -19,11 +19,13 @@ from cityflow.reconstruction.roof_types_parts.roof_model import RoofModel
 from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, skeleton_edges
 
 MOST_NOISE_M = 1.0
+"""Of coarse heights (sigma): beyond it they tell nothing of a roof; set by hand."""
 USUAL_NOISE_M, NOISE_WORTH = 0.3, 12.0
 """Noise that surface models usually have, and how many observations of it that is worth."""
 TRIMMED, SHARED_BENDS = 1.5, 3.0
 """Standard deviation over the root of the mean of the lowest four fifths of squares; so many second differences share a height."""
 LEAST_PER_NUMBER = 1.4
+"""Cost of a free number (log-likelihood), at least: about Schwarz's for 16 heights; set by hand."""
 ROBUST = 3.0
 """Heights this many sigma off count half; whole metres must not make the most frequent height the only one."""
 CUT = 4.5
@@ -40,6 +42,7 @@ MISSED, USUAL_SLOPE = 2.5, 0.7
 STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
 """Length of such a stretch; places along it; how far beside an edge its line may run (sigma)."""
 TURN_COS = math.cos(math.radians(12.0))
+"""Lines that turn more say nothing of an edge; set by hand."""
 
 
 class KernelHeights(NamedTuple):

@@ -23,6 +23,7 @@ D0, D1, R2, R3, S2, S3, BEND, BEND_T = range(8)
 """Places of a shape's numbers: ridge distances (m), runs of the ends (m), their starts (share), bend of f (at share, to share)."""
 
 DOME_RINGS = 3
+"""Rings of planes that a dome becomes; set by hand."""
 
 
 @njit(cache=True, nogil=True)

@@ -25,11 +25,13 @@ FAR_M = 1.0
 LOW_M = 2.5
 """What is no higher above the floor than this is a car, a shed, a hedge."""
 PATCH_POINTS = 6
+"""Of a patch: twice those of a plane."""
 PATCH_REACH = 2.0
 """The points of a patch lie within this many spacings of points."""
 PATCH_ROUGHNESS_M, PATCH_NOISE, PATCH_WIDTH_M = 0.06, 2.0, 0.08
 """Standard deviations of a patch's points: across its plane at most (metres, or so many times the noise), along its shorter side at least."""
 MOST = 0.5
+"""Of the patches that hold a point: the majority."""
 UPRIGHT_COS = float(np.cos(np.radians(72.0)))
 """Steeper patches are walls, as for the planes of roofs."""
 

@@ -21,6 +21,7 @@ from cityflow.geometry.straight_edges import wall_edges
 from cityflow.reconstruction.verdicts.surroundings import Surroundings
 
 PIECE_M, LEAST_EDGE_M = 2.5, 1.0
+"""Edges are judged in pieces of about this length, shorter edges not; set by hand."""
 BIN_M, REACH_M = 0.1, 2.0
 """Points are counted across an edge in bins, so far to both sides."""
 INSIDE_M = (0.3, 1.5)
@@ -34,7 +35,9 @@ WALL_M, WALL_SHARE = 0.12, 0.6
 FACING, LEAST_MATCHED, INDEPENDENT = 0.7, 5, 8.0
 """Points of a matched façade face outwards (cosine); those of one piece err alike, and count for no more than so many."""
 STEP_M, FARTHEST_M = 0.25, 1.5
+"""Of the shifts that are tried, and the farthest of them; set by hand."""
 EAVES_STEP_M, WIDEST_EAVES_M = 0.2, 1.0
+"""Of the overhangs that are tried, and the widest of them; set by hand."""
 USUAL, USUAL_M, RARE_M = 0.7, 0.1, 0.8
 """Of ten outlines seven are this near to their building, the others are not (standard deviations)."""
 PARTY_M, MOST_PARTY = 0.15, 25.0
@@ -46,6 +49,7 @@ ALLOWED_M = 0.6
 HARM = 0.045
 """Share of the roof's area that, missed, leaves no good model, whatever the rest is like."""
 BINS = np.arange(-REACH_M, REACH_M + BIN_M / 2, BIN_M)
+"""Places across a wall at which its points are counted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ BESIDE_M = (1.0, 2.0)
 SEEN_SPACINGS, SEEN_M = 1.2, (0.3, 3.0)
 """A place is seen where a roof point is within this many spacings of points, within bounds; evenly strewn points leave out one place of a hundred."""
 LEAST_UPWARD = 1e-3
+"""Faces less turned upwards are walls; rounding."""
 BELOW_M = 0.5
 """What is so far below the roof's plane may be its wall."""
 

@@ -27,6 +27,7 @@ Sheet = tuple[int, int]
 BOTTOM, TOP = 1, 2
 FLOOR_SHEET: Sheet = (0, -1)
 STRAIGHT = 5e-4
+"""Vertices so little off a line, as a share of its length, lie on it; rounding."""
 
 
 class HullLevels:

@@ -29,9 +29,11 @@ from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud, end_lines
 
 RASTER_M = 0.25
+"""Cells on which places seen open and solid are counted; set by hand."""
 LEAST_ABOVE = 10
 """Points that the outer wall over a void must show."""
 SCALE = 1e6
+"""Minimum cuts count in whole numbers: square millimetres."""
 
 SET_BACK = 0.8
 """Walls nearer to the outline are windows, doors, recesses, m; set by hand, as are those below."""

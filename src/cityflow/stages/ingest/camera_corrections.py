@@ -32,6 +32,7 @@ from cityflow.survey.survey import Survey
 VERSION = 1
 UNIT = "calibration."
 ROWS = 512
+"""At a time; bounds memory."""
 LEAST_LIGHT = 0.02
 """Flat frames lie at least this share of the range above the dark ones, or there is nothing to divide by."""
 

@@ -25,6 +25,7 @@ from cityflow.survey.source import LIDAR
 from cityflow.survey.survey import Survey
 
 REACH_M = 2 * LARGEST_M + NEAR_M
+"""Of everything that the walls of a tile's outlines may come from."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,9 @@ from cityflow.survey.survey import UNREAD, Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 GROUND_SAMPLING_M = 0.5
+"""Spacing of the places along an outline whose lowest terrain is the floor."""
 LOWEST_ROOF_M = 1.5
+"""Lower points are no roof where no classes tell; set by hand."""
 AROUND_M = 2.0
 """What stands this near to an outline belongs to its unit's surroundings: eaves, balconies, the outline's own error."""
 

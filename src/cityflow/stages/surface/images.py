@@ -37,6 +37,7 @@ from cityflow.survey.survey import Survey
 NAME = "surface"
 VERSION = 6
 PIECE_SCALE_M = 0.001
+"""Coordinates of the files are whole millimetres."""
 
 
 @dataclass(frozen=True, slots=True)

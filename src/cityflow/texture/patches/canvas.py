@@ -22,6 +22,7 @@ MOST_DISTORTION_PX = 0.5
 """What the lens may bend a face before it is rectified: half a pixel is not seen; set by hand."""
 
 FAR_PX = 1e6
+"""Farther than any patch is wide."""
 LEAST_DEPTH = 1e-3
 """Metres in front of a camera below which a vertex counts as behind it."""
 LENS_MARGIN = 0.02

@@ -29,6 +29,7 @@ PAD = 33
 """Entries right of the last column, so that rows of a power of two do not all begin in the same line of the processor's cache."""
 
 BLOCK_BITS = 7
+"""Columns of a block, as a power of two; no result depends on it."""
 
 SQUARES = (4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
 """Edges of the squares that are kept track of, pixels."""

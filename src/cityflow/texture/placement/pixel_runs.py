@@ -12,6 +12,7 @@ from cityflow.core.arrays import BoolArray, ByteArray, IntArray
 from cityflow.core.kernels import njit
 
 TURNS = 4
+"""Quarter turns of a patch."""
 
 RunArray = NDArray[np.int32]
 

@@ -16,6 +16,7 @@ from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, Bounds, f
 from cityflow.texture.placement.pixel_runs import TURNS, Patches
 
 BLOCK_ROWS = 32
+"""Of a page that are searched at a time; no result depends on it."""
 
 
 def filled_by_threads(patches: Patches, order: IntArray, bounds: Bounds, threads: int) -> IntArray:

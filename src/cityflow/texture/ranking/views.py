@@ -20,6 +20,7 @@ from cityflow.texture.ranking.frame import NEAR_M, reach
 PIECES = 12
 """Into how many pieces an edge is cut where the lens bends it: half a pixel is left of a bend of 70."""
 LEAST_SHARE = 1e-9
+"""Nothing but rounding is below it."""
 WHOLE = 1.0 - 1e-6
 """From this share on a face counts as wholly in the frame."""
 

@@ -10,8 +10,11 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.kernels import njit
 
 LEAF = 4
+"""Triangles of a leaf; no result depends on it."""
 DEEPEST = 64
+"""Of the stack: the tree of any scene in memory is less deep."""
 PARALLEL = 1e-14
+"""Determinant of a ray along a triangle; rounding."""
 RIM = 1e-9
 """Triangles are wider by this share, so that no ray slips between neighbours."""
 
