@@ -26,7 +26,7 @@ from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.tables.feature_ids import listing
 
 SPARSE_PER_M2 = 2.0
-"""Below this a roof plane of 10 m² has fewer than 20 points."""
+"""Below this a roof plane of 10 m² has fewer than 20 points; set by hand."""
 TALL_M = 1500.0
 """No town has its lowest and highest point farther apart; heights in feet or blunders do."""
 OVERLAP_SHARE = 0.02

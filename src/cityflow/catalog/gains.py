@@ -22,7 +22,7 @@ from cityflow.orientation.views import View, footprint
 POINTS_PER_IMAGE = 400
 """Common points that are compared, in the mean of an image; bounds time; set by hand."""
 PROBES = 25
-"""Images on which is counted how many points one sees."""
+"""Images on which is counted how many points one sees; set by hand, as are those below."""
 GRID_ALONG = 14
 """Points on the ground along a footprint."""
 MOST_GROUND = 1_000_000

@@ -19,7 +19,7 @@ from cityflow.orientation.views import View, footprint, sees
 Heights = tuple[float, float]
 
 NEIGHBOURS = 16
-"""Tie points around one, in plan."""
+"""Tie points around one, in plan; set by hand, as are those below."""
 DEEPER_M, COMPANIONS = 3.0, 2
 """Ground is seen by many: a tie point this far below all but fewer than so many of its neighbours is a blunder."""
 HIGHER_M = 12.0

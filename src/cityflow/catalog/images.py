@@ -41,7 +41,7 @@ from cityflow.orientation.views import View, footprint
 
 SPARSE_FILE = "sparse.laz"
 MOST_SPARSE = 2_000_000
-"""Tie points kept in the catalog; of more, every n-th."""
+"""Tie points kept in the catalog; of more, every n-th; set by hand."""
 FEWEST_IMAGES = 2
 """What one image sees has no height."""
 

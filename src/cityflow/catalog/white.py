@@ -13,7 +13,7 @@ from cityflow.io.images.coarse_image import coarse_image
 from cityflow.texture.source import white_of
 
 LOOKED_AT = 24
-"""Images that tell the white level of all; those in between were taken by the same sensor."""
+"""Images that tell the white level of all; those in between were taken by the same sensor; set by hand."""
 COARSE_PX = 512
 """Longest side of the overview that is looked at; bounds time."""
 

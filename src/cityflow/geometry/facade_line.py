@@ -9,7 +9,7 @@ from cityflow.core.wall_points import WallPoints
 from cityflow.geometry.straight_edges import WallEdge
 
 INSIDE_M, OUTSIDE_M = 2.0, 0.6
-"""Façade points are looked for so far on both sides of an edge; what stands outside is soon another building's."""
+"""Façade points are looked for so far on both sides of an edge; what stands outside is soon another building's; set by hand."""
 TURN_DEG = 25.0
 """Points whose normals turn farther off the edge's are of another wall; set by hand, as are those below."""
 BELOW_ROOF_M = 0.3

@@ -12,7 +12,7 @@ from cityflow.core.kernels import njit
 from cityflow.geometry.polyhedron import triangulate
 
 NEAR = 0.2
-"""Points nearer than this (m, vertically) count as explained."""
+"""Points nearer than this (m, vertically) count as explained; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

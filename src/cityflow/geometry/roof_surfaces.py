@@ -15,17 +15,17 @@ from cityflow.core.building import Polyhedron, RoofPlane, Semantic
 from cityflow.geometry.polyhedron import face_plane
 
 STEEPEST = 0.05
-"""Faces whose normal rises less are no roof that is seen from above."""
+"""Faces whose normal rises less are no roof that is seen from above; set by hand."""
 LEVEL_DEG = 3.0
 """Less steep is level; set by hand."""
 TOUCH_M, LEAST_BORDER_M = 0.05, 0.3
 """Surfaces within the first of each other over more than the second have a border; set by hand."""
 STEP_M, FARTHEST_M = 0.3, 0.5
-"""Where heights along a border differ by more (in the middle, anywhere), a wall stands between two surfaces."""
+"""Where heights along a border differ by more (in the middle, anywhere), a wall stands between two surfaces; set by hand."""
 ALIKE_DEG, BENT_DEG = 2.5, 6.0
 """Surfaces that turn less are one, and less than the second meet in a bend; set by hand."""
 LEVEL_SHARE = 0.35
-"""A border is level where it rises less than this share of the slopes beside it."""
+"""A border is level where it rises less than this share of the slopes beside it; set by hand."""
 
 
 class Meeting(Enum):

@@ -21,7 +21,7 @@ from cityflow.core.roof_types import RoofType
 from cityflow.geometry.roof_surfaces import TOUCH_M, Border, Meeting, RoofSurface, borders, roof_surfaces
 
 SMALL_M2, SMALL_SHARE = 1.0, 0.01
-"""Smaller surfaces say nothing."""
+"""Smaller surfaces say nothing; set by hand, as is the next."""
 STANDS_ON, STANDING_SHARE, LIFTED_M = 0.8, 0.35, 0.15
 """What lies to so much in the hull of a larger surface, and above it, stands on it."""
 MAIN_SHARE, LEVEL_SHARE, RIVAL_SHARE = 0.55, 0.7, 0.35

@@ -15,13 +15,13 @@ from cityflow.core.building import OutlineEdge
 from cityflow.geometry.recent import remembered
 
 STRAIGHT_DEG = 2.0
-"""Pieces of an outline that turn less than this are one edge, as long as their ends stay `STRAIGHT_M` near its line."""
+"""Pieces of an outline that turn less than this are one edge, as long as their ends stay `STRAIGHT_M` near its line; set by hand."""
 STRAIGHT_M = 0.03
 """Metres; set by hand."""
 ON_PARTY_M = 0.01
-"""An edge so near to a neighbour's is a party wall's: outlines are noded more finely."""
+"""An edge so near to a neighbour's is a party wall's: outlines are noded more finely; set by hand."""
 ON_OUTLINE_M = 0.05
-"""What is said of a line is said of an edge whose middle is this near to it."""
+"""What is said of a line is said of an edge whose middle is this near to it; set by hand."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from cityflow.flow.store import Store
 from cityflow.handover.cached_reads import read_points
 
 LOW_M = 0.5
-"""Lower points are the ground's, whatever their class."""
+"""Lower points are the ground's, whatever their class; set by hand."""
 
 NO_PART_OF_HOUSES = (GROUND, WATER, LOW_VEGETATION, MEDIUM_VEGETATION, HIGH_VEGETATION, LOW_NOISE, HIGH_NOISE)
 

@@ -10,7 +10,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.matching.lattice import MARGIN_PX, PairLattice
 
 PART_PX = 64
-"""Edge of the squares of the reference image that are looked at or left out."""
+"""Edge of the squares of the reference image that are looked at or left out; set by hand."""
 
 Window = tuple[int, int, int, int]
 """First row, end row, first column, end column of the reference image; multiples of PART_PX but at the end of the image."""

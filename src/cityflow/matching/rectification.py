@@ -18,7 +18,8 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.errors import CityflowError
 
 LEAST_FAN = 0.3
-"""Least stretch of the fan: the reference image is left out from where its epipole is so near that rows are blown up threefold."""
+"""Least stretch of the fan: the reference image is left out from where its epipole is so near that rows are blown up threefold; set by hand, as are
+those below."""
 LEAST_SHARE = 0.7
 """Share of the reference image that must be left."""
 FURTHEST = 30.0

@@ -18,7 +18,7 @@ from cityflow.orientation.look_directions import COMPASS
 from cityflow.orientation.views import View, footprint, sees
 
 STEEPEST_INCIDENCE_DEG = 65.0
-"""A wall seen at a flatter angle gives neither points nor texture."""
+"""A wall seen at a flatter angle gives neither points nor texture; set by hand."""
 PAIRS_AT_ONCE = 2000
 """Footprints whose neighbours are looked up at once; all together would take too much memory."""
 WALL_NORMALS = np.array([[np.sin(a), np.cos(a)] for a in np.radians(np.arange(8) * 45.0)])

@@ -30,7 +30,7 @@ from cityflow.orientation.thinning import surplus_reference_images
 from cityflow.orientation.views import View, footprints, gsd, sees
 
 MOST_SAMPLES = 48
-"""Cells of a base at which its partners are judged."""
+"""Cells of a base at which its partners are judged; set by hand."""
 
 
 ROUNDS = 2

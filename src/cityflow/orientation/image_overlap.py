@@ -16,7 +16,7 @@ from cityflow.orientation.views import View, footprints
 NEAREST = 24
 """Exposures whose overlap with one is looked at; set by hand."""
 SAME_PLACE = 0.02
-"""Exposures nearer than this share of a footprint's size count as one."""
+"""Exposures nearer than this share of a footprint's size count as one; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ NADIR = "nadir"
 ORIGIN_STEP = 1000.0
 """The origin of the local frames is a multiple of this, metres."""
 BIN = 0.02
-"""Edge of the cells in which unit vectors are gathered before cones are placed: 1.1°."""
+"""Edge of the cells in which unit vectors are gathered before cones are placed: 1.1°; set by hand, as are those below."""
 SETTLING_STEPS = 8
 """Moves of a cone at most; it stops sooner where it holds no more than before."""
 

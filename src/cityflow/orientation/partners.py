@@ -19,7 +19,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.orientation.views import View, field_of_view, footprints, sees
 
 ANOTHER_SIDE_DEG = 12.0
-"""Partners whose parallaxes differ by this many degrees hide different ground to a good part."""
+"""Partners whose parallaxes differ by this many degrees hide different ground to a good part; set by hand, as are the next two."""
 MOST_CANDIDATES = 40
 """Images with the best angles that are looked at closely as partners of a base."""
 LEAST_GAIN = 0.08

@@ -20,7 +20,7 @@ Doubt = tuple[str, str, str]
 SURVEY = "survey"
 
 FAR_TIMES = 25.0
-"""A centre this many times farther from the middle of the survey than half of the others is no part of it."""
+"""A centre this many times farther from the middle of the survey than half of the others is no part of it; set by hand."""
 NEIGHBOURS = 6
 """Nearest centres of the same look direction whose footprints one should meet; set by hand."""
 FEET = 0.3048

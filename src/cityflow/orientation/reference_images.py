@@ -19,7 +19,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.orientation.views import View, footprint, sees
 
 OCTAVE_DEG = 8.0
-"""A view at half the scale is as bad as a ray that much farther from the best direction."""
+"""A view at half the scale is as bad as a ray that much farther from the best direction; set by hand, as are the next three."""
 UNSEEN_DEG = 30.0
 """Each eighth of a cell that an image does not see counts as much: only at the rim of a survey such an image is reference image."""
 GRAZING_DEG = 75.0

@@ -18,13 +18,13 @@ from cityflow.core.camera import OrientedImage
 from cityflow.geometry.rotations import PHOTO_FLIP, from_omega_phi_kappa, from_phi_omega_kappa, omega_phi_kappa
 
 STEEPEST = np.cos(np.radians(80.0))
-"""An optical axis less than 10° below the horizon looks at no ground worth naming."""
+"""An optical axis less than 10° below the horizon looks at no ground worth naming; set by hand."""
 OBLIQUE_DEG = 20.0
 """Images tilted less say nothing of the horizon; set by hand."""
 ENOUGH_IMAGES = 8
 """Of fewer images nothing is said; set by hand."""
 DISORDER, ORDER = 0.85, 0.95
-"""Squareness and levelness of a flight that is doubted (8° askew in the mean), and of a reading that explains it (5°)."""
+"""Squareness and levelness of a flight that is doubted (8° askew in the mean), and of a reading that explains it (5°); set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.orientation.views import REACH, View, border_rays
 
 HORIZON_DEG = 85.0
-"""An axis tilted more sees ground only far away."""
+"""An axis tilted more sees ground only far away; set by hand, as are those below."""
 NEAR_M = 150.0
 """Photographs from the street show houses so far away, however low they were taken."""
 

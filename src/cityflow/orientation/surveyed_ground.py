@@ -21,7 +21,7 @@ from cityflow.core.ground_cells import GroundCells
 from cityflow.orientation.views import View, footprints, sees
 
 MOST_TILT = np.radians(40.0)
-"""Images look down on the ground that look no flatter than this."""
+"""Images look down on the ground that look no flatter than this; set by hand, as are those below."""
 
 BEYOND_M = 10.0
 """A survey ends this far beyond the ground that such images see."""

@@ -16,7 +16,7 @@ from cityflow.orientation.reference_images import DETOUR_DEG, Candidates, Refere
 from cityflow.orientation.views import View
 
 MOST_OTHERS = 24
-"""Views of a cell that are looked at as its next reference image."""
+"""Views of a cell that are looked at as its next reference image; set by hand."""
 MOST_ROUNDS = 6
 """Reference images are given up in so many rounds at most; set by hand."""
 

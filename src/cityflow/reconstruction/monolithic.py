@@ -44,7 +44,7 @@ from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 
 METHOD = "monolithic"
 MOST_FACADE_POINTS = 60_000
-"""More points around a unit than this are thinned, evenly in their order in space."""
+"""More points around a unit than this are thinned, evenly in their order in space; set by hand, as is the next."""
 LEAST_FACADE_POINTS = 100
 """With fewer points that are known to be on façades these are looked for among all points around the unit."""
 INCONSISTENT = "inconsistent: "

@@ -27,13 +27,13 @@ LEAST_BLOCKS = 5
 MOST_SQUARES = 1_000_000
 """Over a greater area the squares are sorted rather than counted."""
 STEP_M = 0.5
-"""Spacing of the places where it is asked whether a roof was seen."""
+"""Spacing of the places where it is asked whether a roof was seen; set by hand."""
 SEEN_WITHIN_M = 0.75
 """A place is seen where a point is so near, or within two spacings,"""
 SEEN_AT_MOST_M = 3.0
 """but never farther; set by hand."""
 NO_PART_M = 1.0
-"""Points farther from the model than this are no part of its roof: antennas, leaves, birds."""
+"""Points farther from the model than this are no part of its roof: antennas, leaves, birds; set by hand."""
 UNSEEN_M = 0.25
 """Error taken where a plane was extended over an unseen part (sigma, m); calibrated on synthetic towns (docs/reconstruction.md), as is the next."""
 CAUTION = 1.3

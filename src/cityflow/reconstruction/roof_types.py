@@ -41,7 +41,7 @@ PART_NUMBERS = 3
 LADDER = 4
 """So many roofs are tried until one gives a valid solid."""
 DORMERS_WITHIN = 6.0
-"""Dormers are sought on roofs that cost so little more than the best."""
+"""Dormers are sought on roofs that cost so little more than the best; set by hand, as are those below."""
 ROUGH_INSIDE, ROUGH_REST, ROUGH_FILL = 0.7, 0.4, 0.5
 """Where an outline has no other decomposition: share of wings inside it, share that parts leave uncovered, how far it fills its
 four sides as a whole."""

@@ -19,7 +19,7 @@ from cityflow.reconstruction.planes.plane_labels import OUTLIER
 from cityflow.reconstruction.precision import NO_PART_M
 
 ABOUT_AS_GOOD = 0.2
-"""A candidate is about as good as the best where it explains less by no more than this share of the points."""
+"""A candidate is about as good as the best where it explains less by no more than this share of the points; set by hand, as are those below."""
 
 
 WAVE_M, UNEVEN_M = 1.5, 0.07

@@ -51,7 +51,7 @@ NAME = STAGE_TEXTURE
 VERSION = 6
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
-"""The widest eaves and a little more."""
+"""The widest eaves and a little more; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ NAME = "windows"
 VERSION = 8
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
-"""Sine of the tilt up to which a face is a wall."""
+"""Sine of the tilt up to which a face is a wall; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

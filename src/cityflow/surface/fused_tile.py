@@ -14,7 +14,7 @@ from cityflow.surface.fuse import STRIP_ROWS, Fused, FuseParameters, PointSource
 from cityflow.surface.overview import surface_colour
 
 COLOUR_REACH_CELLS = 3.0
-"""Points this near to the surface give it its colour, cells."""
+"""Points this near to the surface give it its colour, cells; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

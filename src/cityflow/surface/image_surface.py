@@ -35,7 +35,7 @@ from cityflow.surface.surveyed import SurveyedParameters, surveyed
 from cityflow.surface.witnesses import WitnessParameters
 
 LEAST_SHARE = 0.25
-"""A coarse cell is known where this share of its fine cells is."""
+"""A coarse cell is known where this share of its fine cells is; set by hand."""
 LAYERS = ("dsm", "dsm_filled", "dtm", "ndsm", "klass", "count", "holes", "sigma")
 
 

@@ -18,7 +18,7 @@ from cityflow.surface.ortho_camera import project
 from cityflow.surface.ortho_visibility import is_hidden
 
 BLENDED = 4
-"""Images that may mix in one cell."""
+"""Images that may mix in one cell; set by hand."""
 
 CLOSE = 0.3
 """Images dearer than the best by this share never mix in, however steeply costs rise."""

@@ -12,7 +12,7 @@ from cityflow.core.kernels import njit
 from cityflow.surface.cover import BUILDING, GROUND, VEGETATION
 
 OVERVIEW_M = (0.5, 0.4)
-"""Cells of the overview, metres, the better first."""
+"""Cells of the overview, metres, the better first; set by hand."""
 
 
 def overview_factor(cell_m: float) -> int:

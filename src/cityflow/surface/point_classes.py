@@ -11,7 +11,7 @@ from cityflow.core.points import BRIDGE, BUILDING, GROUND, HIGH_VEGETATION, LOW_
 from cityflow.surface.image_rasters import ImageSurface
 
 NEAR_M = 0.75
-"""A wall's points stand up to this far beside the building's cells: an overhang and a cell."""
+"""A wall's points stand up to this far beside the building's cells: an overhang and a cell; set by hand, as are those below."""
 LOW_M = 0.4
 """Ground reaches this far above and below the terrain."""
 BELOW_M = 2.0

@@ -18,7 +18,7 @@ from cityflow.texture.ranking.usable import grazing
 from cityflow.texture.source import Source
 
 SPECK = 3
-"""Burnt cells in fewer rows or columns than this are frames and sparkles, which every image has."""
+"""Burnt cells in fewer rows or columns than this are frames and sparkles, which every image has; set by hand."""
 
 
 def without_burnt(

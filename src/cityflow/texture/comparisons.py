@@ -12,7 +12,7 @@ from cityflow.texture.linear_fit import LEAST_CELLS, fitted
 from cityflow.texture.source import LinearModel
 
 PARTNERS = 6
-"""Images that one is compared with at least, if it can be: those with most cells in common."""
+"""Images that one is compared with at least, if it can be: those with most cells in common; set by hand, as are those below."""
 CELLS_OF_UNIT = 40_000
 """Bounds time."""
 CELLS_OF_PAIR = 4_000

@@ -13,7 +13,7 @@ SETTLED = 1e-4
 GAINS = 201
 """Gains that are tried, at equal ratios; the best lies between two of them."""
 TUKEY = 4.685
-"""Residuals beyond so many standard deviations have no weight."""
+"""Residuals beyond so many standard deviations have no weight: Tukey's biweight, 95 % as efficient as least squares on normal errors."""
 
 LEAST_CELLS = 12
 """Cells that two images see in common, from which they are compared; set by hand on textures of synthetic towns, as are the next six."""

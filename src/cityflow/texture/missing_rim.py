@@ -15,7 +15,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.pixels import Pixels, level_shape
 
 COARSE_PX = 1024
-"""Pixels along the longer side of the level that is looked at, at most."""
+"""Pixels along the longer side of the level that is looked at, at most; set by hand."""
 NEAR_BLACK = 8.0 / 255.0
 """Share of the white level up to which a mean may be black that was stored with losses."""
 BESIDE_PX = 16

@@ -12,7 +12,7 @@ from cityflow.texture.comparisons import FaceSamples
 from cityflow.texture.source import SAME, LinearModel
 
 OWN_SHARE = 0.1
-"""A wall of which at least this share is seen has a colour of its own; others get the unit's."""
+"""A wall of which at least this share is seen has a colour of its own; others get the unit's; set by hand, as are those below."""
 GREENER = 1.05
 """Cells whose green is so much more than their red and their blue show plants before a wall, unless most of the wall is like that."""
 LEFT_SHARE = 0.25

@@ -28,7 +28,8 @@ from cityflow.texture.source import SAME, WHITE, LinearModel, Source
 __all__ = ["FaceSamples", "RadiometryParameters", "balance", "face_samples"]
 
 DARK, BRIGHT = 55.0, 200.0
-"""Values at which images are said to be darker or brighter than others: of shadows, and of sunlit walls that are not cut off yet."""
+"""Values at which images are said to be darker or brighter than others: of shadows, and of sunlit walls that are not cut off yet; set by hand, as
+are those below."""
 CELLS_OF_FACE = 800
 """Cells of one face that are compared at most."""
 CELLS_OF_SWEEP = 6_000

@@ -16,7 +16,7 @@ from cityflow.texture.missing_rim import MissingRim
 WHITE = 255.0
 """The largest value of eight bits."""
 COARSE_PX = 512
-"""Pixels along the longer side of the level that tells how bright an image is."""
+"""Pixels along the longer side of the level that tells how bright an image is; set by hand, as are those below."""
 SATURATED = 0.98
 """Share of the white level from which a value may have been cut off."""
 

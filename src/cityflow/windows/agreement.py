@@ -11,7 +11,7 @@ from cityflow.windows.edges import Edges, completeness
 from cityflow.windows.rows import ALIKE
 
 LEAST_WHOLE = 2
-"""Number of whole windows that determine the height of the others."""
+"""Number of whole windows that determine the height of the others; set by hand on drawn façades, as are those below."""
 LEAST_SIDES = 0.5
 """Completeness of the weaker of both sides of the part that is added."""
 

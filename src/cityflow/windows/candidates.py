@@ -35,13 +35,13 @@ MARGIN_M = 0.15
 """Wall that remains between a window and the edge of its wall; set by hand on drawn façades."""
 
 LEAST_SIDE, LEAST_SIDES = 0.35, 0.6
-"""Least completeness of the worst side, and of all four on average, of a candidate."""
+"""Least completeness of the worst side, and of all four on average, of a candidate; set by hand on drawn façades."""
 RIM_M = 0.25
 """Of the wall around a candidate that it is compared with; set by hand, as is the next."""
 GATE_M = 2.0
 """A wider and as high opening may be a gate."""
 HUE_RANGE = 0.06
-"""Least range of the hue for which it is used beside brightness."""
+"""Least range of the hue for which it is used beside brightness; set by hand on drawn façades."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

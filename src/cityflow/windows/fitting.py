@@ -11,7 +11,7 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, FloatArray
 
 RIM_M = 0.02
-"""Wall between an opening and the edge of the wall, or the next opening, at least; a hole that touches the edge is none."""
+"""Wall between an opening and the edge of the wall, or the next opening, at least; a hole that touches the edge is none; set by hand on drawn façades."""
 
 
 def fitted(bounds: FloatArray, sure: FloatArray, standing: BoolArray, wall: Polygon) -> tuple[FloatArray, BoolArray]:

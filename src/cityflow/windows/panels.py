@@ -8,7 +8,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.windows.picture import Picture
 
 JOINT_M, JOINT_PX = 0.3, 3.0
-"""Widest joint between panels: metres, and cells where these are coarse."""
+"""Widest joint between panels: metres, and cells where these are coarse; set by hand on drawn façades, as are those below."""
 LAP_M = 0.2
 """Most overlap of neighbours: sides are found to about a cell."""
 BANDS, LEAST_KNOWN, THROUGH, BAR_SIGMAS = 12, 6, 0.8, 2.0

@@ -16,7 +16,7 @@ from cityflow.windows.window_parameters import WindowParameters
 MULLION_M, MULLION_PX = 0.3, 4.0
 """What parts two panes of one window is no wider, and no wider in pixels where pictures are coarse; set by hand."""
 MULLIONED_M = 1.9
-"""Widest bar: metres; where pixels are coarse, pixels, in windows of at most `MULLIONED_M`."""
+"""Widest bar: metres; where pixels are coarse, pixels, in windows of at most `MULLIONED_M`; set by hand on drawn façades, as is the next."""
 LAP_PX = 2
 """Cells by which boxes on both sides of a bar may overlap: each ends at the farther edge of it."""
 FRAME_M = 0.2

@@ -32,7 +32,8 @@ from cityflow.windows.storeys import door_like
 from cityflow.windows.window_parameters import WindowParameters
 
 LEAST_KEPT = 0.3
-"""Least confidence of boxes that are kept; boxes that are not windows still help to recognise façades of panels or glass."""
+"""Least confidence of boxes that are kept; boxes that are not windows still help to recognise façades of panels or glass; set by hand on drawn
+façades, as are those below."""
 LINES_BEYOND = 0.6
 """Step beyond the corners of a box, upright and level, in thresholds, from which it is part of a lattice."""
 STRIP_M, LAP_M = 40.0, 5.0

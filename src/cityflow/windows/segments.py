@@ -16,7 +16,7 @@ LEVELS = 48
 """Brightnesses at which façades are cut into segments; set by hand on drawn façades."""
 
 LEAST_FILL = 0.6
-"""Least share of its box that a segment covers; curtains and reflections reduce it."""
+"""Least share of its box that a segment covers; curtains and reflections reduce it; set by hand on drawn façades."""
 
 
 def segments(picture: Picture, edges: Edges, sign: int, parameters: WindowParameters) -> IntArray:

@@ -16,7 +16,8 @@ from cityflow.windows.rows import in_row, overlap
 from cityflow.windows.window_parameters import WindowParameters
 
 SHARES = np.concatenate([[0.0], np.linspace(0.06, 0.44, 25)])
-"""Tested ends of a wing, as shares of the width of the window with both wings; a frame ends before `WING`, a casement after it."""
+"""Tested ends of a wing, as shares of the width of the window with both wings; a frame ends before `WING`, a casement after it; set by hand on drawn
+façades."""
 WING = (0.165, 0.345)
 """Set by hand on drawn façades, as are those below."""
 WING_PX = 2.0

@@ -12,7 +12,7 @@ from cityflow.windows.picture import Picture
 LEAST_STOREY_M, USUAL_STOREY_M, MOST_STOREY_M = 2.2, 2.9, 4.5
 """Heights of storeys: lowest, usual and highest of houses and shops; set by hand."""
 DOOR_M = 1.8
-"""Least height of a door."""
+"""Least height of a door; set by hand on drawn façades."""
 
 
 def storeys_of(bounds: Sequence[tuple[float, float, float, float]], wall_base: float) -> int:

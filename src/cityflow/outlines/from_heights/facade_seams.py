@@ -20,7 +20,7 @@ from cityflow.geometry.facade_line import BELOW_ROOF_M
 from cityflow.outlines.from_heights.seam_lattice import LEAST_SHARE, Lattice, Seam, roofs_beside, runs
 
 TURN_DEG = 35.0
-"""Façades of a gap look across it, but for so much."""
+"""Façades of a gap look across it, but for so much; set by hand, as are those below."""
 SECTION = 2
 """Places of a line that are asked together: half a metre."""
 BY_CHANCE = 0.01

@@ -22,7 +22,7 @@ CORNER_COST_M2 = 0.5
 """What one corner more must gain in area to be worth it; set by hand on synthetic towns."""
 
 _CHORDS_M = 1.5, 5.0
-"""Long chords tell small angles from the staircase of cells; short ones see the short edges, too."""
+"""Long chords tell small angles from the staircase of cells; short ones see the short edges, too; set by hand, as are those below."""
 _POINTS_PER_CELL = 2.0
 """Where the surface does not say: 8 points per m² in cells of half a metre."""
 RECTANGLES = "rectangles"

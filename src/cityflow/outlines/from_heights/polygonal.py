@@ -15,7 +15,7 @@ from cityflow.outlines.from_heights.refit import edge_directions, edge_lengths, 
 _SNAP_DEG = 10.0
 """Edges that turn less from the main direction are turned into it; set by hand on synthetic towns."""
 _WIDEST_SNAP_DEG = 35.0
-"""Short edges, whose direction cells blur, by no more than this."""
+"""Short edges, whose direction cells blur, by no more than this; set by hand."""
 
 
 def polygonal_ring(points: FloatArray, orientations: list[float], cell: float, shortest_m: float) -> FloatArray | None:

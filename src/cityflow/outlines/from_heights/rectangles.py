@@ -12,7 +12,7 @@ from scipy import ndimage
 from cityflow.core.arrays import BoolArray
 
 _DEEPEST = 12
-"""Rectangles within rectangles are cut out to this depth at most."""
+"""Rectangles within rectangles are cut out to this depth at most; set by hand."""
 _MOST = 0.7
 """A part whose box is so large a share of the whole's is halved first; set by hand on synthetic towns."""
 

@@ -12,13 +12,13 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 STEP_M = 0.25
 """Lattice along and across a line."""
 NEAR_M, FAR_M = 1.25, 2.25
-"""Where the roofs on both sides are taken; their slope is that between these."""
+"""Where the roofs on both sides are taken; their slope is that between these; set by hand."""
 LEAST_RUN_M = 4.0
 """A seam runs at least so far; set by hand."""
 LEAST_SHARE = 0.4
-"""Of a line, along which something shows a gap."""
+"""Of a line, along which something shows a gap; set by hand."""
 _BEYOND_M = 1.25
-"""A line is cut so much beyond its ends, where corners of the roofs beside it hide them."""
+"""A line is cut so much beyond its ends, where corners of the roofs beside it hide them; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

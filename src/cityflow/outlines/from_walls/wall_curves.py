@@ -14,7 +14,7 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 
 ITERATIONS = 8
-"""Rounds of re-weighting."""
+"""Rounds of re-weighting; set by hand."""
 TUKEY = 4.0
 """Points farther off than so many standard deviations have no weight: near the usual 4.685."""
 
@@ -134,7 +134,7 @@ def _solved(
 
 
 SECTION_M = 1.0
-"""Errors of matching go together within so much of a wall."""
+"""Errors of matching go together within so much of a wall; set by hand."""
 
 
 def _position_sigma(u: FloatArray, d: FloatArray, curved: bool) -> float:

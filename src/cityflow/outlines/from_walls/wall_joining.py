@@ -12,17 +12,17 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.outlines.from_walls.wall_line import WallLine
 
 ALONE = 1.5
-"""A wall that meets no other must be so many times as long."""
+"""A wall that meets no other must be so many times as long; set by hand."""
 ALONE_ABOVE, FLOATING_M = 2.0, 2.5
-"""And so many times where it begins so high above the ground: crowns of trees do, and so do walls above a lower roof."""
+"""And so many times where it begins so high above the ground: crowns of trees do, and so do walls above a lower roof; set by hand."""
 TOGETHER = 2.0
-"""Short walls that meet one another stay if their lengths sum up to so many least lengths: a bay whose house is hidden."""
+"""Short walls that meet one another stay if their lengths sum up to so many least lengths: a bay whose house is hidden; set by hand."""
 BODY = 0.5
-"""An end that meets another wall somewhere along its length must come so much nearer than where two ends meet."""
+"""An end that meets another wall somewhere along its length must come so much nearer than where two ends meet; set by hand."""
 ALIKE_HIGH = 0.5
 """Walls are about as high if so much of the higher one's height is common to both; set by hand on synthetic towns."""
 ACROSS_COS = 0.7
-"""Walls that turn by more than 45 degrees stand across each other."""
+"""Walls that turn by more than 45 degrees stand across each other; set by hand."""
 
 
 def joined(

@@ -27,7 +27,7 @@ RESERVE_RANGE_M = 2.0
 BORDER_M = 0.3
 """So far from the base and the top of a wall the normals are those of ground and eaves; set by hand on synthetic towns."""
 HALF_M = 0.5
-"""Metres of wall to either side of a cell that the rules look at: as far as the normal of a wall point does."""
+"""Metres of wall to either side of a cell that the rules look at: as far as the normal of a wall point does; set by hand."""
 FILLING = 0.1
 """Rule (b), least share of the points that a wall of the least height would have, one in each voxel: 19 at 8 cm; Nex 2013 §2.3 takes 15 to 20."""
 LARGEST_GAP_M = 0.9

@@ -17,7 +17,7 @@ from cityflow.outlines.from_walls.wall_thinning import Columns, Int32Array, Neig
 DIRECTIONS = 24
 """That neighbours vote for: 7.5 degrees apart."""
 ITERATIONS = 3
-"""Rounds of re-weighting."""
+"""Rounds of re-weighting; set by hand, as are those below."""
 REACH = 3.0
 """Neighbours further from the plane than so many bands have no say."""
 RIDGE_M2 = 1e-3

@@ -32,7 +32,7 @@ _ENCLOSED_SHARE = 0.5
 _NECK_M = 1.0
 """Parts that only so narrow a neck joins are two."""
 _SEEN_DOWN_M = 3.0
-"""A wall before which the roof goes on farther than any eaves, and yet seen so far down, looks at a gap or at a tree."""
+"""A wall before which the roof goes on farther than any eaves, and yet seen so far down, looks at a gap or at a tree; set by hand."""
 
 EXTENSION_M = 4.0
 """A wall may go on so far beyond what was seen of it; set by hand on synthetic towns."""

@@ -23,7 +23,7 @@ _MARGIN_M = 4.0
 _LEAST_CELLS = 12
 """Fewer cells tell no roughness; set by hand on synthetic towns."""
 _LOOSE_SHARE = 0.7
-"""Along a wall above a lower roof two cells of three are at the step."""
+"""Along a wall above a lower roof two cells of three are at the step; set by hand, as are those below."""
 _SLOT_M, _SLOT_DEPTH_M, _SLOT_SHARE = 2.4, 1.5, 0.7
 """Width of a gap between houses; how much lower than both it is, at least; and the share of their height that it reaches."""
 _TOGETHER_M = 3.0

@@ -9,7 +9,7 @@ from shapely import Polygon
 from cityflow.core.arrays import FloatArray
 
 _STRAIGHT_M = 0.01
-"""Corners nearer to the line of their neighbours are none: a centimetre, below what walls are known to."""
+"""Corners nearer to the line of their neighbours are none: a centimetre, below what walls are known to; set by hand."""
 _SAME_HEADING = np.cos(np.radians(25.0))
 """Edges before and after a step head the same way if they turn less; set by hand on synthetic towns."""
 

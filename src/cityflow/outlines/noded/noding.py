@@ -22,7 +22,7 @@ from cityflow.outlines.noded.snapping import snapped
 _WORTH_A_REMARK_M2 = 0.01
 """Smaller changes of an outline are not told."""
 _KEPT_PART_M2 = 0.1
-"""Smaller parts that noding leaves are dropped."""
+"""Smaller parts that noding leaves are dropped; set by hand."""
 
 
 def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> list[Outline]:

@@ -17,11 +17,11 @@ from cityflow.geometry.straight_edges import wall_edges
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses, facade_beside
 
 WEIGHT = 5.0
-"""What is known of outlines in general counts as so many façades."""
+"""What is known of outlines in general counts as so many façades; set by hand."""
 LEAST_M = 0.03
 """No source of outlines is held to be more exact than this; set by hand."""
 SHORTEST_M, STOREY_M = 2.0, 3.0
-"""Façades count that are seen over a storey: neither gutters nor fences, bays and steep roofs."""
+"""Façades count that are seen over a storey: neither gutters nor fences, bays and steep roofs; set by hand."""
 HALF_NORMAL = float(ndtri(0.75))
 """Median of the absolute value of a normal variable of standard deviation 1."""
 

@@ -24,21 +24,21 @@ from cityflow.outlines.under_eaves.walls_in import LEAST_ROOFED, ROOF, Facade
 LARGEST_M = 60.0
 """Walls of wider outlines stay: a tile's task sees all that is near to its outlines and to those that touch them, and no farther."""
 NEAR_M = 3.0
-"""What stands this near to an outline may be its façade."""
+"""What stands this near to an outline may be its façade; set by hand."""
 COLUMN_M = 1.0
 """Roofs are looked at by so much of an edge at a time."""
 RIM_M, BEHIND_M, PAST_FACADE_M = 0.4, 0.6, 0.1
-"""The roof's rim is seen within so much of the edge; the roof over the wall so far behind a façade; its eaves from so far before it on."""
+"""The roof's rim is seen within so much of the edge; the roof over the wall so far behind a façade; its eaves from so far before it on; set by hand."""
 LOWEST_SHARE = 0.1
 """Quantile of the heights along an edge that counts as their lowest; set by hand."""
 DROP_M, RISE_M = 1.25, 0.5
-"""Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves."""
+"""Eaves lie no lower than this below the roof 0.7 m farther in, which is a slope of 60°, and no higher: an annex and a tree are no eaves; set by hand."""
 LEAST_COLUMNS = 0.4
 """Of the places along an edge, this share has a height; set by hand."""
 WALL_SIGMA_M = 0.03
 """Standard deviation of a façade however many points tell it, as `reconstruct.overhangs.wall_sigma_m`."""
 SMEARED_M, LEANING_M = 0.6, 0.15
-"""So far around a line points are looked at; the upper and the lower half of a wall stand no farther apart."""
+"""So far around a line points are looked at; the upper and the lower half of a wall stand no farther apart; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

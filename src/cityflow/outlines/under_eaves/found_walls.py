@@ -15,7 +15,7 @@ from cityflow.outlines.under_eaves.facades_inside import SeenHouses, facade_insi
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in
 
 ROOF_EDGE_M = 0.25
-"""Standard deviation of a roof's edge of which nothing is known: half a cell of the surface that outlines are found in."""
+"""Standard deviation of a roof's edge of which nothing is known: half a cell of the surface that outlines are found in; set by hand."""
 
 
 def found_walls_in(

@@ -13,7 +13,7 @@ from cityflow.geometry.ring_vertices import on_lattice, with_vertices
 from cityflow.geometry.straight_edges import WallEdge
 
 CORNER_FACTOR, CORNER_M = 4.0, 0.3
-"""A corner moves no farther than so many times what its edges move, and this."""
+"""A corner moves no farther than so many times what its edges move, and this; set by hand, as are those below."""
 LEAST_LENGTH_M = 0.3
 """What is left of an edge is at least so long."""
 TURN_DEG = 15.0

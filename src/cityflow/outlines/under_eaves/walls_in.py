@@ -24,7 +24,7 @@ ROOF = "roof"
 """`OutlineEdge.source` of a part of an outline that is the roof's edge."""
 MOVED = "walls moved in from the roof's rim: {} of {} edges"
 LEAST_LEFT = 0.5
-"""Share of an outline's area that its walls keep."""
+"""Share of an outline's area that its walls keep; set by hand, as are those below."""
 LEAST_ROOFED = 0.5
 """An edge is the rim of the roof where the roof reaches out to it along this share of its length."""
 TIE_M, ON_LINE_M = 1e-3, 0.01

@@ -15,7 +15,8 @@ SUMS = 10
 COUNT, X, Y, Z, XX, XY, YY, XZ, YZ, ZZ = range(SUMS)
 
 LEAST_CELL_M, LARGEST_CELL_M = 0.5, 1.5
-"""Errors of matched heights are alike over some pixels, so that a smaller cell is flat and leans, however many points it holds."""
+"""Errors of matched heights are alike over some pixels, so that a smaller cell is flat and leans, however many points it holds; set by hand, as are
+those below."""
 MOST_CELLS = 400_000
 """Bounds memory."""
 FLAT_ROUND = 1e-4

@@ -19,7 +19,7 @@ from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoi
 BINS = 64
 """Most classes of the histogram of heights in a cell."""
 SIGMAS_M = (0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2)
-"""Scatters that are tried; matched points of façades scatter more than those of roofs."""
+"""Scatters that are tried; matched points of façades scatter more than those of roofs; set by hand."""
 CELL_SIGMAS = 10.0
 """Least edge of a cell, in standard deviations across a façade; set by hand, as are the next two."""
 BIN_M = 0.4

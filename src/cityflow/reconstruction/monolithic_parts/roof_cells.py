@@ -25,7 +25,7 @@ CAP = 4.5
 ROUNDS = 3
 """So often surfaces are settled, fitted to their smooth cells and merged again."""
 CORE = 0.4
-"""Share of the smallest surface that its smooth cells make up before it has grown."""
+"""Share of the smallest surface that its smooth cells make up before it has grown; set by hand."""
 SMOOTH_SIGMAS = 2.5
 """A smooth window's RMS exceeds the noise by so many of its own sigmas; set by hand."""
 OFFSET_SIGMAS = 3.0

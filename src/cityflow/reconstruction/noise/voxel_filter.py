@@ -41,7 +41,7 @@ MAX_CLASSES = 64
 LEAST = 4
 """Fewest points that a plane is fitted to."""
 TRIAL_EDGES = (0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
-"""Edges (m) of the dry runs, smallest first."""
+"""Edges (m) of the dry runs, smallest first; set by hand, as is the next."""
 GOOD_ENOUGH = 1.15
 """The smallest edge whose blocks are so many times as thick as the flattest ones will do: small parts stand out from small cubes."""
 LEAST_NOISE_M = 0.02

@@ -18,17 +18,17 @@ TURN_DEG = 1.0
 SAME_HEIGHT_M = 0.02
 """Roofs this near to each other over a vertex of the wall meet there; otherwise there is a step, or they meet beside it."""
 ASIDE_M = 0.3
-"""So far from the vertex at which two roof faces part over the wall their planes may meet: what lies between is noise of the planes."""
+"""So far from the vertex at which two roof faces part over the wall their planes may meet: what lies between is noise of the planes; set by hand."""
 SAME_SLOPE = 0.01
 """Gradients that differ less have no crease between them; set by hand."""
 LEAST_OUTWARD = 0.15
-"""A crease that leaves the wall more nearly along it (cosine to the way out) does not run on."""
+"""A crease that leaves the wall more nearly along it (cosine to the way out) does not run on; set by hand."""
 CORNER_TURN_DEG = 15.0
-"""Edges that turn by less have no corner in their rim."""
+"""Edges that turn by less have no corner in their rim; set by hand."""
 TO_TIP_M = 0.2
-"""A corner of the rim this near to a crease lies on it: a hip or valley ends in a corner, and reaches are not known better."""
+"""A corner of the rim this near to a crease lies on it: a hip or valley ends in a corner, and reaches are not known better; set by hand."""
 FARTHEST = 3.0
-"""A crease has left its strip after so many times the greater reach."""
+"""A crease has left its strip after so many times the greater reach; set by hand."""
 OUT_OF_WALL_M, ON_LINE_M = 0.02, 1e-6
 """A crease leaves the walls where it is outside so far on; rounding."""
 

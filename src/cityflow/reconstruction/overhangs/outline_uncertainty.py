@@ -15,7 +15,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.rim_decision import RimOfEdge
 
 OTHER_ROOF_M = 0.6
-"""A rim that seems so far inside is that of another part of the roof."""
+"""A rim that seems so far inside is that of another part of the roof; set by hand."""
 
 
 def outline_sigma(rims: Sequence[RimOfEdge], p: OverhangParameters) -> float:

@@ -27,7 +27,7 @@ from cityflow.reconstruction.overhangs.roof_plan import PlanCell, RoofPlan, Unfi
 from cityflow.reconstruction.overhangs.standing_wall import at_outline
 
 BESIDE_M = 0.05
-"""An edge of the solid this near to an overhang's line is a part of it."""
+"""An edge of the solid this near to an overhang's line is a part of it; set by hand, as are those below."""
 WALL_LEFT_M = 0.5
 """So much wall stays below the slab, at least."""
 MOST_ATTEMPTS = 12

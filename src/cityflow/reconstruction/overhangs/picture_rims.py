@@ -22,7 +22,7 @@ SMOOTHING_CELLS = 1.0
 LEAST_PROFILES = 8
 """Fewer tell nothing."""
 DISTINCT = 2.0
-"""The change at a rim is so many times the typical one around it."""
+"""The change at a rim is so many times the typical one around it; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

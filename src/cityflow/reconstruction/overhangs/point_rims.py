@@ -16,19 +16,20 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.straight_edges import WallEdge
 
 INSIDE_M = 1.0
-"""The density is that of the roof points this near to the wall."""
+"""The density is that of the roof points this near to the wall; set by hand."""
 LEAST_GAP_M = 0.25
 """Points of a roof that end in a wider gap end there; set by hand."""
 GAP_SPACINGS = 6.0
-"""Roof points end at a gap of so many mean spacings along the way out."""
+"""Roof points end at a gap of so many mean spacings along the way out; set by hand."""
 LEAST_FILLED = 0.5
-"""Up to its rim a roof has at least this share of the points that it has inside; what is thinner stands there by chance: crowns, cables, a neighbour's eave."""
+"""Up to its rim a roof has at least this share of the points that it has inside; what is thinner stands there by chance: crowns, cables, a
+neighbour's eave; set by hand."""
 LEAST_POINTS, LEAST_BEYOND = 6, 3
 """Fewer points near an edge, or beyond the wall, tell no overhang; set by hand."""
 BIN_M, BIN_POINTS = 0.5, 4
-"""Shares are counted by pieces of the wall so long, or longer where there are too few points for that."""
+"""Shares are counted by pieces of the wall so long, or longer where there are too few points for that; set by hand."""
 LEAST_SHARE = 0.6
-"""Roof points stand beyond the wall along so much of it; those of a neighbour's eave stand at one end."""
+"""Roof points stand beyond the wall along so much of it; those of a neighbour's eave stand at one end; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

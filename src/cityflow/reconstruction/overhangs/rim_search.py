@@ -26,7 +26,7 @@ from cityflow.reconstruction.overhangs.standing_wall import standing_wall
 from cityflow.reconstruction.overhangs.surface_rims import Profiles, RimLimits, SurfaceEdges, rims_along, surface_edges
 
 INWARD_M = 0.4
-"""A rim may lie so far inside an outline that stands too far out."""
+"""A rim may lie so far inside an outline that stands too far out; set by hand, as are those below."""
 APART_M, MOST_PROFILES = 0.08, 2000
 """Profiles along an edge are no nearer, and no more of them are made; bounds time."""
 LEVEL_EAVE = 0.1

@@ -21,7 +21,7 @@ STEPS_PER_CELL = 2
 DROP_CELLS = 2.5
 """A rim's drop is measured between places so far on both sides of it, in standard deviations of the smoothing."""
 FACING = 0.7
-"""Cosine between the surface's fall at a rim and the way out of the wall."""
+"""Cosine between the surface's fall at a rim and the way out of the wall; set by hand."""
 FILL_ROUNDS = 6
 """Cells that a hole is filled from its border; set by hand."""
 HIGH = np.float32(1e9)

@@ -11,7 +11,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 
 THIN_CELL = 0.25
-"""Border detection keeps one point per plane and square of this size (m), so that dense clouds cost little more."""
+"""Border detection keeps one point per plane and square of this size (m), so that dense clouds cost little more; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 MAX_ROUNDS = 3
-"""So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out."""
+"""So often cells are labelled; after each round the lines that carry too little of the roof's edges are left out; set by hand."""
 
 LOOKS, MOST_PATCHES = 2, 12
 """So often, and so many at a time, patches of points that a roof misses are looked at again."""

@@ -24,7 +24,7 @@ from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 LEAST_POINTS = 6
 """Twice those of a plane."""
 RIM = 0.02
-"""Share of a patch's points that may lie beyond each side of its box: neighbours that were taken for its own."""
+"""Share of a patch's points that may lie beyond each side of its box: neighbours that were taken for its own; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from cityflow.reconstruction.partition.borders import Borders, unique_pairs
 from cityflow.reconstruction.partition.cut_line import CutLine
 
 ASIDE_M, GAP_M, SQUARE_M = 0.15, 2.0, 0.3
-"""A line parts pairs that it misses by so much; a stretch of it ends at a gap so long, and its length is counted in such pieces."""
+"""A line parts pairs that it misses by so much; a stretch of it ends at a gap so long, and its length is counted in such pieces; set by hand."""
 
 
 def angle_between(a: float, b: float) -> float:

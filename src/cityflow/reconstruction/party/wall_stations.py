@@ -15,7 +15,7 @@ from cityflow.reconstruction.solids.tied_heights import TIED, settled
 
 BEND, MOST_BEND = 0.1, 0.3
 """A straight edge is bent towards a vertex of the other wall by no more than this share of the way to its next end,
-since the roof beside it turns; by the greater share up to `CLOSE`."""
+since the roof beside it turns; by the greater share up to `CLOSE`; set by hand, as are those below."""
 
 CLOSE = 0.002
 """A vertex this near (m) to the other wall's edge is better on it: two vertices within 1 mm count as one."""

@@ -13,7 +13,7 @@ from cityflow.core.kernels import njit
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud
 
 REACH_M = 1.0
-"""Points so far below and above a level are what it must stand out from."""
+"""Points so far below and above a level are what it must stand out from; set by hand, as are those below."""
 CONTRAST = 3.0
 """How many times more points a level must have than a layer of equal thickness near it, if they were spread evenly."""
 

@@ -17,7 +17,7 @@ from cityflow.core.building import Direction
 GATE = 3.0
 """A plane farther off a known direction, in standard deviations, does not follow it: the usual three."""
 ALIKE_M = 1.5
-"""Errors of points within squares of this edge count as one."""
+"""Errors of points within squares of this edge count as one; set by hand."""
 LEVEL = math.tan(math.radians(4.0))
 """Planes less steep have no aspect; set by hand."""
 LEAST_SQUARES = 4

@@ -16,7 +16,7 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.reconstruction.planes.plane_segments import Origin
 
 DENSITY_CELL = 1.0
-"""Edge of the cells in which the density is counted, metres."""
+"""Edge of the cells in which the density is counted, metres; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,13 +18,13 @@ from cityflow.reconstruction.primitive_parts.islands import islands, point_costs
 from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, fit_part
 
 WIDTHS = (3,)
-"""So many of the best cuts of the whole are followed; of its parts, the best."""
+"""So many of the best cuts of the whole are followed; of its parts, the best; set by hand."""
 DEEPEST, MOST_PARTS, MOST_PLACES = 12, 300, 32
-"""Cuts in cuts; parts that are looked at; places that are tried along an axis."""
+"""Cuts in cuts; parts that are looked at; places that are tried along an axis; set by hand."""
 LEAST_POINTS, LEAST_WIDTH_M = 2, 0.8
 """Parts with fewer points, or narrower (m), are none; set by hand."""
 ISLANDS = 2
-"""So many boxes are tried in a part."""
+"""So many boxes are tried in a part; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

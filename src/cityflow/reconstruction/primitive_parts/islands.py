@@ -17,7 +17,7 @@ from cityflow.reconstruction.planes.plane_labels import OUTLIER
 from cityflow.reconstruction.primitive_parts.shape_fits import KINDS, ShapeFit, fit_level, planes_of
 
 OFF_NATS = 2.0
-"""A point that costs this much under the roof of the part may be of another one: two sigma."""
+"""A point that costs this much under the roof of the part may be of another one: two sigma; set by hand, as are those below."""
 MOST_SEEDS, MOST_FELLOWS = 60, 60
 """Places that are tried, and points around each; bounds time."""
 LEAST_POINTS = 2

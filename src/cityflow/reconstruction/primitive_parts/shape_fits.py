@@ -20,13 +20,13 @@ FLAT, SHED, GABLE, HIP, PLANE = range(5)
 KINDS = 10
 """Flat, sheds and gables across either axis, gables with a ridge off the middle, hip, free plane: the choice among them costs its logarithm."""
 RIDGES = np.array([-0.2, -0.12, 0.12, 0.2])
-"""Places of a ridge off the middle, in widths of the part."""
+"""Places of a ridge off the middle, in widths of the part; set by hand."""
 MOST_GUESSES = 90
 """Starts that a robust fit is tried from; bounds time."""
 LEAST_SLOPE, LEAST_RIDGED, MOST_SLOPE = 0.04, 0.14, 3.0
 """Rise over run of the flattest shed, of the flattest roof with a ridge, and of the steepest roof; set by hand."""
 BEYOND_M = 1.0
-"""A shape may run so far below and above all points of the unit."""
+"""A shape may run so far below and above all points of the unit; set by hand."""
 
 
 class ShapeFit(NamedTuple):

@@ -40,17 +40,17 @@ U0, U1, V0, FRONT, TILT, RISE = range(6)
 FRONTS_M = (0.6, 0.9, 1.2, 1.5, 1.8, 2.2, 2.6)
 """Heights of fronts that are tried; set by hand."""
 TILTS, RISES = (0.25, 0.45), (0.3, 0.5)
-"""Slopes of shed dormers as shares of the main slope; rises of gabled ones as shares of half their width."""
+"""Slopes of shed dormers as shares of the main slope; rises of gabled ones as shares of half their width; set by hand."""
 PLACES = 4
-"""Places along a cell's edge at which heights are looked at: fronts and sides are steps."""
+"""Places along a cell's edge at which heights are looked at: fronts and sides are steps; set by hand."""
 TURN_COS = math.cos(math.radians(12.0))
 """Sides turn less off the slope's own frame; set by hand."""
 SAME_M, ALIKE_M = 0.15, 0.35
 """Lines nearer are one; dormers whose measures differ less are alike; set by hand."""
 ON_LINE = 0.5
-"""Sides and fronts are chosen among a few lines: that costs less than a number that is free."""
+"""Sides and fronts are chosen among a few lines: that costs less than a number that is free; set by hand."""
 AMONG = 0.9
-"""Share of a dormer that lies on one slope."""
+"""Share of a dormer that lies on one slope; set by hand."""
 
 
 def with_dormers(

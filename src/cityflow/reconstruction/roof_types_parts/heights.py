@@ -15,7 +15,7 @@ from cityflow.core.reconstruction import Evidence, HeightRaster
 COARSE_M = 1.25
 """Of larger cells none is left out at the rim; set by hand."""
 FINEST_M = 0.25
-"""Places at which a cell is looked at stand no further apart than twice this."""
+"""Places at which a cell is looked at stand no further apart than twice this; set by hand, as are those below."""
 MOST_CELLS = 1500
 """More heights than this are thinned; bounds time."""
 STEPS_M, EXACT_M, LEAST_STEPPED = (1.0, 0.5), 2e-3, 4

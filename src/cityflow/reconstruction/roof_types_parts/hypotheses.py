@@ -33,7 +33,7 @@ from cityflow.reconstruction.roof_types_parts.shape_fit import Clues
 from cityflow.reconstruction.roof_types_parts.skeletons import BEND, BEND_T, D0, D1, R2, R3, S2, S3, Quad, Skeleton
 
 UNLIKELY = 2.0
-"""Cost of what houses rarely have: ends of different kind, ridges across the longer side."""
+"""Cost of what houses rarely have: ends of different kind, ridges across the longer side; set by hand."""
 
 
 def hypotheses(clues: Clues, quad: Quad, parameters: HypothesisParameters) -> list[Hypothesis]:

@@ -16,7 +16,7 @@ from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, cell_means
 from cityflow.reconstruction.roof_types_parts.skeletons import BEND, D0, D1, R2, R3, S2, S3, Quad, Skeleton
 
 PYRAMID_RIDGE_M = 1.0
-"""Hip roofs with shorter ridges are pyramids."""
+"""Hip roofs with shorter ridges are pyramids; set by hand, as is the next."""
 STEPS_M = (0.8, 0.4, 0.2, 0.1, 0.05)
 """Of the search for the cheapest shape, each half the one before."""
 

@@ -20,7 +20,7 @@ from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines, turn_
 OVERHANGS_M = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 """That are tried beside the displacement; set by hand."""
 ACROSS_M, STEP_M, FINE_M = 0.25, 0.2, 0.05
-"""How far a line lies off its rim (sigma): a pixel of a usual ortho; steps of the search, and of its refinement."""
+"""How far a line lies off its rim (sigma): a pixel of a usual ortho; steps of the search, and of its refinement; set by hand."""
 
 PER_M = 0.25
 """Loss (share of the outline's length) per metre of displacement; set by hand."""

@@ -14,7 +14,7 @@ from cityflow.reconstruction.roof_types_parts.roof_lines import turn_between
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad
 
 ROUND_SIDES, ROUNDNESS = 8, 0.93
-"""An outline of so many sides whose area is nearly that of a disc of the same perimeter is round."""
+"""An outline of so many sides whose area is nearly that of a disc of the same perimeter is round; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,19 +21,19 @@ from cityflow.reconstruction.roof_types_parts.outline_sides import Sides, main_a
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines, turn_between
 
 SIDE_M, LINE_M, LEAST_LINE_M = 0.75, 0.2, 2.0
-"""Ends of sides, and of detected lines, err so much; shorter lines tell no direction."""
+"""Ends of sides, and of detected lines, err so much; shorter lines tell no direction; set by hand."""
 MOST_WEIGHT, ROBUST = 400.0, 3.0
-"""No direction is surer than this (1/radians²); directions so many sigma off count half."""
+"""No direction is surer than this (1/radians²); directions so many sigma off count half; set by hand."""
 ALIKE_DEG = 10.0
 """Sides that turn less off a main direction may be turned into it; set by hand."""
 REACH_M, TRIES, SPAN = 2.6, 30, 0.8
-"""Heights so far beside a side tell where it is; places tried on either side; middle share of a side that is looked at."""
+"""Heights so far beside a side tell where it is; places tried on either side; middle share of a side that is looked at; set by hand."""
 NOISE_M, CUT = 0.5, 4.5
 """Of heights off their slope (sigma), and the penalty of three sigma, beyond which a height says no more; set by hand."""
 SEEN, EAVE_M = 2.0, 0.2
-"""Log-likelihood ratio of a line that runs along all of a side, and how far beside the side it may run (sigma)."""
+"""Log-likelihood ratio of a line that runs along all of a side, and how far beside the side it may run (sigma); set by hand."""
 ROUND_CORNERS, FINE_CORNERS, EXPLAINED = 16, 24, 0.6
-"""Waves of two to four turns explain nearly all by which corners of a rectangle lie beside a circle, but little of errors."""
+"""Waves of two to four turns explain nearly all by which corners of a rectangle lie beside a circle, but little of errors; set by hand."""
 
 RIGHT_DEG = 1.0
 """Outlines all of whose angles are right within this are taken as given, degrees; set by hand."""

@@ -21,11 +21,11 @@ from cityflow.core.reconstruction import HeightRaster, Picture
 
 Pixels = NDArray[np.uint8] | NDArray[np.uint16]
 SUNS_DEG = (20.0, 110.0)
-"""Directions from which a surface is lit where there is no picture of it."""
+"""Directions from which a surface is lit where there is no picture of it; set by hand."""
 MOST_JOINS = 400
 """Bounds time."""
 FINER, SMOOTH_CELLS = 2, 0.8
-"""A picture is shown to the detector twice as fine, and smoothed: so noise breaks fewer edges, and fewer false ones are found."""
+"""A picture is shown to the detector twice as fine, and smoothed: so noise breaks fewer edges, and fewer false ones are found; set by hand."""
 
 AROUND_M = 2.5
 """Lines further outside the outline than this do not matter, m; set by hand."""

@@ -17,15 +17,15 @@ from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.roof_types_parts.skeletons import Skeleton, plane_groups
 
 BESIDE_M, ALONG_M = 0.015, 0.12
-"""How far beside a line its two sides are looked at, and how densely along it."""
+"""How far beside a line its two sides are looked at, and how densely along it; set by hand."""
 SHORT_M = 0.1
 """Shorter pieces of an edge are left out; set by hand."""
 SAME_SLOPE, SAME_M = 1e-4, 2e-3
-"""Planes of several parts that differ by less are one."""
+"""Planes of several parts that differ by less are one; set by hand."""
 MOST_CELLS = 400
 """Bounds time."""
 LATTICE_M, MOST_PLACES = 0.2, 40_000
-"""Spacing of the places at which the highest part is asked for, and their number at most."""
+"""Spacing of the places at which the highest part is asked for, and their number at most; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,26 +21,25 @@ from cityflow.reconstruction.roof_types_parts.skeletons import ridge_heights, sk
 MOST_NOISE_M = 1.0
 """Of coarse heights (sigma): beyond it they tell nothing of a roof; set by hand."""
 USUAL_NOISE_M, NOISE_WORTH = 0.3, 12.0
-"""Noise that surface models usually have, and how many observations of it that is worth."""
+"""Noise that surface models usually have, and how many observations of it that is worth; set by hand."""
 TRIMMED, SHARED_BENDS = 1.5, 3.0
-"""Standard deviation over the root of the mean of the lowest four fifths of squares; so many second differences share a height."""
+"""Standard deviation over the root of the mean of the lowest four fifths of squares; so many second differences share a height; set by hand."""
 LEAST_PER_NUMBER = 1.4
 """Cost of a free number (log-likelihood), at least: about Schwarz's for 16 heights; set by hand."""
 ROBUST = 3.0
-"""Heights this many sigma off count half; whole metres must not make the most frequent height the only one."""
+"""Heights this many sigma off count half; whole metres must not make the most frequent height the only one; set by hand."""
 CUT = 4.5
 """Cost of a height beyond three sigma."""
 STANDING_COST, STANDING_SHARE, WHOLE = 1.5, 0.12, 0.999
 """Heights far above a roof cost so much where no more than this share is: dormers, chimneys and trees stand on roofs.
 
-They do not fill coarse cells, each of which is a whole observation: of so few heights a share would be worth as much as a slope.
-"""
+They do not fill coarse cells, each of which is a whole observation: of so few heights a share would be worth as much as a slope. Set by hand."""
 SEEN, UNSEEN = 3.0, 1.0
-"""Log-likelihood ratio of a line, and of none, along an independent stretch of an edge."""
+"""Log-likelihood ratio of a line, and of none, along an independent stretch of an edge; set by hand."""
 MISSED, USUAL_SLOPE = 2.5, 0.7
-"""Cost of an edge of which nothing is seen, however long: both its sides may be lit alike; slope that roofs with ridges have."""
+"""Cost of an edge of which nothing is seen, however long: both its sides may be lit alike; slope that roofs with ridges have; set by hand."""
 STRETCH_M, STEP_M, ACROSS_M = 1.5, 0.5, 0.4
-"""Length of such a stretch; places along it; how far beside an edge its line may run (sigma)."""
+"""Length of such a stretch; places along it; how far beside an edge its line may run (sigma); set by hand."""
 TURN_COS = math.cos(math.radians(12.0))
 """Lines that turn more say nothing of an edge; set by hand."""
 

@@ -23,7 +23,7 @@ from cityflow.reconstruction.solids.touching_rings import pulled_apart
 from cityflow.reconstruction.solids.wall_merging import Wall, merge_walls
 
 MIN_HEIGHT = 0.5
-"""A roof that would come nearer to the floor than this (m) is laid level at this height, or at its own mean."""
+"""A roof that would come nearer to the floor than this (m) is laid level at this height, or at its own mean; set by hand."""
 
 STRAIGHT = 5e-4
 """A corner of two faces only that lies this near (m) to the line between its neighbours is left out."""

@@ -19,7 +19,7 @@ from cityflow.reconstruction.partition.subdivision import MIN_EDGE, Subdivision
 from cityflow.reconstruction.solids.ring_tracing import Edge
 
 SAME_HEIGHT = 12e-3
-"""Heights at a vertex that differ by no more than this (m) become their mean: faces stay planar within 6 mm."""
+"""Heights at a vertex that differ by no more than this (m) become their mean: faces stay planar within 6 mm; set by hand, as are those below."""
 
 SAME_SLOPE = 0.1
 """Nor may they differ by more than this part of the shortest edge there, so that small faces are not tilted."""

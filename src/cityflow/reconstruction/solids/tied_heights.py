@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from cityflow.core.building import VERTEX_DECIMALS
 
 TIED = 0.003
-"""Heights and positions that differ by no more than this (m) become one."""
+"""Heights and positions that differ by no more than this (m) become one; set by hand."""
 
 
 def settled(heights: Iterable[float], fixed: Iterable[float] = ()) -> dict[float, float]:

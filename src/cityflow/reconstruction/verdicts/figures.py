@@ -23,11 +23,11 @@ from cityflow.reconstruction.verdicts.surroundings import SEEN_M, SEEN_SPACINGS,
 PLACES, STEP_M = 1200, (0.2, 1.0)
 """Of the lattice on an outline, and its least and greatest step; bounds time."""
 VOTERS = 3
-"""The nearest points decide whether a place of the roof is right; more of them outvote a dormer that has three."""
+"""The nearest points decide whether a place of the roof is right; more of them outvote a dormer that has three; set by hand."""
 SIGMAS = 3.0
 """The usual three."""
 FEW_POINTS = 3.0
-"""So many points that are right are added to those of each plane: one point off of two is no half of a plane."""
+"""So many points that are right are added to those of each plane: one point off of two is no half of a plane; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

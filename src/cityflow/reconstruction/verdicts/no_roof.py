@@ -19,7 +19,8 @@ from cityflow.geometry.roof_distances import NEAR
 from cityflow.reconstruction.verdicts.roof_parts import ends_in_plan
 
 WALL_M = 0.5
-"""Points this near to a wall in plan, and below its top, may be of it: the outline's error, a sill, a gutter, a scanner's spot."""
+"""Points this near to a wall in plan, and below its top, may be of it: the outline's error, a sill, a gutter, a scanner's spot; set by hand, as are
+those below."""
 FAR_M = 1.0
 """Lone points this far above or below a roof are no part of it."""
 LOW_M = 2.5

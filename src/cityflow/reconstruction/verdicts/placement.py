@@ -23,27 +23,27 @@ from cityflow.reconstruction.verdicts.surroundings import Surroundings
 PIECE_M, LEAST_EDGE_M = 2.5, 1.0
 """Edges are judged in pieces of about this length, shorter edges not; set by hand."""
 BIN_M, REACH_M = 0.1, 2.0
-"""Points are counted across an edge in bins, so far to both sides."""
+"""Points are counted across an edge in bins, so far to both sides; set by hand."""
 INSIDE_M = (0.3, 1.5)
-"""The density that a roof should have up to its rim is that of points this far inside."""
+"""The density that a roof should have up to its rim is that of points this far inside; set by hand."""
 LEAST_INSIDE, LEAST_DENSITY = 1.5, 0.35
-"""Where it has fewer points inside, or less of the unit's density, an edge tells nothing."""
+"""Where it has fewer points inside, or less of the unit's density, an edge tells nothing; set by hand."""
 BEYOND = 0.2
 """Share of the roof's density that may stand beyond its rim."""
 WALL_M, WALL_SHARE = 0.12, 0.6
-"""Standard deviation of a façade's echoes across it, and the share of the points below a roof that are such."""
+"""Standard deviation of a façade's echoes across it, and the share of the points below a roof that are such; set by hand."""
 FACING, LEAST_MATCHED, INDEPENDENT = 0.7, 5, 8.0
-"""Points of a matched façade face outwards (cosine); those of one piece err alike, and count for no more than so many."""
+"""Points of a matched façade face outwards (cosine); those of one piece err alike, and count for no more than so many; set by hand."""
 STEP_M, FARTHEST_M = 0.25, 1.5
 """Of the shifts that are tried, and the farthest of them; set by hand."""
 EAVES_STEP_M, WIDEST_EAVES_M = 0.2, 1.0
 """Of the overhangs that are tried, and the widest of them; set by hand."""
 USUAL, USUAL_M, RARE_M = 0.7, 0.1, 0.8
-"""Of ten outlines seven are this near to their building, the others are not (standard deviations)."""
+"""Of ten outlines seven are this near to their building, the others are not (standard deviations); set by hand."""
 PARTY_M, MOST_PARTY = 0.15, 25.0
-"""Where another unit's outline touches, both agree."""
+"""Where another unit's outline touches, both agree; set by hand."""
 TRUST = 0.5
-"""Points along neighbouring pieces do not err independently."""
+"""Points along neighbouring pieces do not err independently; set by hand."""
 ALLOWED_M = 0.6
 """A roof may end so far before its outline: no harm is done."""
 HARM = 0.045

@@ -17,7 +17,7 @@ from cityflow.reconstruction.verdicts.no_roof import Kind, kinds_of
 LEAST_NOISE_M = 0.02
 """Noise is never taken as smaller than this; set by hand."""
 NO_DENSITY = 1.0
-"""Points per square metre where there are none to count."""
+"""Points per square metre where there are none to count; set by hand."""
 FROM_CLOUD = 1.4826
 """From the median of absolute deviations to the standard deviation of a normal law."""
 

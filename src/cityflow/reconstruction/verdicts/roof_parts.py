@@ -10,7 +10,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Polyhedron, Semantic
 
 STEP_M = 0.3
-"""Lower walls within a roof are no steps: both sides are nearly within reach of the same height."""
+"""Lower walls within a roof are no steps: both sides are nearly within reach of the same height; set by hand, as are those below."""
 OF_OUTLINE_M = 0.05
 """Walls this near to the outline are its own."""
 

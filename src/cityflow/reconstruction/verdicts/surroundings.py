@@ -17,7 +17,7 @@ from cityflow.geometry.roof_distances import NEAR
 from cityflow.reconstruction.verdicts.roof_fit import RoofFit
 
 BESIDE_M = (1.0, 2.0)
-"""Where a roof that goes on beyond the outline would have points; nearer are eaves."""
+"""Where a roof that goes on beyond the outline would have points; nearer are eaves; set by hand, as are those below."""
 SEEN_SPACINGS, SEEN_M = 1.2, (0.3, 3.0)
 """A place is seen where a roof point is within this many spacings of points, within bounds; evenly strewn points leave out one place of a hundred."""
 LEAST_UPWARD = 1e-3

@@ -10,7 +10,7 @@ from cityflow.core.arrays import BoolArray
 from cityflow.core.reconstruction import HeightRaster
 
 AROUND_M, STEP_M = 1.0, 0.25
-"""The survey has to go on so far beyond an outline; looked at every so many metres."""
+"""The survey has to go on so far beyond an outline; looked at every so many metres; set by hand, as are those below."""
 LEAST_M = 2.0
 """Of the outline's border, beyond which the survey ends: less is a corner."""
 ENDS = "the survey ends here: of {:.0f} m around the outline nobody has seen {:.0f} m"

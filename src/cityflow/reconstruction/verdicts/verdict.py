@@ -33,7 +33,7 @@ class Judgement:
 
 NO_MODEL = "no method gave a model"
 MOST_REASONS, LEAST_COST = 3, 0.7
-"""So many reasons are told, of those that lower the logit by this much."""
+"""So many reasons are told, of those that lower the logit by this much; set by hand."""
 OF_SURVEY_END = frozenset({"unseen", "missed", "misplaced", "beside"})
 """Figures that say no more than that the survey ends, where it does."""
 

@@ -17,7 +17,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED
 
 FILL_M = 2.0
-"""Surfaces with points nearer than this may fill a strip."""
+"""Surfaces with points nearer than this may fill a strip; set by hand, as are those below."""
 LARGE = 0.3
 """Only surfaces with this share of the largest one's points fill strips: dormers do not."""
 BESIDE_M = 0.8

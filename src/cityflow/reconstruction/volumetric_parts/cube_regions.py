@@ -37,7 +37,7 @@ from cityflow.reconstruction.noise.cubes import (
 )
 
 LEAST = 6
-"""Points that a cube needs for a plane of its own; with fewer, those of its 26 neighbours count, too."""
+"""Points that a cube needs for a plane of its own; with fewer, those of its 26 neighbours count, too; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from cityflow.reconstruction.partition.cut_line import CutLine
 from cityflow.reconstruction.volumetric_parts.cube_regions import CubeRegions, cube_regions
 
 MOST_POINTS = 40_000
-"""More points of façades than this are thinned, evenly in their order."""
+"""More points of façades than this are thinned, evenly in their order; set by hand."""
 MAX_LEAN_DEG = 12.0
 """Walls lean no more than this, degrees; set by hand, as are the next two."""
 LOWEST_WALL_M = 0.6

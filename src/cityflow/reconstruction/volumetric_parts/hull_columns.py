@@ -11,7 +11,7 @@ from cityflow.reconstruction.partition.subdivision import Subdivision
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT
 
 MIN_THICKNESS = 0.5
-"""A column thinner than this (m) anywhere stands on the floor."""
+"""A column thinner than this (m) anywhere stands on the floor; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

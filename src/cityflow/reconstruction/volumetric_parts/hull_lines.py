@@ -27,7 +27,7 @@ from cityflow.reconstruction.volumetric_parts.facades import Facade, facade_line
 from cityflow.reconstruction.volumetric_parts.nodes import Nodes, edge_lines
 
 NEAR_CORNER, SAME_LINE = 0.02, 0.005
-"""A wall or step nearer to a corner (m) than the first goes through it; corners nearer to one line than the second are on it."""
+"""A wall or step nearer to a corner (m) than the first goes through it; corners nearer to one line than the second are on it; set by hand."""
 
 EXTEND = 2.5
 """Metres that an edge may run on to reach a node; set by hand."""

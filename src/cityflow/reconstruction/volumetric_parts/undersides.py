@@ -31,18 +31,12 @@ from cityflow.reconstruction.volumetric_parts.facades import Facade, FacadeCloud
 RASTER_M = 0.25
 """Cells on which places seen open and solid are counted; set by hand."""
 LEAST_ABOVE = 10
-"""Points that the outer wall over a void must show."""
+"""Points that the outer wall over a void must show; set by hand."""
 SCALE = 1e6
 """Minimum cuts count in whole numbers: square millimetres."""
-
-SET_BACK = 0.8
-"""Walls nearer to the outline are windows, doors, recesses, m; set by hand, as are those below."""
-LEAST_LENGTH = 1.5
-"""Shortest wall that tells of a void, m."""
-LEAST_COVER = 1.2
-"""What stands over a void is at least so high, m."""
-NEAR_EDGE = 0.4
-"""Points nearer to the outline are of an outer wall, m."""
+SET_BACK, LEAST_LENGTH, LEAST_COVER, NEAR_EDGE = 0.8, 1.5, 1.2, 0.4
+"""Metres: walls nearer to the outline are windows, doors, recesses; the shortest wall that tells of a void; what stands over a void is at least so high;
+points nearer to the outline are of an outer wall. Set by hand, as is the next."""
 SOLID_WEIGHT = 2.0
 """A square metre seen solid weighs so much more than one seen open."""
 

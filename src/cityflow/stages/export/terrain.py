@@ -32,7 +32,7 @@ from cityflow.texture.patches.fill import interpolated
 DRAPE_QUALITY = 88
 """Of JPEG; set by hand."""
 EAVES_M = 0.8
-"""Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
+"""Eaves that an ortho shows beside walls, about; the ground there is out of its sight; set by hand."""
 STRIP_CELLS = 512
 """Rows at a time; bounds memory."""
 

@@ -26,8 +26,6 @@ from cityflow.handover.texture_files import Rings, faces_of, rings_of
 CUT_OTHERWISE = "the face was cut in another way when it was textured"
 CUT_COLOUR = (170, 165, 158)
 """Grey of faces that were cut otherwise than their texture; set by hand."""
-EAVES_M = 0.8
-"""Eaves that an ortho shows beside walls, about; the ground there is out of its sight."""
 
 
 def texture_sets(workspace: Workspace, atlas_cells: Iterable[str], buildings: Mapping[str, Building]) -> dict[str, TextureSet]:  # fmt: skip

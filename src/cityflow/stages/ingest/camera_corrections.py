@@ -34,7 +34,7 @@ UNIT = "calibration."
 ROWS = 512
 """At a time; bounds memory."""
 LEAST_LIGHT = 0.02
-"""Flat frames lie at least this share of the range above the dark ones, or there is nothing to divide by."""
+"""Flat frames lie at least this share of the range above the dark ones, or there is nothing to divide by; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from cityflow.survey.survey import Survey
 
 VERSION = 1
 ASSUMED_SIGMA_CELLS = 0.5
-"""Precision that a given DSM is credited with, in its own cells: it says none."""
+"""Precision that a given DSM is credited with, in its own cells: it says none; set by hand."""
 
 OUTSIDE = "the given DSM has no heights here"
 

@@ -26,7 +26,7 @@ FAR_PX = 1e6
 LEAST_DEPTH = 1e-3
 """Metres in front of a camera below which a vertex counts as behind it."""
 LENS_MARGIN = 0.02
-"""Share of the image's size beyond its frame up to which a lens model may be trusted."""
+"""Share of the image's size beyond its frame up to which a lens model may be trusted; set by hand."""
 INSIDE_TRIANGLE = np.array([[4, 4, 4], [6, 6, 0], [6, 0, 6], [0, 6, 6], [8, 2, 2], [2, 8, 2], [2, 2, 8]]) / 12.0
 """Places in a triangle where a lens is asked what it bends."""
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cityflow.core.arrays import BoolArray, Float32Array
 
 POWER = 4
-"""Of the distance: at 2 and below, the many pixels far away would count as much as those at the rim of a hole."""
+"""Of the distance: at 2 and below, the many pixels far away would count as much as those at the rim of a hole; set by hand."""
 COARSER = 4.0 / 2.0**POWER
 """A level's means stand for four times as many pixels as the finer one's, at twice the distance."""
 BAND_ROWS = 256

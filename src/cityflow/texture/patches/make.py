@@ -25,7 +25,7 @@ SUPERSAMPLING = 4
 """Samples per pixel and axis at most where a patch is scaled down; set by hand, to save time."""
 
 ALONG_PX = 8.0
-"""Over so much of a slim face its colours are averaged (standard deviation)."""
+"""Over so much of a slim face its colours are averaged (standard deviation); set by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

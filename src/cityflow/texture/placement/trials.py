@@ -11,13 +11,13 @@ from cityflow.texture.placement.layout import Bounds
 from cityflow.texture.placement.pixel_runs import TURNS, Patches
 
 HOPED_FOR = 0.92
-"""Share of a page that patches take at best; a page that is smaller than that allows is not tried."""
+"""Share of a page that patches take at best; a page that is smaller than that allows is not tried; set by hand."""
 
 EXPECTED = 0.86
 """Share of a page that patches usually take; set by hand."""
 
 SPREAD = 0.25
-"""Standard deviation, as a natural logarithm, by which weights are shaken."""
+"""Standard deviation, as a natural logarithm, by which weights are shaken; set by hand."""
 
 SEED = 20170
 """Any number: the same one, so that the same patches are placed alike."""

@@ -13,7 +13,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 
 NEAR_M = 0.05
-"""What is nearer to the camera, or behind it, is not in the image."""
+"""What is nearer to the camera, or behind it, is not in the image; set by hand, as are those below."""
 RIM_POINTS = 17
 """Points along each side of the frame, so that a lens bends it."""
 BEYOND = 0.05

@@ -22,7 +22,7 @@ from cityflow.geometry.ray_march import LOWEST
 from cityflow.texture.visibility.visibility_parameters import OWN_M, VisibilityParameters
 
 STEP_SHARE = 0.4
-"""Steps within a roof are blurred by less than walls with their eaves: so much of the reach around a unit."""
+"""Steps within a roof are blurred by less than walls with their eaves: so much of the reach around a unit; set by hand, as are those below."""
 LEAST_CELLS = 25
 """Fewer cells tell nothing about how far a model lies below the surface."""
 

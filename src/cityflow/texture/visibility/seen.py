@@ -17,7 +17,7 @@ from cityflow.texture.ranking.views import WHOLE
 from cityflow.texture.visibility.scene import Scene
 
 GROWTH = 1.05
-"""Cells grow by this share until they are few enough."""
+"""Cells grow by this share until they are few enough; set by hand."""
 
 
 def coarse_grid(face: FacePlane, finest_m: float, most_cells: int) -> FaceGrid:
