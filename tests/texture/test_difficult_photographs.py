@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from cityflow.texture.plain_colours import WallColours
 from cityflow.texture.planes import face_planes
 from cityflow.texture.radiometry import balance
 from cityflow.texture.source import LinearModel
-from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
+from cityflow.texture.unit import DOUBTFUL, Surroundings, TexturedUnit, TextureParameters, texture_unit
 from texture_scenes import GROUND, X, Y, house, looking, surface
 
 WIDE, TALL = 12.0, 8.0
@@ -69,11 +70,12 @@ def seen_from(south_m: float, east_m: float, high_m: float, name: str) -> Orient
     return looking(np.array([east_m, -south_m, GROUND + high_m]), np.array([0.0, 0.0, GROUND + 3.0]), SMALL, name)
 
 
-def textured(images: Sequence[ColourImage], heights: FloatArray | None = None, **changes: object) -> TexturedUnit:
+def textured(
+    images: Sequence[ColourImage], heights: FloatArray | None = None, wall_sigma_m: float = 0.1
+) -> TexturedUnit:
     grid, level = surface(0.5)
-    parameters = TextureParameters.model_validate(changes)
-    around = Surroundings([solid()], [], level if heights is None else heights, grid)
-    return texture_unit(planes(), images, around, parameters)
+    around = Surroundings([solid()], [], level if heights is None else heights, grid, wall_sigma_m)
+    return texture_unit(planes(), images, around, TextureParameters())
 
 
 def planes() -> list[FacePlane]:
@@ -154,6 +156,29 @@ def test_a_burnt_out_image_and_a_dark_one_leave_the_wall_as_it_is() -> None:
     assert np.percentile(found, 90) < 4.0
     pixels = next(p for p in made.texture.rectified if p.key == SOUTH)
     assert (pixels.pixels[inner(pixels)].min(axis=1) >= 250).mean() < 0.001, "nothing is white"
+
+
+def test_a_balance_that_lifts_bright_walls_beyond_white_is_taken_back() -> None:
+    """All photographs are below white, the survey's balance makes them brighter by 40 %."""
+    lifted = [replace(image, gain=(1.4,)) for image in photographed({})]
+    patch = next(p for p in textured(lifted).texture.rectified if p.key == SOUTH)
+    wall = inner(patch) & (patch.index >= FIRST_IMAGE)
+    assert (patch.pixels[wall].max(axis=1) == 255).mean() < 0.01
+    # as coloured as the paint, which 1.4 times as bright would be red beyond white
+    assert np.median(patch.pixels[wall] / patch.pixels[wall].max(axis=1, keepdims=True), axis=0) == pytest.approx(
+        np.array(WALL) / max(WALL), abs=0.02
+    )
+
+
+def test_a_wall_that_is_seen_only_from_steeply_above_has_the_colour_of_the_others() -> None:
+    """Its place is known to 0.35 m, so that the picture may be of the grass before it; well known, it is taken from the same photograph."""
+    above = looking(np.array([0.0, WIDE / 2 + 4.0, GROUND + 46.0]), np.array([0.0, 0.0, GROUND + 3.0]), SMALL, "above")
+    images = [*photographed({}), shot(above)]
+    plain = textured(images, wall_sigma_m=0.35).texture.plain
+    assert plain[NORTH].reason == DOUBTFUL
+    assert _delta_e(np.array([plain[NORTH].colour], float), np.array([WALL]))[0] < 4.0
+    assert set(plain) == {NORTH}
+    assert not textured(images, wall_sigma_m=0.01).texture.plain
 
 
 def test_what_is_white_in_all_images_stays() -> None:

@@ -117,12 +117,13 @@ def test_a_bad_edge_of_the_tree_is_mended() -> None:
     colours[:4, :130], colours[4:, 170:300] = np.nan, np.nan
     samples = FaceSamples(tuple(range(8)), colours, np.full(8, 600.0))
     bias = {}
-    for sweeps in (0, 8):
+    for sweeps in (0, 3, 6):
         models = balance([samples], RadiometryParameters(sweeps=sweeps))
         grey = [models[k].applied(np.full((1, 3), 110.0, np.float32)).mean() for k in (0, 1, 2, 5, 6, 7)]
         bias[sweeps] = abs(np.mean(grey[3:]) - np.mean(grey[:3]))
     assert bias[0] > 15.0
-    assert bias[8] < 0.5 * bias[0]
+    # three are the default
+    assert max(bias[3], bias[6]) < 0.5 * bias[0]
 
 
 def test_a_follower_is_made_like_the_others_and_changes_none_of_them() -> None:

@@ -16,6 +16,8 @@ Scalar = str | int | float | bool | None
 
 OUTLINE_SIGMA_M = 0.1
 """Standard deviation of outlines across their edges where nothing tells it, metres: cadastres state 3 to 30 cm."""
+EAVE_SPREAD_M = 0.25
+"""How much eaves of one building differ from each other (standard deviation), metres."""
 
 VERTEX_DECIMALS = 4
 """Vertices are multiples of 0.1 mm: rounding to 1 mm alone has broken the validity of solids."""

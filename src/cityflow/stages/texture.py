@@ -43,12 +43,13 @@ from cityflow.survey.textures import (
     tiles_around,
 )
 from cityflow.survey.unit_entry import UnitEntry
+from cityflow.texture.doubtful import wall_sigma
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 NAME = STAGE_TEXTURE
-VERSION = 6
+VERSION = 7
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more; set by hand."""
@@ -68,6 +69,7 @@ class TextureInputs(TaskInputs):
 
     Attributes
     ----------
+    outline : of the unit, with how its parts are known;  outline_sigma_m : standard deviation of those of which nothing is said
     hulls : unit → RUN-relative path, of the unit itself and of those around it;  blocks : those without a hull
     neighbours : units that share an edge with it
     colours : images that have it in their frame;  unread : images that could not be read
@@ -75,6 +77,8 @@ class TextureInputs(TaskInputs):
     white : value that is shown as white, 0 where nobody has told
     """
 
+    outline: OutlineAt
+    outline_sigma_m: float
     hulls: Mapping[str, str]
     blocks: Mapping[str, FailedUnit]
     neighbours: tuple[str, ...]
@@ -96,7 +100,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
     )
     hulls = {u: survey.results.hull(u) for u in sorted({unit.id, *(u.id for u in around)})}
     given = as_json(TextureInputs(
-        {u: h.path for u, h in hulls.items() if h.path is not None},
+        unit.at, survey.outline_sigma_m, {u: h.path for u, h in hulls.items() if h.path is not None},
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
         unit.neighbours, survey.surfaces, colours, tuple(n for n in known if n not in colours.shown), survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
@@ -107,6 +111,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
         inputs={
             **{f"hull {u}": survey.results.digest_of_hull(u) for u in hulls},
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
+            "outline": digest_of([unit.digest, survey.outline_sigma_m]),
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
             "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.shown else "unread" for n in known}),
             "views": digest_of(given["colours"]["shown"]),
@@ -134,6 +139,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         [solid, *([] if own.beyond is None else [own.beyond])],
         [s for u, b in buildings.items() if u != task.unit for s in _shells(b)],
         *_heights(store, given.surfaces, grown(own.footprint.bounds, parameters.halo_m)),
+        wall_sigma(given.outline.read(store).edges, given.outline_sigma_m),
     )
     made = texture_unit(faces, images, around, parameters)
     rings: dict[FaceKey, Rings] = {f.key: tuple(tuple(map(tuple, r.tolist())) for r in f.rings) for f in faces}

@@ -4,8 +4,8 @@ A face alone says little: it is small, often plain, and glass shows each image a
 of it: a roof joins the images of opposite walls. Two faces with no image in common are not compared along their edge, for they
 are of unlike materials and the sun does not shine on both alike; images that nothing joins stay as the balance of the survey made them.
 
-A tree hands on what is wrong with any of its edges. So each image is then compared with the middle of all that see the same cells, in a few sweeps. Whatever
-is compared changes an image only as far as the values speak for it beyond chance: a survey without differences of exposure stays as it is.
+A tree hands on what is wrong with any of its edges. So each image is then compared with the middle of all that see the same cells (`sweeps.py`). Whatever is
+compared changes an image only as far as the values speak for it beyond chance: a survey without differences of exposure stays as it is.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.comparisons import Comparison, FaceSamples, Tree, UnitCells, comparisons, spanning_trees
-from cityflow.texture.linear_fit import LEAST_CELLS, MOST_GAIN, fitted
-from cityflow.texture.source import SAME, WHITE, LinearModel, Source
+from cityflow.texture.source import SAME, LinearModel, Source
+from cityflow.texture.sweeps import bounded, settled
 
 __all__ = ["FaceSamples", "RadiometryParameters", "balance", "face_samples"]
 
@@ -32,10 +32,6 @@ DARK, BRIGHT = 55.0, 200.0
 are those below."""
 CELLS_OF_FACE = 800
 """Cells of one face that are compared at most."""
-CELLS_OF_SWEEP = 6_000
-"""Cells of a unit that a sweep looks at; bounds time."""
-CELLS_OF_IMAGE = 1_500
-"""Cells of all images, and of one, that are compared with the middle of all at most."""
 
 Models = Mapping[int, LinearModel]
 
@@ -103,7 +99,7 @@ def balance(
         # colours made like grey would be none
         leading = {image: pixels[image] for image in tree if image not in grey} or {i: pixels[i] for i in tree}
         root = max(leading, key=lambda image: (leading[image], -image))
-        found = _settled(cells, _handed_on(root, tree), set(leading), root, asked)
+        found = settled(cells, _handed_on(root, tree), leading, root, asked.sweeps)
         models.update(_like_the_middle(found, leading))
     return {**models, **_following(models, compared)}
 
@@ -137,42 +133,6 @@ def _handed_on(root: int, tree: Tree) -> dict[int, LinearModel]:
     return found
 
 
-def _settled(
-    cells: UnitCells, models: Models, leading: set[int], root: int, parameters: RadiometryParameters
-) -> dict[int, LinearModel]:
-    """The models after each image has been compared with the middle of the leading ones, relative to the root's."""
-    found = dict(models)
-    rows = [k for k, image in enumerate(cells.images) if image in models]
-    colours = cells.colours[rows][:, :: max(1, cells.colours.shape[1] // CELLS_OF_SWEEP)]
-    names = [cells.images[k] for k in rows]
-    leads = np.array([name in leading for name in names])
-    leading_names = [name for name in names if name in leading]
-    known = (~np.isnan(colours[..., 0])).sum(axis=0) >= 2
-    known &= (~np.isnan(colours[leads][..., 0])).any(axis=0)
-    for _ in range(parameters.sweeps if len(rows) > 2 and known.any() else 0):
-        middle = _middle([found[name].applied(c[known]) for name, c in zip(leading_names, colours[leads], strict=True)])
-        found = {n: _refitted(c[known], middle, found[n]) for n, c in zip(names, colours, strict=True)}
-        back = found[root].inverse
-        found = {name: SAME if name == root else back.after(model) for name, model in found.items()}
-    return found
-
-
-def _middle(colours: Sequence[Float32Array]) -> Float32Array:
-    """(cells, 3) medians of the images that say something."""
-    return np.asarray(np.nanmedian(np.stack(colours), axis=0), np.float32)
-
-
-def _refitted(colours: Float32Array, middle: Float32Array, before: LinearModel) -> LinearModel:
-    """The model that makes an image like the middle; the one before where too few cells tell."""
-    seen = np.flatnonzero(~np.isnan(colours[:, 0]))
-    if len(seen) < LEAST_CELLS:
-        return before
-    seen = seen[:: max(1, len(seen) // CELLS_OF_IMAGE)]
-    x, y = colours[seen].astype(np.float64), middle[seen].astype(np.float64)
-    bands = np.array([fitted(x[:, b], y[:, b]) for b in range(3)])
-    return _bounded(LinearModel(bands[:, 0].copy(), bands[:, 1].copy()))
-
-
 def _like_the_middle(models: Models, leading: Mapping[int, float]) -> dict[int, LinearModel]:
     """The models, brighter or darker and with more or less contrast, so that the middle one of the leading images (image → pixels) stays as it is.
 
@@ -184,7 +144,7 @@ def _like_the_middle(models: Models, leading: Mapping[int, float]) -> dict[int, 
     dark, bright = (_weighted_median(gain * value + offset, weight) for value in (DARK, BRIGHT))
     steeper = (BRIGHT - DARK) / np.maximum(bright - dark, 1.0)
     level = LinearModel(steeper, DARK - steeper * dark)
-    return {image: _bounded(level.after(model)) for image, model in models.items()}
+    return {image: bounded(level.after(model)) for image, model in models.items()}
 
 
 def _weighted_median(values: FloatArray, weight: FloatArray) -> FloatArray:
@@ -193,7 +153,3 @@ def _weighted_median(values: FloatArray, weight: FloatArray) -> FloatArray:
     summed = np.cumsum(weight[order], axis=0)
     at = np.argmax(summed >= 0.5 * summed[-1], axis=0)
     return np.asarray(np.take_along_axis(np.take_along_axis(values, order, axis=0), at[None], axis=0)[0])
-
-
-def _bounded(model: LinearModel) -> LinearModel:
-    return LinearModel(np.clip(model.gain, 1 / MOST_GAIN, MOST_GAIN), np.clip(model.offset, -WHITE, WHITE))

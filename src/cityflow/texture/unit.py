@@ -11,13 +11,15 @@ import numpy as np
 from pydantic import Field
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.building import Polyhedron, Semantic
+from cityflow.core.building import OUTLINE_SIGMA_M, Polyhedron, Semantic
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFace, SeenFace, UnitTexture
 from cityflow.errors import CityflowError
 from cityflow.texture.burnt_out import burnt_cells, without_burnt
+from cityflow.texture.doubtful import without_doubtful
+from cityflow.texture.highlights import below_white
 from cityflow.texture.ortho_image import is_ortho
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
@@ -42,6 +44,7 @@ COARSE_CELLS = 1500
 
 NO_IMAGE = "no image has it in its frame"
 HIDDEN = "no image sees it: something stands between"
+DOUBTFUL = "images only graze it: what they show of it may as well be something else"
 USUAL: Mapping[Semantic, Colour] = {
     Semantic.ROOF: (150, 110, 95), Semantic.WALL: (190, 183, 172), Semantic.OUTER_CEILING: (160, 150, 138),
 }  # fmt: skip
@@ -79,12 +82,14 @@ class Surroundings:
     own : the unit's solid with its party walls cut, and what stands out beyond it
     others : the same of the units around
     heights : (rows, cols) float64 surface on `grid`, world metres; NaN where unknown
+    wall_sigma_m : how exactly the unit's walls are known across, standard deviation
     """
 
     own: Sequence[Polyhedron]
     others: Sequence[Polyhedron]
     heights: FloatArray
     grid: Grid
+    wall_sigma_m: float = OUTLINE_SIGMA_M
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,11 +111,12 @@ class TexturedUnit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Face:
-    """A face and the images that really see it: those that see something of it, and which of these remain, the root first."""
+    """A face and the images that really see it: those that see something of it, and which of these remain, the root first; some see too little for certain."""
 
     plane: FacePlane
     grid: FaceGrid
     candidates: int
+    doubtful: int
     seen: tuple[SeenFace, ...]
     kept: tuple[int, ...]
 
@@ -147,11 +153,12 @@ def _attempted(
     except CityflowError:
         return None
     scene = Scene.of(around.heights, around.grid, around.own, around.others, parameters.visibility)
-    looked = [_looked_at(f, sources, scene, parameters) for f in faces]
-    used = {f.seen[k].view.image for f in looked for k in f.kept}
+    looked = [_looked_at(f, sources, scene, around.wall_sigma_m, parameters) for f in faces]
+    used = {image for f in looked for image in _own(f)}
     orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
     samples = {f.plane.key: _samples(f, used, sources, parameters.rank) for f in looked if f.kept}
-    models = balance(list(samples.values()), parameters.radiometry, orthos)
+    alike = balance(list(samples.values()), parameters.radiometry, orthos)
+    models = below_white(alike, [(samples[f.plane.key], _own(f)) for f in looked if f.kept], used)
     unit, walls = UnitSources(sources, models), _wall_colours(looked, samples, models)
     made = {f.plane.key: _patches(f, unit, scene, walls, parameters) for f in looked}
     found = {key: p for key, p in made.items() if p is not None}
@@ -163,7 +170,9 @@ def _attempted(
     return TexturedUnit(texture, _figures(looked, found), dict(sorted(notes.items())))
 
 
-def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, parameters: TextureParameters) -> _Face:
+def _looked_at(
+    face: FacePlane, sources: Sequence[Source], scene: Scene, wall_sigma_m: float, parameters: TextureParameters
+) -> _Face:
     """What the images see of a face on coarse cells, and which of them remain."""
     images = [s.image for s in sources]
     views = views_of(face, images)
@@ -171,11 +180,15 @@ def _looked_at(face: FacePlane, sources: Sequence[Source], scene: Scene, paramet
     grid = coarse_grid(face, finest, COARSE_CELLS)
     facing = [v for v in views if v.incidence_deg <= parameters.rank.steepest_deg]
     seen = tuple(s for s in seen_faces(face, facing, images, scene, grid) if s.mask.count)
+    doubtful = len(seen)
+    if face.semantic is Semantic.WALL:
+        seen = without_doubtful(face, grid, seen, images, wall_sigma_m)
+    doubtful -= len(seen)
     chosen = _kept(face, seen, parameters)
     if any(burnt_cells(face, grid, seen[k], sources[seen[k].view.image]).any() for k in chosen):
         seen = tuple(s for s in without_burnt(face, grid, seen, sources, parameters.rank) if s.mask.count)
         chosen = _kept(face, seen, parameters)
-    return _Face(face, grid, len(views), seen, chosen)
+    return _Face(face, grid, len(views), doubtful, seen, chosen)
 
 
 def _kept(face: FacePlane, seen: Sequence[SeenFace], parameters: TextureParameters) -> tuple[int, ...]:
@@ -185,9 +198,14 @@ def _kept(face: FacePlane, seen: Sequence[SeenFace], parameters: TextureParamete
 
 def _samples(face: _Face, used: set[int], sources: Sequence[Source], rank: RankingParameters) -> FaceSamples:
     """Colours of a face in all images that are used anywhere; those that graze it say something only where they are its own."""
-    own = {face.seen[k].view.image for k in face.kept}
+    own = _own(face)
     told = [s for s in face.seen if s.view.image in own or (s.view.image in used and not grazing(s, rank))]
     return face_samples(face.plane, face.grid, told, sources)
+
+
+def _own(face: _Face) -> set[int]:
+    """Images that a face gets its pixels from."""
+    return {face.seen[k].view.image for k in face.kept}
 
 
 def _wall_colours(
@@ -232,7 +250,14 @@ def _plain(
     usual[Semantic.WALL] = walls.common or usual[Semantic.WALL]
     for face in faces:
         if face.plane.key not in found:
-            yield face.plane.key, PlainFace(usual[face.plane.semantic], HIDDEN if face.candidates else NO_IMAGE)
+            yield face.plane.key, PlainFace(usual[face.plane.semantic], _reason(face))
+
+
+def _reason(face: _Face) -> str:
+    """Why a face has no texture."""
+    if face.doubtful and not face.seen:
+        return DOUBTFUL
+    return HIDDEN if face.candidates else NO_IMAGE
 
 
 def _figures(faces: Sequence[_Face], found: Mapping[FaceKey, FacePatches]) -> dict[str, float | int]:

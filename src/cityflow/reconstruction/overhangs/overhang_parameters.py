@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from cityflow.core.building import OUTLINE_SIGMA_M
+from cityflow.core.building import EAVE_SPREAD_M, OUTLINE_SIGMA_M
 from cityflow.core.parameters import Parameters
 
 
@@ -82,7 +82,10 @@ class OverhangParameters(Parameters):
         0.6, ge=0, le=2, description="the same for an outline of which nothing is said, or that was given (m)"
     )
     eave_spread_m: float = Field(
-        0.25, gt=0, le=5, description="how much eaves of one building differ from each other (standard deviation, m)"
+        EAVE_SPREAD_M,
+        gt=0,
+        le=5,
+        description="how much eaves of one building differ from each other (standard deviation, m)",
     )
     least_seen: float = Field(0.45, ge=0, le=1, description="share of an edge along which its rim has to be seen")
 
