@@ -1,4 +1,4 @@
-"""What is missing or contradictory in a catalog, before a run finds out."""
+"""Checks a catalog for missing or contradictory data before a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pre-flight of oriented images: files, poses, resolution, overlap, and which products will suffer where."""
+"""Checks oriented images: files, poses, resolution, overlap, and the expected quality of the products."""
 
 from __future__ import annotations
 

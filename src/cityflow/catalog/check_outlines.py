@@ -1,4 +1,4 @@
-"""Outlines of a catalog: readable, in the survey, and of a shape that can be a building's."""
+"""Checks the outlines of a catalog: readable, inside the survey, and of a shape that a building can have."""
 
 from __future__ import annotations
 

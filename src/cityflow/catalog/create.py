@@ -1,4 +1,4 @@
-"""From a folder of files to a catalog: every header read, every checksum taken, nothing half-written."""
+"""Makes a catalog from files: reads every header, computes every checksum, and writes the catalog only when it is complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check of a catalog says, in words for people."""
+"""Findings of a catalog check, as text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes all images of a survey alike: found once, for the whole survey, so that no area of interest changes it."""
+"""Exposure balance of all images of a survey; computed once for the whole survey, so it does not depend on an area of interest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lowest ground and highest object that each image may show: from tie points, rasters, or as given."""
+"""Lowest ground and highest object that each image may show: from tie points, rasters, or given values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Image files of a folder: which one a model means, whether it is whole, and what its image is called in a run."""
+"""Finds the image file of each oriented image, checks that it is complete, and gives it a name in the run."""
 
 from __future__ import annotations
 

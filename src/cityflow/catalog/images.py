@@ -1,4 +1,4 @@
-"""Oriented images on their way into a catalog: the model read, each file looked at, what cannot be used left out by name."""
+"""Oriented images for a catalog: reads the orientation model, checks each file, and reports unusable images by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps of a flight before it is matched: GeoTIFFs, footprints as GeoPackage, and one page with pictures."""
+"""Pre-flight maps: GeoTIFFs, footprints as GeoPackage, and one HTML page with pictures."""
 
 from __future__ import annotations
 

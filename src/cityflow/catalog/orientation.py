@@ -1,4 +1,4 @@
-"""What a command line says of oriented images, read into values."""
+"""Command-line options of oriented images as values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check has seen of a catalog so far."""
+"""Intermediate results of a catalog check."""
 
 from __future__ import annotations
 

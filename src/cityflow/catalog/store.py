@@ -1,4 +1,4 @@
-"""A catalog's folder: written beside its place and moved there when it is whole."""
+"""Writes a catalog to a temporary folder, and moves it in place when it is complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The white level of a survey whose files have 16 bits a value: many sensors use 12 of them, and shown as 16 their pictures are black."""
+"""White level of a survey with 16-bit files: many sensors use only 12 bits, and their images would appear black."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line. A command reads its options, looks whether what they name is there, calls one function of `workflow` or `stages`, and prints.
+"""The command line. A command reads its options, checks that named files exist, calls one function of `workflow` or `stages`, and prints.
 
 Nothing heavy is imported before that look: a typing error is answered at once.
 """

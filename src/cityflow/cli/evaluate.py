@@ -1,4 +1,4 @@
-"""Commands that hold a run against what is known better."""
+"""Commands that compare a run with reference data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that make a run, or look at one."""
+"""Commands that make a run, or show one."""
 
 from __future__ import annotations
 

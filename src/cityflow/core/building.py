@@ -1,4 +1,4 @@
-"""What a building is: outline, planes, closed polyhedra per level of detail, status."""
+"""The building: outline, planes, closed polyhedra per level of detail, status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An image as a source of colours: pixels between pixels, at the pyramid level that fits, balanced against the other images."""
+"""An image as a source of colours: interpolation between pixels, at a suitable pyramid level, with the colour balance of the survey."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Addresses without what nobody else may know: they stand in records, reports and logs."""
+"""Removes users, passwords and keys from addresses before they reach records, reports and logs."""
 
 from __future__ import annotations
 

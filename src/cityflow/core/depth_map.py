@@ -1,4 +1,4 @@
-"""What matching leaves of a base image: depths with their precision; and the coloured points that they are."""
+"""Result of matching for a reference image: depths with their precision; and the same as coloured points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person drew to override outlines and cut lines (docs/edits.md)."""
+"""Manual edits of outlines and cut lines (docs/edits.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which part of the ground a base image answers for: cells of a lattice that knows no tiles, cut to a ground tile."""
+"""Ground cells that belong to a reference image: cells of a lattice independent of tiles, cut to a ground tile."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as JSON can say them."""
+"""Numbers as JSON values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Functions that numba compiles and keeps, until they change or anything that they call or were compiled with."""
+"""Compiled functions of numba, cached until they change, or anything that they call or use as a constant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Local reference frames of clusters of oblique views: tilted worlds that look straight down on what the views see."""
+"""Local reference frames of clusters of oblique views: tilted coordinate systems along the viewing direction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one base of all parameter models: frozen, and strict about unknown keys."""
+"""Base class of all parameter models: frozen, and strict about unknown keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How algorithms get at the pixels of an image: by window and by pyramid level, never all at once."""
+"""Interface to the pixels of an image: by raster window and pyramid level, never the whole image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A cloud of points with what a LiDAR survey says of each."""
+"""A point cloud with the attributes of a LiDAR survey."""
 
 from __future__ import annotations
 

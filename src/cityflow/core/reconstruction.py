@@ -1,4 +1,4 @@
-"""What a reconstruction method looks at, and what it answers."""
+"""Input and output of reconstruction methods: evidence and candidate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bitmaps as lengths of runs: what many images see of many faces, kept in little space."""
+"""Run-length encoded bitmaps, for the visibility of faces in many images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a complex of houses is split by: rasters of every look direction over it, 3D line segments, cut lines, and the single units."""
+"""Input and output of splitting: rasters of every look direction, 3D line segments, cut lines, single units."""
 
 from __future__ import annotations
 

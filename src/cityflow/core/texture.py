@@ -1,4 +1,4 @@
-"""What textures are made of: faces in planes of their own, patches of pixels, pages that they stand on."""
+"""Values of textures: faces in planes with axes, patches of pixels, pages."""
 
 from __future__ import annotations
 

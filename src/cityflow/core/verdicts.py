@@ -1,4 +1,4 @@
-"""What may be expected of a finished unit: the verdict, and how verdicts are counted and said."""
+"""Verdicts on finished units, their counts and texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points on façades: what stands upright in a cloud, and to which side it is seen from."""
+"""Façade points with the side from which they are seen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A geometry as an exported file has it, whatever the format: polygons by their rings, and what they together are said to be."""
+"""A geometry of an exported file, independent of the format: polygons by their rings, and their type."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Borders between single units: where a block is to be cut, worked out from the units' polygons.
+"""Borders between single units, derived from their polygons.
 
 Units that touch have one border, along their common boundary. Two that face each other across a gap have two, one along each side of it.
 """

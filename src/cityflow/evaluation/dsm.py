@@ -1,4 +1,4 @@
-"""How far a surface raster lies from the true surface: on open faces, and in the rims of roofs."""
+"""Accuracy of a surface raster against the true surface: on open faces, and around roof edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much of the walls the points cover, and how far they stand off them."""
+"""Coverage of walls by points, and distance of these points from the walls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A building's model against the truth: roof planes, roof type, heights, ridge ends, corners, overhangs, and what it claims."""
+"""Comparison of a building model with the truth: roof planes, roof type, heights, ridge ends, corners, overhangs, claimed accuracy."""
 
 from __future__ import annotations
 

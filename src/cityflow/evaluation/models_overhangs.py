@@ -1,4 +1,4 @@
-"""How far a roof stands out beyond each wall, against the truth; and overhang where there is none."""
+"""Roof overhangs per wall against the truth, and false overhangs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many planes a roof has: faces of one plane that hang together are one, as large as they are within the walls."""
+"""Number of roof planes: connected faces of one plane count once, with their area within the walls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Heights of a model's roof against the true ones, at places close together; and distances in space, which forgive a step that is a little off."""
+"""Heights of a model's roof against the true ones at dense sample points; and distances in space, which tolerate slightly displaced steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of many models in one column, and what is asked of them."""
+"""Figures of many models in one column, with their targets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Roof planes of a model against the true ones: how many were found, how many of the found are true, and how exactly they lie."""
+"""Roof planes of a model against the true ones: completeness, correctness and accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well roof models meet the measured points: the measure that methods and cities are compared by.
+"""Distances of measured points from roof models: the common measure of methods and cities.
 
 Points inside the outlines shrunk by a margin, against the topmost roof polygon at their x, y, vertically. The margin keeps
 out points of walls, gutters and neighbours, which say nothing of the roof.

@@ -1,4 +1,4 @@
-"""Nodes of a roof's skeleton in plan (ends of ridges, hips and valleys), and how far found ones lie from true ones."""
+"""Nodes of a roof's skeleton in plan (ends of ridges, hips and valleys), and distances between found and true ones."""
 
 from __future__ import annotations
 

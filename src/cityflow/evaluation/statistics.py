@@ -1,4 +1,4 @@
-"""Statistics of height differences that a few gross errors do not carry away."""
+"""Robust statistics of height differences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a terrain raster lies from the true terrain, by zone."""
+"""Accuracy of a terrain raster against the true terrain, by zone."""
 
 from __future__ import annotations
 

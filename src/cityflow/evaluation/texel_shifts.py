@@ -1,4 +1,4 @@
-"""Whether a renderer shows texels where they belong: what it interpolates across a face against the face's own perspective."""
+"""Error of texture interpolation in a renderer, against the perspective of the face."""
 
 from __future__ import annotations
 

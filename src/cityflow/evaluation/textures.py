@@ -1,4 +1,4 @@
-"""Textures of faces against the truth: how much of what images see has one, and whether its pixels show what they lie on."""
+"""Textures against the truth: textured share of what images see, and share of pixels that show the right surface."""
 
 from __future__ import annotations
 

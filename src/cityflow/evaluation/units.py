@@ -1,4 +1,4 @@
-"""Found cut lines and single units against true ones (Dahlke 2017 §3): hits, misses, false alarms, and how exact the hits are.
+"""Found cut lines and single units against true ones (Dahlke 2017 §3): hits, misses, false alarms, accuracy.
 
 **Counted** are borders between units that lie in one outline, since only those are to be cut: a border along which the outlines are apart
 already is neither a hit nor a miss. The two sides of a gap count as two borders. A found line hits at most one border and a border is hit by at most

@@ -1,4 +1,4 @@
-"""How much of the length of walls was found: points along true walls, and how far the found boundary is from them."""
+"""Found share of the length of walls: points along true walls, and their distance from the found boundary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Windows found against windows that are there: precision and recall at an intersection over union."""
+"""Found windows against true ones: precision and recall at an intersection over union."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether what was exported keeps the rules of ISO 19107: solids, surfaces beside them, walls with openings, terrain."""
+"""Validity of exported files by ISO 19107: solids, surfaces, walls with openings, terrain."""
 
 from __future__ import annotations
 

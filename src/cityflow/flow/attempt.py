@@ -1,4 +1,4 @@
-"""What a Dask task executes: one unit in the sandbox, tried again where that may help, and its record written last."""
+"""The function that Dask executes: one unit in the sandbox, with retries where they may help; the record is written last."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The child process that runs stage functions, one after the other, until its parent closes the channel or dies.
+"""The child process that runs stage functions one after the other, until its parent closes the channel or dies.
 
 Started by `sandbox.Sandbox`; talks over a socket of its own, so that nothing a stage prints can disturb the channel.
 """

@@ -1,4 +1,4 @@
-"""Futures as they end, with their results; an answer that is lost on the way is a result, too."""
+"""Futures in the order of completion, with their results; a lost answer is a result too."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a task reads is held against what another one wrote: sizes always, contents where they are in memory anyway."""
+"""Compares files that a task reads with what was written: sizes always, contents where they are in memory anyway."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stops a run whose stage cannot work: the first units all raised the same exception."""
+"""Stops a run if the first units of a stage all raise the same exception."""
 
 from __future__ import annotations
 

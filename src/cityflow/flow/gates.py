@@ -1,4 +1,4 @@
-"""Waiting: a key becomes free when all events that it waits for have happened."""
+"""Gates: a key becomes free when all events that it waits for have happened."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-untyped-call"
-"""How many tasks may be in flight, and whether there is anybody to run them."""
+"""Number of tasks in flight, and check for workers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The SQLite file behind the ledger: where it lies, its tables, and how damage to it is known."""
+"""The SQLite file behind the ledger: location, tables, detection of damage."""
 
 from __future__ import annotations
 

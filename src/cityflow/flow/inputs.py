@@ -1,4 +1,4 @@
-"""What tasks have left, looked up for those that read it."""
+"""Looks up outputs of tasks for the tasks that read them."""
 
 from __future__ import annotations
 

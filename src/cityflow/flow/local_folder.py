@@ -1,4 +1,4 @@
-"""Files under a local folder: the fast half of `Store`."""
+"""Files in a local folder: one half of `Store`."""
 
 from __future__ import annotations
 

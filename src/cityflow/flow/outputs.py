@@ -1,4 +1,4 @@
-"""Are the outputs of a record there, and what was written? One question per file locally, one listing per folder on an object store."""
+"""Checks that the outputs of a record exist. One question per file locally, one listing per folder on an object store."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the driver tells whoever watches, and ways to show it: bars on a terminal, lines elsewhere, a line for every task, or nothing."""
+"""Progress of a run: bars on a terminal, lines elsewhere, a line for every task, or nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a run is: units by stage and status against what is expected, the share of the work that is done, the time that is left."""
+"""Counts of a run: units by stage and status against the expected number, share of the work done, time left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How one try of a task ended: what the child process, or its sandbox, reports."""
+"""Result of one attempt of a task, as the child process or its sandbox reports it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A child process per worker thread that runs stage functions and is replaced when it dies, overruns or grows.
+"""A child process per worker thread that runs stage functions and is replaced when it dies or exceeds its limits.
 
 A thread cannot be killed, and a Dask worker that is killed takes its neighbours' tasks along; a child process of the
 worker can be killed at any time, and the next unit gets a new one.

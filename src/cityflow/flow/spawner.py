@@ -1,4 +1,4 @@
-"""Starts child processes from the one thread that lives as long as this process."""
+"""Starts child processes from one thread that lives as long as this process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A stage as a value: what its tasks make, what each waits for, what sets it going, and what it may take."""
+"""The stage as a value: its tasks, what each waits for, what starts it, its costs and limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run of tasks came to."""
+"""Summary of a run of tasks."""
 
 from __future__ import annotations
 

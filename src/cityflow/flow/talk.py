@@ -1,4 +1,4 @@
-"""How much a command says while it works."""
+"""Verbosity of a command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A task, its outcome and its digest: what the engine moves around."""
+"""Task, outcome and digest: the values of the engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values with named fields to and from JSON, exact to the last bit: what tasks are given, and their parameters, in one place for all stages."""
+"""Values with named fields to and from JSON, exact to the last bit: inputs and parameters of tasks."""
 
 from __future__ import annotations
 

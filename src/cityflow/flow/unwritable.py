@@ -1,4 +1,4 @@
-"""A disk that is full or read-only is no fault of the unit that met it: no record says so, the run stops, and a later one goes on."""
+"""A full or read-only disk is not a fault of the unit: no record is written, the run stops, and a later one continues."""
 
 from __future__ import annotations
 

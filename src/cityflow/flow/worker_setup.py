@@ -1,4 +1,4 @@
-"""Preloaded by the workers of a local cluster: Ctrl-C is the driver's business.
+"""Preloaded by the workers of a local cluster: they ignore Ctrl-C, which the driver handles.
 
 A terminal sends Ctrl-C to all processes of its group. The workers would die at once, each with a traceback, and their
 units would look like crashes; so they ignore it and end when the driver closes the cluster.

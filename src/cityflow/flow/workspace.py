@@ -1,4 +1,4 @@
-"""What a stage function gets: a place for its outputs, with their digests collected on the way."""
+"""The workspace of a stage function: a place for its outputs, whose digests are collected."""
 
 from __future__ import annotations
 

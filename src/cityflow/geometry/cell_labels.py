@@ -1,4 +1,4 @@
-"""Which plane lies on each cell of a plan, by expansion moves, each one exact minimum cut over the cells that can take the plane.
+"""Assigns a plane to each cell of a plan by expansion moves, each one exact minimum cut.
 
 The energy is a cost per cell and plane, and per border between cells with different planes a constant plus the truncated height step
 between them: a metric, so that each move is a cut (Boykov, Veksler, Zabih 2001). Costs are counted in whole numbers, so that

@@ -1,4 +1,4 @@
-"""Other people's lens distortions in OpenCV's terms, by least squares over the image."""
+"""Lens distortion models of other programs, fitted by OpenCV's model over the image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The line on which a façade stands beside a straight edge, by points on it: those of images, or a laser's echoes."""
+"""The line of a façade beside a straight edge, fitted to points of images or to laser echoes."""
 
 from __future__ import annotations
 

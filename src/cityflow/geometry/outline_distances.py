@@ -1,4 +1,4 @@
-"""How far places in plan are from an outline: thousands at a time, without a geometry for each."""
+"""Distances of many places in plan from an outline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Volume that two polyhedra have in common, exact for planar faces.
+"""Common volume of two polyhedra, exact for planar faces.
 
 A solid is the signed sum of the columns below its triangles: those that face up count positive, those that face down
 negative. The common volume is then a double sum over pairs of triangles: signs times the integral, over the

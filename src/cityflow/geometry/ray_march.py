@@ -1,4 +1,4 @@
-"""Rays through a field of columns, with a pyramid of maxima to leap over what is low.
+"""Rays through a field of columns, with a pyramid of maxima to skip low areas.
 
 The leaps save time and change no answer: a leap is only made over cells none of which reaches the ray.
 """

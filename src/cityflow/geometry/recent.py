@@ -1,4 +1,4 @@
-"""What was found of the last few values is kept: a solid is triangulated and checked once, by whoever asks first."""
+"""Caches results for the last few values: a solid is triangulated and checked once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading what earlier tasks left, once per process: units of one tile follow each other and need the same pieces."""
+"""Cached reads of files of earlier tasks, per process: units of one tile need the same point files, rasters and images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images that colour something, as a task is given them, and opened."""
+"""Images as sources of colour, in the inputs of tasks."""
 
 from __future__ import annotations
 

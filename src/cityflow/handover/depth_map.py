@@ -1,4 +1,4 @@
-"""Depth maps as files: what a match task leaves, and a fuse task reads."""
+"""Depth maps as files, from match tasks to fuse tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points of depth maps, without those that other depth maps refute: what every stage reads that makes something of them."""
+"""Points of depth maps without refuted ones, for all stages that read points."""
 
 from __future__ import annotations
 

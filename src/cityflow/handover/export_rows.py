@@ -1,4 +1,4 @@
-"""What an export says of every unit of its tile, for the report and for the map of the city."""
+"""Rows that an export leaves of every unit of its tile, for the report and the map."""
 
 from __future__ import annotations
 

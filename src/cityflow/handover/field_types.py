@@ -1,4 +1,4 @@
-"""Values of the project as fields of what tasks are given: how each becomes JSON, and a value again."""
+"""JSON forms of the project's values in the inputs of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points of an index that may be of houses."""
+"""Index points that may belong to buildings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reconstruction has left of a unit, as a task is given it."""
+"""The result of reconstruction for a unit, in the inputs of tasks."""
 
 from __future__ import annotations
 

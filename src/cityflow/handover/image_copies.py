@@ -1,4 +1,4 @@
-"""Copies of ingested images beside a worker whose store is far away: fetched once, kept as long as there is room."""
+"""Local copies of ingested images for workers with a remote store: fetched once, kept while there is room."""
 
 from __future__ import annotations
 

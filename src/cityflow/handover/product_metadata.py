@@ -1,4 +1,4 @@
-"""What products say of the survey as a whole, as a task is given it."""
+"""Metadata of all products of a survey, in the inputs of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What surface, ortho and frame tasks share: layers into their chunks with a digest of the contents, rasters as products."""
+"""Shared by the stages surface, ortho and frame: storing layers in their chunks with a digest, and rasters as products."""
 
 from __future__ import annotations
 

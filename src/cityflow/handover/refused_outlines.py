@@ -1,4 +1,4 @@
-"""Outlines that a task refused, as a file beside the others: a map shows where they stand, edits are held against them."""
+"""Refused outlines of a task as a file, for the map and for the check of edits."""
 
 from __future__ import annotations
 

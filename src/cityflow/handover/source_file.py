@@ -1,4 +1,4 @@
-"""A file that the catalog names, as a task is given it."""
+"""A file of the catalog, in the inputs of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How an outline was split, as JSON: coordinates survive bit for bit."""
+"""The splitting of an outline as JSON: coordinates are exact."""
 
 from __future__ import annotations
 

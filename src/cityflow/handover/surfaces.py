@@ -1,4 +1,4 @@
-"""Where the rasters of a run stand, as a task is given it."""
+"""The rasters of a run, in the inputs of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What texture tasks leave of a unit and atlas tasks of an atlas cell, as files: patches on pages, and where each face is on them."""
+"""Results of texture and atlas tasks as files: patches on pages, and the position of each face."""
 
 from __future__ import annotations
 

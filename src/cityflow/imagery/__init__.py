@@ -1,1 +1,1 @@
-"""What pixels say: raw frames, radiometry, colour. Arrays and values in, arrays and values out."""
+"""Pixel values: raw images, radiometry, colour. Arrays and values in, arrays and values out."""

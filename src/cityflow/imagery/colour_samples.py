@@ -1,4 +1,4 @@
-"""What several images say of the brightness of the same ground: logarithms of colours at points, summed up per pair of images.
+"""Brightness of common ground points in several images: logarithms of colours, summed up per pair of images.
 
 Colours are means over some pixels, so that small errors of heights and poses do not matter; medians over many points take no notice of those that are
 hidden in one of the two images, of cars and of shadows that have moved.

@@ -1,4 +1,4 @@
-"""Radiometric block adjustment: how bright each image would have to be for all of them to agree.
+"""Radiometric block adjustment: exposure corrections that make all images agree.
 
 In logarithms an image's exposure is a summand, the curve of its camera a factor (a gamma) and the lens's fall-off towards the corners a multiple of the
 squared radius; all pairs of overlapping images together give sparse linear equations, which are solved robustly, with a gentle pull towards

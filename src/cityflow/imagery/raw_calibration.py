@@ -1,4 +1,4 @@
-"""What a camera's own pixels add and take away, measured on calibration frames: dark signal, response of each pixel, defective pixels.
+"""Corrections of a camera's pixels from calibration frames: dark signal, response, defective pixels.
 
 Frames are mosaics straight from the sensor: (rows, cols) unsigned integers, one colour per pixel in cells of two by two (Frommholz 2017 §2).
 """

@@ -1,4 +1,4 @@
-"""From raw frames to pictures (Frommholz 2017 §2): full range, dark signal and pixel response, defects, colours.
+"""From raw images to colour images (Frommholz 2017 §2): full range, dark signal and pixel response, defects, colours.
 
 Every step is a function of arrays, so that a camera's own chain can leave out what its maker has done already. `developed` is the usual chain.
 """

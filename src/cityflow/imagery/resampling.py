@@ -1,4 +1,4 @@
-"""Pictures laid anew: without the distortion of their lens, and a second head's near infrared over the colours (Frommholz 2017 §2).
+"""Resampled images: without lens distortion, and a near infrared image registered to the colours (Frommholz 2017 §2).
 
 Row by row of the new picture, with the old one read by window, so that neither is in memory as a whole.
 """

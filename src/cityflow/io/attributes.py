@@ -1,4 +1,4 @@
-"""How attributes and ids are written: numbers without arithmetic noise, text and names that XML accepts."""
+"""Text forms of attributes and ids: numbers without arithmetic noise, text and names that XML accepts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coordinate reference systems: from a code to a `Reference`, and what the metric world of a run asks of them."""
+"""Coordinate reference systems: from a code to a `Reference`, with the requirements of a metric run."""
 
 from __future__ import annotations
 

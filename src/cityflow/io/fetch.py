@@ -1,4 +1,4 @@
-"""Local copies of files that a catalog names, wherever they lie."""
+"""Local copies of files of a catalog at any address."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the geoid stands above the ellipsoid: a grid that ships with the package.
+"""Height of the geoid above the ellipsoid, from a grid that ships with the package.
 
 EGM96 on 15 minutes (US National Geospatial-Intelligence Agency, public domain), stored as centimetres.
 """

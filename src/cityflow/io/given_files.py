@@ -1,4 +1,4 @@
-"""Files that somebody gives, looked at before they are believed: a device without end, a pipe, a text that unfolds without end."""
+"""Safety checks of given files: devices, pipes, and text that expands without end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where tiles stand: local frames that look east, north and up, and their place in the frame of the whole."""
+"""Local frames of tiles (east, north, up), and their position in the frame of the whole city."""
 
 from __future__ import annotations
 

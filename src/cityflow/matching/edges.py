@@ -1,4 +1,4 @@
-"""Depth steps drawn to the edges of the image.
+"""Moves depth steps to the edges of the image.
 
 A window that straddles a step lets the surface with more texture grow over the other by a pixel or two. The reference image knows better where a roof ends:
 near a step each pixel joins the surface whose pixels around it look more like itself.

@@ -1,4 +1,4 @@
-"""Which parts of a reference image can show the ground cells asked for."""
+"""Parts of a reference image that can show the requested ground cells."""
 
 from __future__ import annotations
 

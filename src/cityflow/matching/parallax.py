@@ -1,4 +1,4 @@
-"""Vertical parallax of a rectified pair: how far rows that should be the same are apart."""
+"""Vertical parallax of a rectified pair: row offset between corresponding pixels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Epipolar rectification of a pair that leaves the reference image nearly as it is, at any tilt and any direction of the base line.
+"""Epipolar rectification that keeps the reference image nearly unchanged, for any tilt and any direction of the base line.
 
 The undistorted reference image is turned in its plane until the x axis (u) points to the partner's epipole, then the fan of epipolar lines is made
 parallel by stretching each column: row = v / (1 - u / epipole). Nothing else is done to the reference image, so its scale along the rows is kept.

@@ -1,4 +1,4 @@
-"""One resampling from the original pixels into a window of a rectified pair."""
+"""One resampling from the original pixels into a raster window of a rectified pair."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where images look: footprints, look directions, which images see what together. Arrays and values in, arrays and values out."""
+"""Viewing geometry: footprints, look directions, pairs of images. Arrays and values in, arrays and values out."""

@@ -1,4 +1,4 @@
-"""What a flight will see before anything is matched: views, directions, walls, resolution and angles per ground cell.
+"""Coverage of a flight before matching: views, directions, walls, resolution and angles per ground cell.
 
 Heights are one surface (terrain, or a level): what hides behind houses is not known yet, so these maps are the best that can be hoped for.
 """

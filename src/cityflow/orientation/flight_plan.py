@@ -1,4 +1,4 @@
-"""Who is matched with whom, over which ground: reference images, their partners, and the flight tiles of a ground tile.
+"""Selection of pairs and their ground: reference images, partners, and the flight tiles of a ground tile.
 
 Nothing here depends on how the ground is cut into tiles: reference images answer for cells of a lattice of their own, partners belong to a reference image.
 """

@@ -1,4 +1,4 @@
-"""Ids for outlines that bring none: from where they stand, so that a rerun finds the same ids."""
+"""Ids for outlines without ids, from their positions, so that a rerun gives the same ids."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The stages in the order of the flow, and what becomes ready when."""
+"""The stages in the order of the flow, and their dependencies."""

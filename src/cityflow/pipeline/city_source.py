@@ -1,4 +1,4 @@
-"""The city as a source of tasks: what is ready at the start, and what becomes ready when something ends.
+"""The city as a source of tasks: initial tasks, and tasks that become ready when one ends.
 
 The graph is data-dependent: units are known once the outlines of their tile are; whoever needs a surface asks for it, and a surface asks for the
 files it is made of. Everything here runs in the driver and touches names and digests only.

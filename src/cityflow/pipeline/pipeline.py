@@ -1,4 +1,4 @@
-"""The pipeline: every stage, in the order in which a survey passes through them. All else that lists stages is derived from this."""
+"""The pipeline: every stage in the order of the flow. All other lists of stages are derived from it."""
 
 from __future__ import annotations
 

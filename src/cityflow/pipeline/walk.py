@@ -1,4 +1,4 @@
-"""What becomes ready when something ends: the stages followed by what their tasks need."""
+"""Finds the tasks that become ready when one ends, by the needs of the stages."""
 
 from __future__ import annotations
 

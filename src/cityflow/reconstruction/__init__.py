@@ -1,1 +1,1 @@
-"""One building: points and outline to a closed hull. Methods stand side by side."""
+"""Reconstruction of one building: from points and outline to a closed hull."""

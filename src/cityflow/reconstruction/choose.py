@@ -1,4 +1,4 @@
-"""Runs the methods that the workflow names, scores every candidate by the same yardstick and keeps the best.
+"""Runs the methods of the workflow, scores every candidate by the same measure and keeps the best.
 
 Validity comes first: an invalid solid never wins over a valid one. A method whose full answer is invalid climbs down a
 ladder of simpler roofs before it gives up. Whatever happens is in the scores.

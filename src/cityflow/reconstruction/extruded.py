@@ -1,4 +1,4 @@
-"""The simplest roof: the outline as a block with one level top (LoD1.2). It is what remains when all else fails."""
+"""The simplest model: the outline as a block with one level top (LoD1.2), used when all other methods fail."""
 
 from __future__ import annotations
 

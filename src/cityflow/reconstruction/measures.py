@@ -1,4 +1,4 @@
-"""Attributes of a finished unit: how it was made, how well it meets its points, how large it is."""
+"""Attributes of a finished unit: method, fit to the points, size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The model of one unit: the best candidate of the methods, with its overhangs, and what it knows of its own precision."""
+"""The model of one unit: the best candidate of the methods, with its overhangs and its precision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the planes of a model are known, and what the model may claim of itself.
+"""Precision of the planes of a model, and its claimed accuracy.
 
 Errors of matched heights are alike among neighbours, so the number of points says too little: planes are judged by the means of
 squares of `BLOCK_M`, larger than those errors reach; the largest squares that a roof has enough of decide.

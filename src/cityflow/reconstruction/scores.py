@@ -1,4 +1,4 @@
-"""The yardstick of candidates: validity, distance of the points, coverage, number of faces."""
+"""Score of candidates: validity, distance of the points, coverage, number of faces."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What of a RUN goes into the report and the view, and the pictures in them."""
+"""Contents of the report and the view of a RUN, and their pictures."""

@@ -1,4 +1,4 @@
-"""What a survey from images was meant to show, and how much of it is surveyed."""
+"""The requested area of a survey from images, and its surveyed share."""
 
 from __future__ import annotations
 

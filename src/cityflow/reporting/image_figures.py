@@ -1,4 +1,4 @@
-"""What the records of a run say of its images: look directions, pairs, completeness of tiles, time of matching."""
+"""Figures of the images of a run from its records: look directions, pairs, completeness of tiles, time of matching."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All pictures of the report of a run, as far as the run has come."""
+"""All pictures of the report of a run, also of an unfinished one."""
 
 from __future__ import annotations
 

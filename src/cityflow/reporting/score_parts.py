@@ -1,4 +1,4 @@
-"""What a candidate's penalty is made of."""
+"""Parts of a candidate's penalty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The densest spot of the city as one sees it from four sides: with its textures where it has some, on its own ortho."""
+"""The densest part of the city from four sides: with textures where there are some, on its ortho."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the atlas cells say of textures, as the report wants it."""
+"""Figures of textures for the report, from the atlas cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pages of single buildings beside the report: all that failed and the others that a person should look at, as many as is allowed."""
+"""Pages of single buildings beside the report: all failed ones and those to review, up to the limit."""
 
 from __future__ import annotations
 

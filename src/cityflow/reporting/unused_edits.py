@@ -1,4 +1,4 @@
-"""Edits that a person drew and that nothing came of: a point beside its house must not go unsaid."""
+"""Edits without effect, with their causes."""
 
 from __future__ import annotations
 

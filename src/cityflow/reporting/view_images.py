@@ -1,4 +1,4 @@
-"""Which images a building wears, and how much of it each of them covers, read from the index pages of the atlas."""
+"""Images of a building's textures and their shares, from the index pages of the atlas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page says of buildings: an index of all of them, and a file for each ground tile with all that is known of its own."""
+"""Data of buildings for the page: an index of all of them, and a file for each ground tile."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a RUN is: its workflow with settings and overrides, its folder, and which of its records count now."""
+"""The RUN: its workflow with settings and overrides, its folder, and its current records."""

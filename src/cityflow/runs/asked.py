@@ -1,4 +1,4 @@
-"""Which tasks a run was last asked for, noted beside its records: `status` reads it and needs not follow the graph, whose stages take seconds to import.
+"""Tasks of the last request of a run, stored beside its records, so that `status` need not walk the graph.
 
 A note counts while `run.json`, the overrides and the program are those that it was written under and no record came or went since; without one the
 graph is followed.

@@ -1,4 +1,4 @@
-"""Whether a workflow can use a catalog, and which one of those that ship can."""
+"""Checks whether a workflow can use a catalog, and names one that can."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parameters that a user may want first: those that shipped workflows set, and what the README and the pages of docs/ advise to set.
+"""The most useful parameters: those that shipped workflows, README and docs set.
 
 What is not here is set once in a while by somebody who knows the algorithm; ``cityflow parameters --all`` lists it.
 """

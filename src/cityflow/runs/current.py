@@ -1,4 +1,4 @@
-"""Which of the records in a RUN's folder belong to what was last asked for: tiles may have been cut otherwise before, outlines left out."""
+"""Current records of a RUN: earlier ones may belong to other tiles or outlines."""
 
 from __future__ import annotations
 

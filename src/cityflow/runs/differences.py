@@ -1,4 +1,4 @@
-"""Why a task is not done: what differs between it and the record that an earlier one left."""
+"""Why a task is not done: differences between it and an earlier record."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be said of a command before anything heavy is imported: paths that are not there, keys that nobody knows, where a run would write.
+"""Checks of a command before heavy imports: missing paths, unknown keys, output folder.
 
 Silence means nothing: whatever needs the models, the catalog or the records is found by those who read them.
 """

@@ -1,4 +1,4 @@
-"""Every key that may be set, kept on disk: reading it takes milliseconds, importing the models that it comes from seconds.
+"""Cache of all keys that may be set: reading it takes milliseconds, importing the models seconds.
 
 The file lies with the package's compiled modules (or in the user's cache folder, where that is read-only) and holds the size and time of every source file,
 so that it is never older than the models: where it is missing or stale, the models are imported and it is written anew.

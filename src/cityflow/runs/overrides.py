@@ -1,4 +1,4 @@
-"""Values laid over the parameters of single units: kept in the RUN, part of the units' digests, until they are cleared."""
+"""Parameter values of single units: stored in the RUN, part of the units' digests, until they are cleared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the options of a command to what they mean: workflow, catalog, area, RUN."""
+"""From command-line options to workflow, catalog, area and RUN."""
 
 from __future__ import annotations
 

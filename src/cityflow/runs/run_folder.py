@@ -1,4 +1,4 @@
-"""A RUN folder: opened, checked against the workflow that wants to use it, with what it says of itself."""
+"""A RUN folder: opened, checked against the workflow, with its description."""
 
 from __future__ import annotations
 

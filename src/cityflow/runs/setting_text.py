@@ -1,4 +1,4 @@
-"""Settings and workflow files as text: what they say, before anybody knows whether it fits."""
+"""Settings and workflow files as text, before they are checked."""
 
 from __future__ import annotations
 

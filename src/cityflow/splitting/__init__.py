@@ -1,1 +1,1 @@
-"""A complex of houses becomes single units: line segments, principal directions, gaps, cut lines (Dahlke 2017)."""
+"""Splits a building complex into single units: line segments, principal directions, gaps, cut lines (Dahlke 2017)."""

@@ -1,4 +1,4 @@
-"""Straight lines made to run from border to border of an area: trimmed, extended, their ends tied to what is there."""
+"""Trims and extends straight lines so that they run from border to border of an area."""
 
 from __future__ import annotations
 

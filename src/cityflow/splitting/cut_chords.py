@@ -1,4 +1,4 @@
-"""A border as a line in plan: straight across the strip, from wall to wall, through corners of the outline where they are near."""
+"""A border as a line in plan: straight across the strip, through corners of the outline where they are near."""
 
 from __future__ import annotations
 

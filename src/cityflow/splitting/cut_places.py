@@ -1,4 +1,4 @@
-"""Where a border runs, to a fraction of a slice: each kind of evidence says where it changes, and most of them must agree."""
+"""Position of a border, to a fraction of a slice: the weighted median of all kinds of evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From evidence at stations to cut lines: maxima, their places to a fraction of a slice, lines across the outline."""
+"""From evidence at stations to cut lines: maxima, their positions to a fraction of a slice, lines across the outline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cut lines as a person wants them: drawn ones added, others forbidden, locked outlines left whole."""
+"""Applies edits to cut lines: drawn ones added, others forbidden, locked outlines kept whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gaps between houses, trimmed to the outline: what of their borders runs through it."""
+"""Gaps between houses, trimmed to the outline."""
 
 from __future__ import annotations
 

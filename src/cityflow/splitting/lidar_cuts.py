@@ -1,4 +1,4 @@
-"""Borders where there are no pictures: marks of the roof alone, weighed, placed, and made lines across the outline."""
+"""Borders without images: marks of the roof alone, weighted and placed, as lines across the outline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Candidate lines laid exactly where LiDAR points put them: between two planes, at a step, or along what rises above both sides.
+"""Fits candidate lines to LiDAR points: between two planes, at a step, or along points above both sides.
 
 A raster of points is coarse, so a line found in it is off by a cell. The points know better: a crease is where the planes
 of both sides meet, a step is the line that parts the points of the upper plane from those of the lower one.

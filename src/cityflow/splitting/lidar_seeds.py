@@ -1,4 +1,4 @@
-"""Where lines are sought in LiDAR points: along the directions of the complex, from one side to the other."""
+"""Candidate lines in LiDAR points: along the directions of the complex, across the whole outline."""
 
 from __future__ import annotations
 

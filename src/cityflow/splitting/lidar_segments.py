@@ -1,4 +1,4 @@
-"""Line segments where there are no pictures: steps, creases and firewalls in LiDAR points."""
+"""Line segments without images: steps, creases and firewalls in LiDAR points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A raster of what LiDAR points show from above: planes between them, so that roofs of any slope come out even."""
+"""A raster of the uppermost LiDAR points, with planes between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maxima of a histogram of directions, refined by parabolas, and told apart where they overlap."""
+"""Maxima of a histogram of directions, refined by parabolas, and separated where they overlap."""
 
 from __future__ import annotations
 

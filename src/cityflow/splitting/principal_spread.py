@@ -1,4 +1,4 @@
-"""How sure the direction of a segment is: by its length, and by how much segments like it scatter."""
+"""Standard deviation of a segment's direction: by its length, and by the scatter of similar segments."""
 
 from __future__ import annotations
 

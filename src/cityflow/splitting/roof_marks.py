@@ -1,4 +1,4 @@
-"""What heights alone show of a border across a row: valleys, steps, firewalls, trenches.
+"""Evidence of heights for a border across a row: valleys, steps, firewalls, trenches.
 
 The roof is cut into rows along the axis. At every place a line is fitted to each row before it and another after it, short enough to end before the
 ridge of a narrow house. Prolonged to the place, both lines tell four things. They step: eaves or ridges differ, or the whole profile does. They open

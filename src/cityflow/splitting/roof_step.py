@@ -1,4 +1,4 @@
-"""The step of a roof at a place: lines along the axis, fitted to what lies before and after it and prolonged to it, row by row."""
+"""The step of a roof at a place: lines along the axis, fitted before and after it and prolonged to it, row by row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Medians of all that lies within a window before and after every station: one pass with a histogram of levels."""
+"""Medians before and after every station, in one pass with a histogram of levels."""
 
 from __future__ import annotations
 

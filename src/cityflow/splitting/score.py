@@ -1,4 +1,4 @@
-"""Where may a border be? What changes at each station, added up; maxima are proposals, to be weighed one by one."""
+"""Score of borders at each station: the sum of all changes; its maxima are proposals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the colour change for good at a station? Roofs from above and façades from the sides, both sides of it compared."""
+"""Lasting changes of colour at a station, on the roof and on both façades."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the roof step at a station? Lines along the axis, fitted before and after it and prolonged to it, row by row."""
+"""Steps of the roof at a station: lines along the axis, fitted before and after it and prolonged to it, row by row."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drain pipes and joints: narrow upright stripes over the whole height of a façade, where windows repeat and stop."""
+"""Drain pipes and joints: narrow upright stripes over the whole height of a façade."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a line in a raster runs through space: robust planes along both of its sides, and the side that carries it."""
+"""Course of a line in space: robust planes along both of its sides, and the side that it belongs to."""
 
 from __future__ import annotations
 

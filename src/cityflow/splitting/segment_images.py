@@ -1,4 +1,4 @@
-"""Eight-bit pictures of orthos and surface models in which what matters is an edge."""
+"""Eight-bit images of orthos and surface models for edge detection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Straight lines in edge images, with sub-pixel accuracy, each once."""
+"""Straight lines in edge images, with sub-pixel accuracy, without repeats."""
 
 from __future__ import annotations
 

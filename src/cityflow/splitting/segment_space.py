@@ -1,4 +1,4 @@
-"""Lines in a raster become segments in the world, as far as their course through space can be told."""
+"""Converts lines in a raster to segments in the world, where their course is known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All that is known at every station of an axis strip."""
+"""All evidence at every station of an axis strip."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rasters show of an axis strip, laid out along it: its roof from above, and both of its façades from the sides."""
+"""Rasters along an axis strip: its roof from above, and both of its façades."""
 
 from __future__ import annotations
 

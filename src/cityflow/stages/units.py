@@ -1,4 +1,4 @@
-"""Stage ``units``: what the outlines of a ground tile were split into, tied with the units of the outlines that touch them."""
+"""Stage ``units``: the units of the outlines of a ground tile, noded with those of touching outlines."""
 
 from __future__ import annotations
 

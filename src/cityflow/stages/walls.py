@@ -1,4 +1,4 @@
-"""Stage ``walls``: the points of a ground tile that stand on façades (Nex 2013 §2.3)."""
+"""Stage ``walls``: the façade points of a ground tile (Nex 2013 §2.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The points around a cell's centre, gathered for compiled code."""
+"""The points around a cell's centre, collected for compiled code."""
 
 from __future__ import annotations
 

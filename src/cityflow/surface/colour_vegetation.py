@@ -1,4 +1,4 @@
-"""Vegetation in surfaces from images: green (or bright in the near infrared), and rough; pulses that split in foliage there are none."""
+"""Vegetation in surfaces from images: green (or bright in the near infrared) and rough, since there are no multiple returns."""
 
 from __future__ import annotations
 

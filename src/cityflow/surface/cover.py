@@ -1,4 +1,4 @@
-"""What covers each cell: ground, vegetation, building candidate, water or bridge."""
+"""Land cover of each cell: ground, vegetation, building candidate, water or bridge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ways to find the terrain: a line each.
+"""Table of terrain methods.
 
 A method is a file ``dtm_NAME.py`` with ``estimate_dtm`` and its parameters (with ``halo_m``), and its line in `METHODS`: the parameter
 ``surface.dtm.method`` may be it then, and its own parameters stand below ``surface.dtm.NAME``.

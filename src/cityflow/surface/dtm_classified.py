@@ -1,4 +1,4 @@
-"""Terrain from points that the survey calls ground: local planes, and a triangulation under buildings.
+"""Terrain from points classified as ground: local planes, and a triangulation under buildings.
 
 Wrong classes are met twice: where few of a neighbourhood's points are called ground and those do not continue the
 ground around them, they are dropped; and so are points that lie off the local median.

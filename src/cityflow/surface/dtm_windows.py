@@ -1,4 +1,4 @@
-"""Terrain by windows of varying size, as Frommholz et al. 2017 (§2, after Mayer) separate buildings from the ground.
+"""Terrain by morphological opening with windows of growing size, after Frommholz et al. 2017 (§2, after Mayer).
 
 A window of growing size is shifted over the lowest heights; what stands above the opening by more than a slope allows
 is an object of that size. Beyond the paper: an object must have steps around it. A hill top or a dike that a large

@@ -1,4 +1,4 @@
-"""How even the surroundings of a point are: roofs lie on planes, whatever the density of a survey; foliage does not."""
+"""Evenness of the surroundings of a point: high on roofs at any density, low in foliage."""
 
 from __future__ import annotations
 

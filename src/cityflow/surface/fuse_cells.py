@@ -1,4 +1,4 @@
-"""Points put into the cells of a raster, in an order that neither the order of the points nor the tiling changes."""
+"""Assigns points to the cells of a raster, in an order independent of the order of points and of tiling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Holes of the fused surface: ground goes on behind a wall, a roof goes on across a gap in it."""
+"""Fills holes of the fused surface: ground continues behind a wall, a roof across a gap in it."""
 
 from __future__ import annotations
 

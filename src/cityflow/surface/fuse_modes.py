@@ -1,4 +1,4 @@
-"""The height at a cell's centre: where most evidence gathers among the points around it.
+"""Height at a cell's centre: the band of heights with the greatest weight of points.
 
 Roof and ground, wall and mixed pixels stand in one cell together. A mean is none of them; the fullest window over the heights is one of them.
 """

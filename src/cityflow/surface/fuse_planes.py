@@ -1,4 +1,4 @@
-"""Neighbouring cells of one surface lend each other their points; across a step they do not."""
+"""Smoothing of the fused surface: neighbouring cells of one surface share their points; across a step they do not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fused surface of one tile, and of many laid side by side: what stands between the points of images and everything made of a surface."""
+"""The fused surface of one tile, and of several tiles together."""
 
 from __future__ import annotations
 

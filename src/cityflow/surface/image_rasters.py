@@ -1,4 +1,4 @@
-"""The layers that a surface from images leaves, fine and coarse."""
+"""The layers of a surface from images, fine and coarse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The part of a tile where the terrain is known: its rim inside the tile, and the stretches of the tile's border.
+"""The part of a tile with known terrain: its edge inside the tile, and its parts of the tile's border.
 
 What is known of a border is a rule of the cells on both sides of it, so two tiles that see the same cells cut the
 border at the same places.

@@ -1,4 +1,4 @@
-"""Points that stand alone in the air or below the ground: birds, haze, multipath."""
+"""Isolated points in the air or below the ground: birds, haze, multipath."""
 
 from __future__ import annotations
 

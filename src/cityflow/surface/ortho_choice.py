@@ -1,4 +1,4 @@
-"""Which images colour a cell, and with what weight.
+"""Selects the images that colour a cell, with weights.
 
 An image's cost in a cell is the length on the ground that a pixel covers times the square of the slant (1 + tan²), which grows without bound towards the
 rim of the picture. For images of one height and camera the cheapest one is the one whose nadir is nearest: seams are those of Voronoi

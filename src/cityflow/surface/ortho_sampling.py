@@ -1,4 +1,4 @@
-"""Weighted colours out of images for the cells of an ortho, each at the pyramid level whose pixels fit the cells."""
+"""Weighted colours of images for the cells of an ortho, each at the pyramid level that fits the cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is a point hidden from a camera by the surface? Around the point the surface counts as it is, farther off a little wider."""
+"""Occlusion of a point by the surface; away from the point the surface is slightly widened."""
 
 from __future__ import annotations
 

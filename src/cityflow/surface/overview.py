@@ -1,4 +1,4 @@
-"""From the fine raster to the coarser one on which terrain and classes are found, and back."""
+"""Conversion between the fine raster and the coarser working grid of terrain and classes."""
 
 from __future__ import annotations
 

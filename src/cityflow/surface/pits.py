@@ -1,4 +1,4 @@
-"""Holes in matched terrain: narrow places far below the ground around them, which are blunders of matching, or wells, and no terrain either way."""
+"""Holes in matched terrain: narrow places far below the surrounding ground, errors of matching or wells."""
 
 from __future__ import annotations
 

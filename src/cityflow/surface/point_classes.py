@@ -1,4 +1,4 @@
-"""Classes of the points themselves: by what the surface is where they stand, and how high they stand over the terrain."""
+"""Classes of points: by the class of the surface and their height over the terrain."""
 
 from __future__ import annotations
 

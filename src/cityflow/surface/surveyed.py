@@ -1,4 +1,4 @@
-"""Where the survey has been: within reach of points on all sides.
+"""The surveyed area: within reach of points on all sides.
 
 The morphological closing of the cells with points: holes narrower than twice the reach (canals, shadows, dark roofs)
 belong to the survey, what lies outside its outline does not. Where points are so few that they may be blunders of matching

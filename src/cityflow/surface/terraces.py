@@ -1,4 +1,4 @@
-"""Terrain that stands on walls: terraces, and hills with them, among the objects that windows found.
+"""Terrain on retaining walls (terraces, hills) among the objects of the morphological opening.
 
 A building is bounded by a step down on all sides. A terrace is held by a way up without a step, or by higher ground
 behind it: the shortest way across it ends lower on one side only. As profiles of segments are judged by Sithole and Vosselman

@@ -1,4 +1,4 @@
-"""A TIN as surfaces that ISO 19107 admits: around every vertex one fan of triangles, every surface in one piece."""
+"""Divides a TIN into surfaces that ISO 19107 admits: one fan of triangles around every vertex, connected surfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""True orthos: every cell of a surface in the colour of an image that sees it.
+"""True orthos: every cell of a surface with the colour of an image that sees it.
 
 The classical ortho takes any image's pixel where a cell projects to, so that what hides a cell colours it: a roof appears a second time beside its
 house. Here a cell takes colours only from images from which no surface hides it, and stays without colour where all do. A tilted frame is served

@@ -1,4 +1,4 @@
-"""What other depth maps say of a depth: those that see it alike speak for it, those that look through it against it.
+"""Consistency of depth maps: depths that agree count for a depth, greater depths behind it count against it.
 
 A point that matching has put into the air costs nothing in its own pair: one partner alone may take one piece of grass for another. Images from
 other sides see the ground behind it. So each depth is held against the depth maps of all other images that look at its place. Each of their words

@@ -1,1 +1,1 @@
-"""What the driver knows of a city while it is made: names and digests, no data. Tasks are built from it."""
+"""State of a city in the driver: names and digests, no data. Tasks are built from it."""

@@ -1,4 +1,4 @@
-"""The area of interest: which tiles and units a run is limited to."""
+"""The area of interest: it limits the tiles and units of a run."""
 
 from __future__ import annotations
 

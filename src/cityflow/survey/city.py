@@ -1,4 +1,4 @@
-"""What the driver knows of a city while it is made: the survey, the area of interest, and the outlines and units that the records have named."""
+"""State of a city in the driver: survey, area of interest, outlines and units of the records so far."""
 
 from __future__ import annotations
 

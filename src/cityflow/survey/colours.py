@@ -1,4 +1,4 @@
-"""Images that a task colours something with, as the task is given them."""
+"""Images as sources of colour, in the inputs of tasks."""
 
 from __future__ import annotations
 

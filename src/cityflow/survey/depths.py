@@ -1,4 +1,4 @@
-"""Depth maps that a task reads: which, and how far around its place."""
+"""Depth maps that a task reads, and their distance from its place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outlines that the catalog names, as they were read and dealt out to tiles."""
+"""Outlines of the catalog, as read and assigned to tiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A survey of oriented images: where they look, who is matched with whom, which cells that gives."""
+"""A survey of oriented images: viewing geometry, pairs, cell sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the world of a run is cut: tiles, and the grids of its rasters."""
+"""Tiles of a run, and the grids of its rasters."""
 
 from __future__ import annotations
 

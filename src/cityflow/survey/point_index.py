@@ -1,4 +1,4 @@
-"""Where the points that buildings are made of are written: a piece for each index cell of a file, or of a tile."""
+"""Locations of the points for buildings: a file for each index cell of a LiDAR file, or of a tile."""
 
 from __future__ import annotations
 

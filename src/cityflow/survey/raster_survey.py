@@ -1,4 +1,4 @@
-"""A survey whose surface is a DSM that others have made."""
+"""A survey with a given DSM."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a workflow says of raw frames: how their sensor wrote them, where its calibration frames lie, what becomes of them."""
+"""Parameters of raw images: sensor format, calibration frames, processing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tasks so far have left: names, digests, reasons."""
+"""Results of tasks so far: names, digests, reasons."""
 
 from __future__ import annotations
 

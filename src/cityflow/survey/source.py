@@ -1,4 +1,4 @@
-"""Surface sources: what the surface of a run is made from."""
+"""Surface sources: LiDAR, images, or a given DSM."""
 
 from __future__ import annotations
 

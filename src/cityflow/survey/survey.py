@@ -1,4 +1,4 @@
-"""What the driver knows of a run: catalog, parameters, surface source, lattice, and what the tasks so far have left. Names and digests, no data."""
+"""State of a run in the driver: catalog, parameters, surface source, lattice, results so far. Names and digests, no data."""
 
 from __future__ import annotations
 

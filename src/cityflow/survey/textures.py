@@ -1,4 +1,4 @@
-"""What the textures and windows of a unit are made from, and on which atlas cell it stands."""
+"""Inputs of the textures and windows of a unit, and its atlas cell."""
 
 from __future__ import annotations
 

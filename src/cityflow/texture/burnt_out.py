@@ -1,4 +1,4 @@
-"""Where images show a face at the white level: a photograph that is burnt out there loses against every other one that is not."""
+"""Saturated parts of images: they are replaced by other images that are not saturated there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which images of a unit see the same cells, what that says of their exposures, and the trees that join them (Kruskal 1956)."""
+"""Common cells of the images of a unit, differences of their exposures, and minimum spanning trees (Kruskal 1956)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A line between the values of two images, whatever cars, glass and shadows say against it."""
+"""A robust line between the values of two images."""
 
 from __future__ import annotations
 

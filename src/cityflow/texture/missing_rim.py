@@ -1,4 +1,4 @@
-"""Where a file shows nothing: beyond the edge of a frame that was turned or straightened, black all the way to the image's rim.
+"""Black margins of image files, from rotation or undistortion: black areas that reach the image border.
 
 Black alone says nothing, as a window may be black. A file that was stored with losses has values near black beside such an edge, so what is told from is
 the means of a coarse level, and what lies beside a missing cell goes with it.

@@ -1,4 +1,4 @@
-"""A given ortho as an image: a camera so high up that its rays are as good as parallel."""
+"""A given ortho as an image of a camera at great height, with practically parallel rays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Patches onto pages: pixels, and which image each of them came from, and where the corners of a face are then."""
+"""Patches on pages: pixels, the source image of each, and the new corners of the faces."""
 
 from __future__ import annotations
 

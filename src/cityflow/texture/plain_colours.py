@@ -1,4 +1,4 @@
-"""The plain colour of a building's walls, for what no image sees of them: the middle of what images show, without the plants at the wall bases."""
+"""Plain colour of a building's walls, for parts that no image sees: the median of the visible parts, without plants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faces that can have a texture, each in a plane of its own."""
+"""Faces that can have a texture, each with a plane and axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images of a house made alike: linear models between images that see the same cells, handed on along a tree (Frommholz 2017, section 5; Kruskal 1956).
+"""Equalises the images of a building: linear models between images with common cells, along a tree (Frommholz 2017, section 5; Kruskal 1956).
 
 A face alone says little: it is small, often plain, and glass shows each image another sky. So a model belongs to an image, and all faces of a unit tell
 of it: a roof joins the images of opposite walls. Two faces with no image in common are not compared along their edge, for they

@@ -1,4 +1,4 @@
-"""Images that turn out to be unreadable while textures are made: they are noted, so that a unit can be made without them."""
+"""Unreadable images found while textures are made: they are recorded, so that a unit can be made without them."""
 
 from __future__ import annotations
 

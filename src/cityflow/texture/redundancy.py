@@ -1,4 +1,4 @@
-"""Which images of a face add something: a graph of what they see in common (Frommholz 2017, section 5).
+"""Removes redundant images of a face by a graph of common pixels (Frommholz 2017, section 5).
 
 Nodes are images with the number of pixels by which they really see the face, edges what two of them see in common. The paper counts pixels of the
 image that an edge starts from, so counts are not commutative: of two images that see the same part, the finer one has more pixels of it.

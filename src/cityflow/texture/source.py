@@ -1,4 +1,4 @@
-"""An image as what textures are made of: three bands of 8 bits, alike in exposure, whatever it was delivered as."""
+"""An image as a source of textures: three bands of 8 bits, with balanced exposure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All faces of one unit get their pixels: which images show them, what stands between, which of them add something, made alike and put together."""
+"""Textures of all faces of one unit: ranking, visibility, redundancy, radiometry, patches."""
 
 from __future__ import annotations
 

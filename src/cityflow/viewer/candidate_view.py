@@ -1,4 +1,4 @@
-"""All that the methods made of one unit, side by side: each model from four sides, under its scores."""
+"""All candidates of one unit, side by side: each model from four sides, with its scores."""
 
 from __future__ import annotations
 

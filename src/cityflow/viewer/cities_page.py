@@ -1,4 +1,4 @@
-"""The page from which the cities of several runs are reached."""
+"""Entry page for the cities of several runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How templates are read, and how figures are said in them."""
+"""Loading of templates, and text forms of figures."""
 
 from __future__ import annotations
 

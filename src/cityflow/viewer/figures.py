@@ -1,4 +1,4 @@
-"""Figures of a run: what report.json holds, and what the page is drawn from."""
+"""Figures of a run for report.json and the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of a survey from oriented images, and of points of known position: plain values."""
+"""Rows of the report for a survey from oriented images, and for check points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rasters of a whole city, made coarser while they are read tile by tile: memory depends on the picture, not on the city."""
+"""Rasters of a whole city, reduced tile by tile: memory depends on the picture, not on the city."""
 
 from __future__ import annotations
 

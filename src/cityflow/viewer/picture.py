@@ -1,4 +1,4 @@
-"""A picture of the report: JPEG bytes that stay below a size, with what is to be read beside it."""
+"""A picture of the report: JPEG bytes of limited size, with its caption."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Heights, colours and classes of a raster as pixels: shaded relief after the light from the north-west, as maps have it."""
+"""Heights, colours and classes of a raster as pixels: relief shaded from the north-west."""
 
 from __future__ import annotations
 

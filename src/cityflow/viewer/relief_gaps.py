@@ -1,4 +1,4 @@
-"""Gaps of a raster as a picture shows them: specks and ragged rims are filled from around, large gaps stay, with smooth rims."""
+"""Gaps of a raster in pictures: small ones are filled from their surroundings, large ones stay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first screen of the report: how much is done, how good it is, where the problems are, what to do; a sentence each."""
+"""The head of the report: progress, quality, problems and next step, a sentence each."""
 
 from __future__ import annotations
 

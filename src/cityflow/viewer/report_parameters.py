@@ -1,4 +1,4 @@
-"""What of the report can be chosen; nothing here changes a product."""
+"""Parameters of the report; none of them changes a product."""
 
 from __future__ import annotations
 

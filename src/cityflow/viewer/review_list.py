@@ -1,4 +1,4 @@
-"""Which buildings a person should look at first: those whose verdict is not good, the worst first, each with its reason in words."""
+"""The review list: buildings whose verdict is not good, the worst first, with reasons."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says of roofs, in words for people who model no cities: types, expected errors, eaves, methods."""
+"""Figures of roofs for readers who do not model cities: types, expected errors, eaves, methods."""
 
 from __future__ import annotations
 

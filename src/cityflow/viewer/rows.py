@@ -1,4 +1,4 @@
-"""What a report is made of: plain values, one row per building, stage and problem."""
+"""Rows of the report: one per building, stage and problem."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serves the files of runs to a browser on this machine: whole or in ranges, and nothing else."""
+"""Serves the files of runs to a browser on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A town as one sees it from a hill at its side: textured triangles through a camera, without the stairs of large pixels."""
+"""Views of a town from low cameras: textured triangles with anti-aliasing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a survey from images shows of the ground that it was meant to show, in a sentence or two."""
+"""A short text on the surveyed share of the requested ground."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of one building: what stands there, what was found, what became of it, and the command that tries again."""
+"""The page of one building: input, result, problems, and the command for another attempt."""
 
 from __future__ import annotations
 

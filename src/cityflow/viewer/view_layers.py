@@ -1,4 +1,4 @@
-"""Points and heights as a browser takes them in: plain arrays that go to the graphics card as they are."""
+"""Points and heights for the browser: plain arrays for the graphics card."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page that shows a run in a browser: its fixed files, its title, and the report's pictures for browsers that cannot draw a city."""
+"""The page that shows a run in a browser: fixed files, title, and pictures of the report for browsers without WebGL."""
 
 from __future__ import annotations
 

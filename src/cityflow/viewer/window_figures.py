@@ -1,4 +1,4 @@
-"""What a run says of windows, where it has looked for them: read from the buildings' attributes."""
+"""Figures of the windows of a run, from the attributes of buildings."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a user asks for: workflow files read and checked; runs started, planned, explained, repeated."""
+"""The commands: run, plan, status, explain, rerun, evaluate and others."""

@@ -1,4 +1,4 @@
-"""What the shell offers where somebody presses the tab key: runs, workflow files, parameters, units. Faults offer nothing."""
+"""Shell completion of runs, workflow files, parameters and units. Errors give no completion."""
 
 from __future__ import annotations
 

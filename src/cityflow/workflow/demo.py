@@ -1,4 +1,4 @@
-"""``cityflow demo``: three cities from beginning to end: a synthetic flight, photographs of a village, a LiDAR survey."""
+"""``cityflow demo``: three cities: a synthetic flight, photographs of a village, a LiDAR survey."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cityflow evaluate``: a run's surface and ortho against points of known position."""
+"""``cityflow evaluate``: a run's surface and ortho against check points."""
 
 from __future__ import annotations
 

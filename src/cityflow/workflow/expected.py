@@ -1,4 +1,4 @@
-"""What a unit of each stage takes, as far as one can say before it ran."""
+"""Expected time and memory of a unit of each stage, before it ran."""
 
 from __future__ import annotations
 

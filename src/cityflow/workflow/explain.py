@@ -1,4 +1,4 @@
-"""``cityflow explain``: all that is known of one unit."""
+"""``cityflow explain``: all information on one unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The city as a source of tasks that makes the RUN ready first, and tells whoever watches what is still to come."""
+"""The city as a source of tasks that prepares the RUN first and reports the expected number of tasks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run was asked for, found by following its graph, and noted for the next one who wants to know its status."""
+"""Finds the tasks of a request by walking its graph, and stores them for `status`."""
 
 from __future__ import annotations
 

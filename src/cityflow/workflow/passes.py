@@ -1,4 +1,4 @@
-"""A run goes over its tasks again as long as files turn out to be damaged: what made them has its turn in the next pass."""
+"""Repeats the tasks of a run as long as damaged files are found: the task that wrote a damaged file runs in the next pass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run would do, without doing it."""
+"""Plan of a run, without running it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run's outlines and units are held against: layers of the run's own GeoPackage and of any vector file, in the run's CRS."""
+"""Reference layers for the evaluation of outlines and units: of the run's GeoPackage and of any vector file, in the run's CRS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cityflow rerun``: some units again, with other parameters if wanted, and what depends on their results."""
+"""``cityflow rerun``: runs units again, with other parameters if wanted, and the tasks that depend on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Products of earlier requests: formats no longer asked for, tiles cut otherwise. They go when a run has ended."""
+"""Removes products of earlier requests (other formats, other tiles) at the end of a run."""
 
 from __future__ import annotations
 

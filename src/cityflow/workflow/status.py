@@ -1,4 +1,4 @@
-"""``cityflow status``: how far a run is, what its models are worth, what failed why, and what to do next."""
+"""``cityflow status``: progress, quality of models, failures with reasons, next step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``cityflow synth``: a synthetic survey with its truth beside it, ready to be run."""
+"""``cityflow synth``: a synthetic survey with its truth, ready to run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the driver writes of a synthetic survey: poses, outlines, truth layers, mosaics of the truth rasters, and the catalog."""
+"""Files of a synthetic survey: poses, outlines, truth layers, mosaics of the truth rasters, catalog."""
 
 from __future__ import annotations
 

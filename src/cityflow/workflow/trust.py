@@ -1,4 +1,4 @@
-"""Methods of somebody's own (``module:function``) are code: what a RUN's folder names is imported only where the user says so."""
+"""Trust in custom methods (``module:function``): code that a RUN's folder names is imported only on request."""
 
 from __future__ import annotations
 

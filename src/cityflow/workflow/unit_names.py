@@ -1,4 +1,4 @@
-"""Units by their names, or by parts of names that no other unit has."""
+"""Finds units by their names, or by unique parts of names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a building on a terminal: the words, units and order of the view's panel (`view/source/attributes.js`)."""
+"""Text forms of a building's attributes on a terminal, in the order of the view's panel (`view/source/attributes.js`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The products of a run as a static STAC catalog: what, where, in which CRS, of which date, under which licence."""
+"""The products of a run as a static STAC catalog: location, CRS, date, licence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a catalog holds: LiDAR files, images, rasters, outlines, and where each lies."""
+"""Assets of a catalog: LiDAR files, images, rasters, outlines, and their locations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a catalog's paths lead: what leaves its folder is used only where the catalog was made here by its user, or where somebody says so."""
+"""Checks paths of a catalog: files outside its folder are only used if the catalog was made here, or on request."""
 
 from __future__ import annotations
 

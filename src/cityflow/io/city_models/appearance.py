@@ -1,4 +1,4 @@
-"""How buildings and terrain look in one exported file: where its images stand, which faces have which texture."""
+"""Appearance of buildings and terrain in one exported file: locations of images, textures of faces."""
 
 from __future__ import annotations
 

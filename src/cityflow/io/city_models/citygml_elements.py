@@ -1,4 +1,4 @@
-"""Pieces of GML and of generic attributes that several elements of CityGML are made of."""
+"""Elements of GML and generic attributes that several parts of CityGML use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Windows and doors in CityGML 2.0: walls with holes and what fills them, as LoD3 of the boundary surfaces that LoD2 has."""
+"""Windows and doors in CityGML 2.0: walls with holes and openings, as LoD3 of the boundary surfaces of LoD2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CityJSONSeq 2.0: one line per building, exact to the bit, also what stages hand to each other.
+"""CityJSONSeq 2.0: one line per building, exact to the bit, also used between stages.
 
 Coordinates are integers of 0.1 mm from a translation of whole metres. A coordinate of the model is the float64 nearest
 to its decimal; an integer divided by 10,000 gives exactly that one back, so a line read again is the same building.

@@ -1,4 +1,4 @@
-"""Windows and doors in CityJSON 2.0: the surfaces of a building once more at LoD 3, walls with holes and what fills them."""
+"""Windows and doors in CityJSON 2.0: the surfaces of a building repeated at LoD 3, with walls with holes and openings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The faces of a tile's buildings as triangles with all that a renderer needs at their corners, one batch per page of an atlas.
+"""The faces of a tile's buildings as triangles with all vertex attributes, one batch per page of an atlas.
 
 Every face has corners of its own, because neighbours share neither normal nor texture coordinates.
 """

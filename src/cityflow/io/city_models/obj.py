@@ -1,4 +1,4 @@
-"""Wavefront OBJ: an object per building, materials by surface type or page, a local origin; JSON with what OBJ cannot say.
+"""Wavefront OBJ: an object per building, materials by surface type or page, a local origin; JSON for attributes and CRS.
 
 Triangles and convex quadrangles are written as they are; every other face as triangles, since readers of OBJ differ on
 concave faces and know no holes. A corner of a textured face has the triplet (u·d, v·d, d) as its texture coordinate

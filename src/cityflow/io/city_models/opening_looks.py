@@ -1,4 +1,4 @@
-"""How walls with openings look: the wall's texture goes on in the rings of its holes, and in what fills them."""
+"""Appearance of walls with openings: the texture of the wall, continued in the rings of holes, windows and doors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Openings as files have them: which face of which shell of a building has which."""
+"""Openings in exported files: by shell and face of a building."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Roof planes as JSON: all of them for those who read a building again, and what a roof surface says of its own."""
+"""Roof planes as JSON: all planes of a building, and the plane attributes of a roof surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Codes of roof types in the SIG 3D code list of CityGML; what the list does not have is left unsaid."""
+"""Codes of roof types in the SIG 3D code list of CityGML; types that the list lacks are omitted."""
 
 from __future__ import annotations
 

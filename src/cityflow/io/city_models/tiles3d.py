@@ -1,4 +1,4 @@
-"""3D Tiles 1.1: the files of one ground tile, in two sets, and what a tileset says of itself.
+"""3D Tiles 1.1: the files of one ground tile, in two sets, and the metadata of a tileset.
 
 The portable set has rectified textures that any viewer shows right; the raw one the atlas in the geometry of its images, with triplets, for
 viewers that divide. Both share the terrain. Each has a tileset per ground tile, which can be opened on its own, and hangs in a tree over

@@ -1,4 +1,4 @@
-"""The tree over the tilesets of all ground tiles: quarters of quarters, in several files where they are many."""
+"""The quadtree over the tilesets of all ground tiles, in several files where they are many."""
 
 from __future__ import annotations
 

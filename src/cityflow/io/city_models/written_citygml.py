@@ -1,4 +1,4 @@
-"""Every geometry of a CityGML 2.0 file, read as anybody would: by its GML elements, polygons that are referred to looked up by their ids."""
+"""Reads every geometry of a CityGML 2.0 file, independently of cityflow's writer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every geometry of a CityJSON text sequence, read as anybody would: nothing here knows how cityflow writes one."""
+"""Reads every geometry of a CityJSON text sequence, independently of cityflow's writer."""
 
 from __future__ import annotations
 

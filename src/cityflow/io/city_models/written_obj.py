@@ -1,4 +1,4 @@
-"""Every object of a Wavefront OBJ, read as anybody would: nothing here knows how cityflow writes one."""
+"""Reads every object of a Wavefront OBJ, independently of cityflow's writer."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is written of a ground tile: a file a format."""
+"""Export formats of a ground tile: one file per format."""

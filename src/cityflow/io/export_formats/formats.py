@@ -1,4 +1,4 @@
-"""Export formats: a line each. The parameter ``export.formats``, the export of tiles and the catalog of products derive from this table.
+"""Table of export formats. The parameter ``export.formats``, the export of tiles and the catalog of products derive from it.
 
 A format is a file of this folder with a function ``write(tile) -> Files``, which puts everything below ``products/NAME``, and its line here.
 """

@@ -1,4 +1,4 @@
-"""One tile of the city as every export format takes it."""
+"""One tile of the city as the input of every export format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the file of an image says of it before anything is decoded: size, bands, EXIF; and whether it can be what a camera took.
+"""Headers of image files, without decoding: size, bands, EXIF; and whether they can be a camera's.
 
 Image coordinates hold for the pixels as they are stored. A file whose EXIF tag asks viewers to turn it is refused: nobody can tell whether its
 poses were computed for the stored or for the turned picture.

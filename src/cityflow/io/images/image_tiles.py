@@ -1,4 +1,4 @@
-"""From a picture as people have it to one that is read by window: tiled, lossless, with its pyramid in the same file."""
+"""Converts an image to a tiled, lossless file with its pyramid, to be read by raster window."""
 
 from __future__ import annotations
 

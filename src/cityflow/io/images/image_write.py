@@ -1,4 +1,4 @@
-"""Pictures as files: JPEG and PNG for colours of 8 bits, TIFF for everything else."""
+"""Writes images: JPEG and PNG for colours of 8 bits, TIFF for everything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images that `image_tiles` has tiled, read by window and level."""
+"""Reads images of `image_tiles` by raster window and pyramid level."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Exterior and interior orientations as other programs write them: a file a format."""
+"""Exterior and interior orientations of other programs: one file per format."""

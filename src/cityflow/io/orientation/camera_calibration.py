@@ -1,4 +1,4 @@
-"""A camera from its calibration in other programs' terms."""
+"""A camera from the calibration of another program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every reader of orientations returns: oriented images, sparse points, and what could not be used."""
+"""Result of every reader of orientations: oriented images, sparse points, unusable images."""
 
 from __future__ import annotations
 

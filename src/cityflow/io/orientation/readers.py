@@ -1,4 +1,4 @@
-"""Formats of orientation: a line each. The command line has an option for every one of them, and catalogs read through this table.
+"""Table of orientation formats. Options of the command line and catalogs derive from it.
 
 A format is a file of this folder with a function ``read(given) -> OrientationModel``, and its line here. Nothing is imported before it is read.
 """

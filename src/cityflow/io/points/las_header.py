@@ -1,4 +1,4 @@
-"""LAS and LAZ headers: what a file says of itself, and whether it is whole; no point is decompressed."""
+"""LAS and LAZ headers: contents and completeness of a file, without decompressing points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points from images as LAZ: colour, the base image, the partners that agree, and the expected precision of each."""
+"""Points from images as LAZ: colour, reference image, number of agreeing partners, expected precision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The index of a survey: each LiDAR file streamed once into one small LAZ piece per lattice cell.
+"""The index of a survey: each LiDAR file streamed once into one small LAZ file per lattice cell.
 
 Memory stays bounded whatever the file's size: points are sorted by cell chunk by chunk, the sorted chunks spill into one
 temporary file (15 bytes a point), and every cell is gathered from there, compressed and handed on. A piece holds its

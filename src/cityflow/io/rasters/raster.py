@@ -1,4 +1,4 @@
-"""Rasters as files: cloud-optimised GeoTIFF out, a VRT over them, and any raster in on a grid of ours."""
+"""Rasters as files: writes cloud-optimised GeoTIFF and a VRT over them, reads any raster on a grid of the run."""
 
 from __future__ import annotations
 

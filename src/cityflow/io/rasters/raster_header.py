@@ -1,4 +1,4 @@
-"""What a raster file says of itself: extent, cell, CRS; no pixel is read."""
+"""Headers of raster files: extent, cell, CRS, without reading pixels."""
 
 from __future__ import annotations
 

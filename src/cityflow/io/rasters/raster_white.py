@@ -1,4 +1,4 @@
-"""What an orthophoto shows as white: its files have 8 bits, 16 bits of which 12 or 11 are used, or fractions of one."""
+"""White level of an orthophoto: 8 bits, 16 bits of which 12 or 11 are used, or fractions of one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ids of features, as a layer has them or as a user wants them written."""
+"""Ids of features, from a column or by a user's format."""
 
 from __future__ import annotations
 

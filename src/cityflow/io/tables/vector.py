@@ -1,4 +1,4 @@
-"""Outlines and areas from any vector format that GDAL reads, with everything that the source says of them."""
+"""Outlines and areas from any vector format of GDAL, with all attributes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outlines as a person wants them: drawn ones in the place of found ones, and places where no building stands."""
+"""Applies edits to outlines: drawn ones replace found ones, rejected ones are removed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Given outlines as they come, made fit to be buildings: exploded, repaired, thinned, or refused with a reason."""
+"""Cleans given outlines: exploded, repaired, thinned, or refused with a reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wall footprints: the wall line where façades were seen, the roof's edge elsewhere.
+"""Wall footprints: the wall line where façades were seen, the roof edge elsewhere.
 
 Nex, Rupnik and Remondino (2013, §2.3) close walls to footprints; Gross, Thoennessen and von Hansen (2005) outline roofs.
 Both are taken together here: all lines cut the neighbourhood of a roof into faces, and a minimum cut says which of them

@@ -1,4 +1,4 @@
-"""Which faces are building: the least sum of disagreement with what is known of areas and with what is known of borders."""
+"""Selects the faces that belong to buildings: minimum sum of area and border costs."""
 
 from __future__ import annotations
 

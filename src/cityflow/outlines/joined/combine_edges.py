@@ -1,4 +1,4 @@
-"""How each edge of an outline is known: by points on its façade, or by the edge of its roof."""
+"""Source and accuracy of each edge of an outline: façade points, or the edge of the roof."""
 
 from __future__ import annotations
 

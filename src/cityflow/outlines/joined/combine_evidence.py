@@ -1,4 +1,4 @@
-"""What is known of areas and of borders around a building region: roofs, terrain, and the air before a façade."""
+"""Evidence for areas and borders around a building region: roofs, terrain, and free space in front of façades."""
 
 from __future__ import annotations
 

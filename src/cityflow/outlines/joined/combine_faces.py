@@ -1,4 +1,4 @@
-"""The plane cut into faces by lines: which edges each face has, and integrals of a raster over the faces."""
+"""The plane cut into faces by lines: edges of each face, and integrals of a raster over the faces."""
 
 from __future__ import annotations
 

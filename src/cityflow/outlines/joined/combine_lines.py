@@ -1,4 +1,4 @@
-"""Lines that may border a building: walls and how they go on, edges of its roof, and steps at the ends of walls."""
+"""Candidate borders of a building: walls and their extensions, edges of its roof, steps at the ends of walls."""
 
 from __future__ import annotations
 

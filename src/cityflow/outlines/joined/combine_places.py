@@ -1,4 +1,4 @@
-"""Where footprints are sought: around every building region, and around walls that no region explains."""
+"""Search areas of footprints: around every building region, and around walls outside of regions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edges of a footprint moved onto all the walls that they stand for, and corners to where these lines meet."""
+"""Refits edges of a footprint to all their walls, and corners to the intersections of these lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rings of joined faces made clean: vertices along straight sides, steps too small to be real."""
+"""Cleans rings of joined faces: vertices along straight sides, steps too small to be real."""
 
 from __future__ import annotations
 

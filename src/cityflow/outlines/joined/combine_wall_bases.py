@@ -1,4 +1,4 @@
-"""How far down walls were seen, piece by piece: to the ground, or to a lower roof before them."""
+"""Height of the wall base along walls, by sections: at the ground, or at a lower roof in front."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Neighbouring outlines with their common boundaries in common."""
+"""Adds common vertices to the common boundaries of neighbouring outlines."""

@@ -1,4 +1,4 @@
-"""Which noded outlines stand wall to wall, and along which edges."""
+"""Adjacent noded outlines, and their common edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Neighbouring outlines with their common boundary in common, bit for bit (ARCHITECTURE.md, section 5)."""
+"""Noding of neighbouring outlines: common boundaries equal bit for bit (ARCHITECTURE.md, section 5)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A group of noded outlines as a planar partition: overlaps given to one, slivers between them closed."""
+"""A group of noded outlines as a planar partition: overlaps assigned to one, slivers between them closed."""
 
 from __future__ import annotations
 

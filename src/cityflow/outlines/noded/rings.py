@@ -1,4 +1,4 @@
-"""Polygons as flat arrays of vertices, and back: what the vectorised steps of cleaning and noding work on."""
+"""Polygons as flat arrays of vertices, and back, for vectorised cleaning and noding."""
 
 from __future__ import annotations
 

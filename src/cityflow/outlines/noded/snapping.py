@@ -1,4 +1,4 @@
-"""Nearly common boundaries made common: vertices gathered, T-vertices and crossings inserted."""
+"""Snaps nearly common boundaries: vertices merged, T-vertices and crossings inserted."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Walls that stand inside an outline which is the roof's rim."""
+"""Walls inside an outline that is the rim of a roof."""

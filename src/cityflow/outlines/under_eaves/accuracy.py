@@ -1,4 +1,4 @@
-"""How exact given outlines are, by façades that a laser has seen beside them: one figure for all outlines of a source.
+"""Accuracy of given outlines, from façades seen by a laser: one figure for all outlines of a source.
 
 A wall that stands outside its outline shows that the outline is off by as much; one inside may stand under eaves. Outlines are too small as often as
 too large, so the first alone tell the standard deviation.

@@ -1,4 +1,4 @@
-"""Façades under the eaves of a roof whose rim an outline is: by points on them, where the roof reaches from the façade out to the rim."""
+"""Façades under the eaves of a roof whose rim is the outline, from façade points and the extent of the roof."""
 
 from __future__ import annotations
 

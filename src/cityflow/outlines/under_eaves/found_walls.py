@@ -1,4 +1,4 @@
-"""Outlines that were found, with walls moved in where only the roof's edge gave them and façades are known inside."""
+"""Found outlines with walls moved in where only the roof edge was known and façades are seen inside."""
 
 from __future__ import annotations
 

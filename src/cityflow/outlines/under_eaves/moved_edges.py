@@ -1,4 +1,4 @@
-"""Rings some of whose straight edges are moved inwards, while what neighbours share of them stays as it is."""
+"""Rings with some straight edges moved inwards; parts shared with neighbours stay."""
 
 from __future__ import annotations
 

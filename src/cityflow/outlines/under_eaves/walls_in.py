@@ -1,4 +1,4 @@
-"""Walls moved in: where an outline is the rim of the roof, and façades are known further inside.
+"""Moves walls in where an outline is the rim of the roof and façades are seen inside.
 
 Outlines come noded; only edges that no neighbour touches move, so what neighbours share stays. Their corners slide along shared walls, and leave
 a vertex in the neighbour's outline there.

@@ -1,1 +1,1 @@
-"""What of a cloud is noise."""
+"""Noise filter of a point cloud."""

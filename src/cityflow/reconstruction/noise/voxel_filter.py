@@ -1,4 +1,4 @@
-"""Points that are noise: far from the surface which the cubes around them agree on (Frommholz 2017, section 2).
+"""Noise points: far from the surface that the surrounding cubes agree on (Frommholz 2017, section 2).
 
 The bounding box is cut into cubes of edge a. The points of the 3×3×3 cubes around a cube give its surface by principal
 component analysis. Where that surface touches the sphere around the cube (radius a√3/2), the distances of the cube's

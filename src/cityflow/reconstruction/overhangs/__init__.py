@@ -1,1 +1,1 @@
-"""How far roofs stand out beyond their walls, and solids with such roofs."""
+"""Roof overhangs, and solids with them."""

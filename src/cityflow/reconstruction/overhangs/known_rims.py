@@ -1,4 +1,4 @@
-"""Rims that are known before anybody looks for them: outlines that were the roof's, until their walls moved in."""
+"""Known roof rims: outlines of the roof before their walls moved in."""
 
 from __future__ import annotations
 

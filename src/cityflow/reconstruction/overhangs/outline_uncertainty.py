@@ -1,4 +1,4 @@
-"""How far an outline of which nothing is said lies from its walls, by what the unit's own edges show.
+"""Accuracy of an outline of unknown source, from the edges of the unit itself.
 
 Given outlines come without a word on how exact they are. A roof does not end inside its walls: where it seems to, the outline stands too far out
 by as much, and it stands too far in elsewhere as often, where the same would look like an overhang. Few edges tell little; the rest is what

@@ -1,4 +1,4 @@
-"""How far the roof of a unit stands out beyond each of its walls, by the rims in its surface model (Frommholz et al. 2017, section 4)."""
+"""Roof overhang of a unit beyond each wall, from the rims in its surface model (Frommholz et al. 2017, section 4)."""
 
 from __future__ import annotations
 

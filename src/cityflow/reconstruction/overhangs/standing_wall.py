@@ -1,4 +1,4 @@
-"""Where the wall below an edge of the outline stands: at the outline, or where façade points say, or unknown.
+"""Position of the wall below an edge of the outline: at the outline, at façade points, or unknown.
 
 An outline follows walls only where façades were seen when it was found; elsewhere it is the rim of the roof, and a reach
 that counted from it would be none. Façade points that were too few for a line of their own then still tell how far inside the wall is.

@@ -1,4 +1,4 @@
-"""Where points of different planes are neighbours: there the outline may have to be cut."""
+"""Neighbouring points of different planes: places where the outline may have to be cut."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the points say of each cell: which points lie in it, and what each plane would cost there."""
+"""Evidence of points for each cell: the points in it, and the cost of each plane there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What planes cost in the cells of a plan: roof that they leave unexplained, edges and steps between them; and the planes that cost least."""
+"""Costs of planes in the cells of a plan (unexplained roof, edges, steps), and the planes of minimum cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planes that a partition left without what they explain: where their points lie, and lines around them.
+"""Planes without a place in the partition: location of their points, and cut lines around them.
 
 Lines come from pairs of neighbouring points. Where clutter, walls or gaps part a roof from its neighbours, there are too few of these, and no
 cell can be cut out for it. Its own points say where it is.

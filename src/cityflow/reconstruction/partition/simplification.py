@@ -1,4 +1,4 @@
-"""Roof polygons that explain less than their description costs join a neighbour.
+"""Merges roof polygons whose description costs more than they explain.
 
 A polygon has to be described: three numbers of its plane, and the lines that bound it. Intersections follow from the planes; a step is a line
 of its own. A number known to some two hundred steps takes five nats or six, and a point off every plane costs 4.5 (`plane_labels.OUTLIER`);

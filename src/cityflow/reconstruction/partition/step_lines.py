@@ -1,4 +1,4 @@
-"""Lines along step edges: neighbouring roofs that do not meet are parted by a line put between their points."""
+"""Lines along step edges: they separate neighbouring roofs that do not meet."""
 
 from __future__ import annotations
 

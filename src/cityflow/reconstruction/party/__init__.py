@@ -1,1 +1,1 @@
-"""Walls that neighbours share."""
+"""Party walls: walls shared by neighbours."""

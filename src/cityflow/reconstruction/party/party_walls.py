@@ -1,4 +1,4 @@
-"""Walls that neighbouring units share: cut in both, so that the common part is the same face in each.
+"""Party walls of neighbouring units: cut in both, so that the common part is the same face in each.
 
 Outlines are noded, so that a common edge has the same two plan vertices in both units, bit for bit, and every wall
 stands on one outline edge. The common part of an edge follows from the two walls on it and from the heights that meet

@@ -1,4 +1,4 @@
-"""Two walls on one plan edge, cut along each other: what both share, and what stands free of each.
+"""Two walls on one plan edge, cut along each other: the common part, and the free part of each.
 
 The common part is found once and goes into both solids, vertex by vertex.
 """

@@ -1,4 +1,4 @@
-"""Two walls on one plan edge, brought together: common places along the edge, with heights that tie made equal.
+"""Two walls on one plan edge: common places along the edge, with nearly equal heights made equal.
 
 Everything is found once for both walls, from both profiles alike, so that neither can see it differently.
 """

@@ -1,4 +1,4 @@
-"""Which plane each point lies on, and which planes are worth having: one energy for both.
+"""Assigns points to planes and selects the planes, by one energy for both.
 
 The energy of a labelling is the sum over points of r²/2σ², cut off where a point is an outlier, plus a cost for each pair
 of neighbours on different planes, plus a cost for each plane. A point may take the planes of its 3×3 neighbours only, so

@@ -1,4 +1,4 @@
-"""What the points say of a model, as figures that a verdict is made from: shares of its roof in plan, and of points that the fit did not see."""
+"""Figures of a model for its verdict: shares of its roof in plan, and of points that were held back from the fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which points the fit does not see: a hash of their coordinates decides, not their order, the tiling or a random number."""
+"""Selection of points that are held back from the fit: by a hash of their coordinates, independent of order and tiling."""
 
 from __future__ import annotations
 

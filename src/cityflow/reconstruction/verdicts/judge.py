@@ -1,4 +1,4 @@
-"""A unit's model with the evidence that it did not see, and the verdict from it."""
+"""The verdict of a unit's model from the held-back evidence."""
 
 from __future__ import annotations
 

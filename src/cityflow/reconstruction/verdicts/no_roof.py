@@ -1,4 +1,4 @@
-"""Points that are no roof: echoes of façades, of what stands or hangs above a roof, of what is below it.
+"""Points that are no roof: echoes of façades, of objects on or above a roof, of objects below it.
 
 They say nothing of the roof, so they leave its RMSE and its share explained, and are counted apart. A point is excused only if it is far from the
 model and no part of a patch that looks like a roof: points that lie together on a plane that is not upright are a structure that the model lacks

@@ -1,4 +1,4 @@
-"""Does the outline stand where the building does? Told by where the points of its roof end, and by echoes of its façades.
+"""Position of the outline relative to the building, from the ends of its roof and the echoes of its façades.
 
 A building may be moved and turned against its outline, and its eaves stand out evenly. For every such place the points along each piece of the
 outline are more or less likely; summed over the pieces, with what outlines mostly are, this is the probability of the place. The figure is the share

@@ -1,4 +1,4 @@
-"""The points of a unit against its model: how far each is off, and which are no roof."""
+"""Distances of the points of a unit from its model, and the points that are no roof."""
 
 from __future__ import annotations
 

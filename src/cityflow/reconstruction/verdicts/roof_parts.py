@@ -1,4 +1,4 @@
-"""How divided a roof is: planes, and steps between them. Every part is one more that may be wrong, every step stands somewhere between two points."""
+"""Complexity of a roof: number of planes, and steps between them, as risk factors of a verdict."""
 
 from __future__ import annotations
 

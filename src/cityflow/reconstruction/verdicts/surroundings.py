@@ -1,4 +1,4 @@
-"""What stands around a unit, held against its roof's planes as they go on: eaves, a roof that goes on, façades."""
+"""Surroundings of a unit compared with its extended roof planes: eaves, continuing roofs, façades."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Does the survey end at a building? Then nobody knows how the building goes on there, whatever its points say."""
+"""Buildings at the edge of the survey, whose extent is unknown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From figures to a probability that a model is right, and from it to a verdict with its reasons in words.
+"""From figures to the probability that a model is right, and to a verdict with its reasons.
 
 A model is good where at least 95 % of its roof are within 20 cm of the truth, and poor where not even 80 % are. Both probabilities are those of logistic
 models, in which every figure can only lower them; their weights are fitted on synthetic towns whose truth is known, sound units and spoilt ones,

@@ -1,4 +1,4 @@
-"""From the file of an image to the tiled picture that everything after it reads, strip by strip (Frommholz 2017 §2).
+"""Converts an image file to the tiled image that all later stages read, strip by strip (Frommholz 2017 §2).
 
 Dark signal, response and bad pixels are corrected in the sensor's own numbers; then the full range, the colours, the near infrared of a second head,
 and last the distortion. Of a picture only some strips and the reduced levels are in memory.

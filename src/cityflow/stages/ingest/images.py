@@ -1,4 +1,4 @@
-"""Stage ``ingest``, for images: each one decoded once into a tiled pyramid that is read by window ever after, raw frames developed on the way."""
+"""Stage ``ingest``, for images: each is decoded once into a tiled pyramid; raw images are developed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage ``ingest``, unit ``outline_accuracy``: how exact the given outlines are, by those that stand in one LiDAR file; before any of them is used.
+"""Stage ``ingest``, unit ``outline_accuracy``: accuracy of given outlines, from those in one LiDAR file, before any of them is used.
 
 Every unit needs the figure, and it must depend on no area of interest and no tile: so it comes from one file, the one that most outlines stand in.
 """

@@ -1,4 +1,4 @@
-"""The outlines that tell how exact all given ones are: some of those in the LiDAR file that most of them stand in."""
+"""Sample of outlines for the accuracy of all given ones: some of those in the LiDAR file that contains most of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Given outlines and their walls: what of points and façades a tile's task reads, and the outlines whose walls moved in."""
+"""Given outlines and their walls: points and façades that a tile's task reads, and outlines with walls moved in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of one unit, gathered for reconstruction: points, façades, rasters, orthos, and what stands beside it."""
+"""Evidence of one unit for reconstruction: points, façades, rasters, orthos, and its surroundings."""
 
 from __future__ import annotations
 

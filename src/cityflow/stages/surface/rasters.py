@@ -1,4 +1,4 @@
-"""Stage ``surface``, for given rasters: a DSM (and an ortho, and a DTM) that others have made take the place of points."""
+"""Stage ``surface``, for given rasters: a DSM (and an ortho, and a DTM) replace points."""
 
 from __future__ import annotations
 

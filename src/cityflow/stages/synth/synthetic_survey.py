@@ -1,4 +1,4 @@
-"""What a synthetic survey is: its parameters, how much town it needs, and which images are flown over it."""
+"""The synthetic survey: parameters, size of the town, flight plan."""
 
 from __future__ import annotations
 

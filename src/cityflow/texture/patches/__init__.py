@@ -1,1 +1,1 @@
-"""The pixels of a face: from its root image as they are, from other images where something stands between, and straight from the front."""
+"""The pixels of a face: copied from its root image, completed from other images, and rectified."""

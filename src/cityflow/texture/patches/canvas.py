@@ -1,4 +1,4 @@
-"""What a patch is painted on: pixels in the geometry of the root image, or cells of the face's plane; and where each of them is in the world."""
+"""Canvas of a patch: pixels in the geometry of the root image, or cells of the face's plane, with their world positions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours of a canvas from the images that see it: the root's where it sees, of what is left the next one's, and so on."""
+"""Colours of a canvas from the images that see it, in the order of the ranking."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours where there are none: between pixels by inverse distances, beyond the face's edge from the nearest pixel.
+"""Fills missing colours: inside by inverse distances, beyond the face's edge from the nearest pixel.
 
 Inverse-distance weighting over all known pixels costs as much as there are pairs of pixels. Here the weight 1 / distance**4 is made of smooth bumps that
 double in width from one to the next, each a level of a pyramid of sums, so the cost is that of the pixels alone, however large a hole is.

@@ -1,4 +1,4 @@
-"""Which pixels a polygon covers, and how deep inside it they are."""
+"""Pixels that a polygon covers, and their depth inside it."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Where each patch stands on the pages of a texture atlas."""
+"""Placement of patches on the pages of a texture atlas."""

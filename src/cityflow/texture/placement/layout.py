@@ -1,4 +1,4 @@
-"""One page filled: patches one by one, in a given order, each at its lowest free spot."""
+"""Fills one page: patches one by one, in a given order, each at its lowest free position."""
 
 from __future__ import annotations
 

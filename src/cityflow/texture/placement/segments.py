@@ -1,4 +1,4 @@
-"""The search for a patch's spot, shared by threads: each looks through its own blocks of scanlines and leaves when others are ahead.
+"""Parallel search for a patch's position: each thread searches its own blocks of scanlines and stops when others are ahead.
 
 Frommholz et al. 2017, section 5: patches depend on their predecessors, so only the search for a single patch can be shared.
 """

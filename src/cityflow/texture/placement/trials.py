@@ -1,4 +1,4 @@
-"""Which page widths and orders of the patches are worth a try."""
+"""Page widths and orders of patches that are tried."""
 
 from __future__ import annotations
 

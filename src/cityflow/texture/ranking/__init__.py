@@ -1,1 +1,1 @@
-"""Which images look at a face, how, and in what order they are to be taken."""
+"""Selection and order of the images of a face."""

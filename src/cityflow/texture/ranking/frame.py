@@ -1,4 +1,4 @@
-"""What a camera can show at all.
+"""The field of view of a camera.
 
 The polynomials of lenses hold in the image; far beyond it they may fold back, and points that the camera never saw would seem to be in the frame.
 """

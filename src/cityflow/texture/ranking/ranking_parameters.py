@@ -1,4 +1,4 @@
-"""What rankings share."""
+"""Common parameters of rankings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images by how much of the face they see, how squarely and how finely (Gross 2005, section 4.3)."""
+"""Ranks images by seen share of the face, angle of incidence and sampling distance (Gross 2005, section 4.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images that may be a source of a face at all."""
+"""Images that may be a source of a face."""
 
 from __future__ import annotations
 

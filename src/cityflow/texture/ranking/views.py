@@ -1,4 +1,4 @@
-"""How images look at a face, whatever stands between (Frommholz 2017, section 5).
+"""View of a face in images, without occlusion (Frommholz 2017, section 5).
 
 A face that is partly behind a camera or beyond the image's frame is cut, not dropped: first in the camera's frame, by a near plane and by the pyramid
 of what the lens can show, then in image coordinates by the frame itself.

@@ -1,4 +1,4 @@
-"""Images in the order of the worst sampling distance that they have on the face (Frommholz 2017, section 5)."""
+"""Ranks images by their worst sampling distance on the face (Frommholz 2017, section 5)."""
 
 from __future__ import annotations
 

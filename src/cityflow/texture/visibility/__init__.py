@@ -1,1 +1,1 @@
-"""What images really see of a face: rays past the surface and past the models that stand around."""
+"""Visibility of a face in images: rays against the surface and the surrounding models."""

@@ -1,4 +1,4 @@
-"""The surface as what stands between cameras and a unit: without the unit itself.
+"""The surface as an obstacle between cameras and a unit, without the unit itself.
 
 A surface from images has blurred walls, and eaves that stick to them; left in, they would hide the walls of their own building. So where a model stands, and
 a little around the unit itself, the surface counts only where it clearly rises above all models there: trees above roofs, chimneys, what the models lack. The

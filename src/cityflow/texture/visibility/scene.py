@@ -1,4 +1,4 @@
-"""What stands around a unit, made ready for rays: the surface's columns and the triangles of the models."""
+"""The surroundings of a unit, prepared for rays: columns of the surface and triangles of the models."""
 
 from __future__ import annotations
 

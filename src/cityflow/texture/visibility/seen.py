@@ -1,4 +1,4 @@
-"""What images see of a face, cell by cell."""
+"""Visibility of a face in images, cell by cell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Triangles in a tree of boxes: does a ray meet any of them?"""
+"""Triangles in a tree of boxes, for ray intersection tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What counts as standing in the way."""
+"""Parameters of occlusion."""
 
 from __future__ import annotations
 
