@@ -13,7 +13,7 @@ from missing_tools import TOOLS, missing_tools
 HERE = Path(__file__).parent
 SKIPS = ("skip", "skipif", "importorskip")
 OF_THE_DATA = ("a dozen points", "peaks of memory are counted otherwise")
-"""Reasons that no tool would mend."""
+"""Reasons that no tool would fix."""
 
 
 def reasons_in(path: Path) -> Iterator[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 
 class CityflowError(Exception):
-    """A problem that the user can mend: what is wrong, where, and what to do about it.
+    """A problem that the user can fix: what is wrong, where, and what to do about it.
 
     Parameters
     ----------

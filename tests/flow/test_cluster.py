@@ -162,7 +162,7 @@ def test_a_lost_scheduler_ends_the_run_with_a_remedy(tmp_path: Path, store: Stor
     ):
         run_tasks(Killer(4, 8, sleep_s=0.05), client, store, ledger)
     assert caught.value.where == doomed.address
-    assert "goes on where it stopped" in caught.value.remedy
+    assert "continues where it stopped" in caught.value.remedy
     assert len(finished(store)) >= 5
 
 

@@ -157,7 +157,7 @@ def test_one_good_unit_lets_the_stage_go_on(client: Client, store: Store, ledger
 def test_two_runs_never_share_a_folder(client: Client, store: Store, ledger: Ledger) -> None:
     class Second(Given):
         def after(self, task: Task, record: Record) -> Iterable[Task]:
-            with pytest.raises(RunError, match="another run is at work"):
+            with pytest.raises(RunError, match="another run is using this folder"):
                 run_tasks(Given([toy("x")]), client, store, ledger)
             return super().after(task, record)
 

@@ -84,5 +84,5 @@ def test_an_unfinished_run_shows_what_there_is_and_what_waits(made: Made) -> Non
     assert town.FLAT in data.waiting
     text = page_of(run, "report.html").text_content()
     assert "not worked on yet" in text
-    assert "goes on where it stopped" in text
+    assert "continues where it stopped" in text
     assert data.pictures

@@ -80,7 +80,7 @@ def test_an_unfinished_run_says_what_waits_and_draws_it() -> None:
     assert said(data) == "1 of 3 buildings is good, 2 not worked on yet."
     assert (
         answers(data)["What to do?"]
-        == "Let the run end: cityflow run WORKFLOW --out 'runs/my town' goes on where it stopped."
+        == "Let the run end: cityflow run WORKFLOW --out 'runs/my town' continues where it stopped."
     )
     page = page_of(data)
     assert len(page.xpath("//path[@class='w']")) == 2
@@ -93,7 +93,7 @@ def test_before_the_first_building_the_tasks_are_counted() -> None:
     assert said(run_of(stages=(MATCHED,))) == "No building has been worked on yet: 40 tasks before that are done."
     assert said(run_of(stages=())) == "No building has been worked on yet."
     page = write_report(run_of(stages=(MATCHED,)))[1].decode()
-    assert "goes on where it stopped" in page
+    assert "continues where it stopped" in page
     assert "Nothing has run yet" not in page
 
 

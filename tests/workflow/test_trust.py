@@ -33,7 +33,7 @@ def store(tmp_path: Path) -> Store:
 
 
 def test_functions_that_the_run_names_are_refused(store: Store) -> None:
-    with pytest.raises(RunError, match=f"names a function of its own, {FOREIGN}.*--trust"):
+    with pytest.raises(RunError, match=f"names a custom function, {FOREIGN}.*--trust"):
         refuse_untrusted(run_of(store, "extruded", FOREIGN), [], of_the_run=True)
 
 

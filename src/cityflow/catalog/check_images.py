@@ -35,7 +35,7 @@ MAP_CELLS = 300
 """Cells along the longer side of the maps; set by hand, as are those below."""
 STEPS_PER_CELL = 2.0
 """A cell is no smaller than this many pixels on the ground."""
-LEFT_OUT = "it is left out of a run; mend it and make the catalog again"
+LEFT_OUT = "it is left out of a run; fix it and make the catalog again"
 
 
 @dataclass(frozen=True, slots=True)

@@ -141,7 +141,9 @@ def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str
     view = View(image, (low, high))
     seen = sights([view])[0] if level else footprint(view)
     if seen.is_empty:
-        raise CatalogError("it looks at no ground", where=str(path), remedy="check angle unit and rotation order")
+        raise CatalogError(
+            "it does not look at the ground", where=str(path), remedy="check angle unit and rotation order"
+        )
     checksum, size = sha256_of(path)
     ones = (1.0,) * header.bands
     day = date or _day(header)
@@ -171,7 +173,7 @@ def _heights(source: ImageSource, model: OrientationModel, catalog: Catalog) -> 
         if heights is not None:
             return heights
         raise CatalogError(
-            f"nothing tells how high ground and buildings are ({error})",
+            f"the heights of ground and buildings are unknown ({error})",
             where=str(source.folder),
             remedy="give the lowest ground and the highest object with --heights MIN,MAX",
         ) from error

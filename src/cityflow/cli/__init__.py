@@ -27,7 +27,7 @@ from cityflow.workflow import completion
 app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
     help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as tasks on Dask. Lengths are metres, times seconds, memory MB.",
-    epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to mend, or an incomplete "
+    epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to fix, or an incomplete "
     "city; 2 a command that cannot be read; 130 stopped by Ctrl-C.",
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
@@ -62,7 +62,7 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 
 def main() -> None:
-    """Entry point: errors that a user can mend become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
+    """Entry point: errors that a user can fix become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
     try:
         app()
     except CityflowError as error:

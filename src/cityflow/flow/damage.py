@@ -61,4 +61,4 @@ class Expected:
 
     def _refuse(self, path: str, problem: str) -> None:
         self.found[path] = problem
-        raise DamagedFileError(problem, where=path, remedy="run again with --verify: what made it, makes it anew")
+        raise DamagedFileError(problem, where=path, remedy="run again with --verify: the task that wrote it runs again")

@@ -78,7 +78,7 @@ def run_tasks(
 
     Raises
     ------
-    RunError : another run is at work in the same folder, the scheduler or all workers are lost, nothing more can be
+    RunError : another run is using this folder, the scheduler or all workers are lost, nothing more can be
         written, or the first units of a stage all raise the same exception
     """
     run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
@@ -272,7 +272,7 @@ class _Run:
             check_alive(self._context.client)
         if job.tries >= RESUBMISSIONS:
             problem = f"a worker cannot run or record it: {type(error).__name__}: {error}"
-            raise RunError(problem, where=job.task.name, remedy="mend this and run again: it goes on where it stopped")
+            raise RunError(problem, where=job.task.name, remedy="fix this and run again: it continues where it stopped")
         self._submit([replace(job, tries=job.tries + 1)])
 
     def _follow(self, task: Task, record: Record, *, fresh: bool) -> None:

@@ -40,7 +40,7 @@ class InFlight:
             self._look()
         missing_s = time.monotonic() - self._last_worker
         if missing_s > NO_WORKER_LIMIT_S:
-            remedy = "start workers (dask worker ADDRESS) and run again: it goes on where it stopped"
+            remedy = "start workers (dask worker ADDRESS) and run again: it continues where it stopped"
             raise RunError(f"no worker for {missing_s:.0f} s", where=address(self._client), remedy=remedy)
         if missing_s > 2 * LOOK_AT_WORKERS_S and not self._told:
             self._told = True
@@ -56,7 +56,7 @@ class InFlight:
 
 def check_alive(client: Client) -> None:
     if client.status != "running":
-        remedy = "start it again and run the same command: it goes on where it stopped"
+        remedy = "start it again and run the same command: it continues where it stopped"
         raise RunError("lost the connection to the scheduler", where=address(client), remedy=remedy)
 
 

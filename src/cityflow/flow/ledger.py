@@ -214,7 +214,7 @@ class Ledger:
                 self._make_anew()
                 return work()
         except sqlite3.Error as error:
-            remedy = "mend disk space and permissions there, or set XDG_CACHE_HOME to another folder"
+            remedy = "fix disk space and permissions there, or set XDG_CACHE_HOME to another folder"
             raise RunError(
                 f"no index of the records can be kept ({error})", where=self.store.root, remedy=remedy
             ) from error

@@ -23,7 +23,7 @@ class SourceFile(TaskInputs):
         checksum, size = sha256_of(path)
         if checksum != self.checksum:
             raise CatalogError(
-                f"the file is another than when the catalog was made ({size:,} bytes, then {self.size:,})",
+                f"the file has changed since the catalog was made ({size:,} bytes, then {self.size:,})",
                 where=self.href,
                 remedy="fetch it again, or make the catalog again if the new file is meant",
             )

@@ -22,7 +22,7 @@ STRIP = 512
 """Rows at a time; no result depends on it."""
 
 HALO_ROWS = 8
-"""Rows above and below that a row of a finished picture depends on: four to mend a pixel, the rest to find colours. Even, as the mosaic is."""
+"""Rows above and below that a row of a finished picture depends on: four to fix a pixel, the rest to find colours. Even, as the mosaic is."""
 
 _EDGE_AWARE = {
     # OpenCV names a mosaic by the second row's second and third pixels

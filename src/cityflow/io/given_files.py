@@ -86,7 +86,7 @@ def _bounded(tree: Any) -> Any:
         value = left.pop()
         seen += 1
         if seen > MOST_VALUES:
-            raise ValueError(f"it unfolds to more than {MOST_VALUES:,} values, or contains itself")
+            raise ValueError(f"it expands to more than {MOST_VALUES:,} values, or contains itself")
         if isinstance(value, Mapping):
             left += [*value.keys(), *value.values()]
         elif isinstance(value, list | tuple | set):

@@ -105,7 +105,7 @@ def _with_edits(workflow: Workflow, path: Path) -> Workflow:
         raise WorkflowError(
             f"edits.path = '{named}' is no file: looked for {' and '.join(map(str, places))}",
             where=str(path),
-            remedy="a relative path counts from the folder one stands in, else from the workflow file's; mend it, or leave edits.path empty",
+            remedy="a relative path refers to the current folder, else to the folder of the workflow file; fix it, or leave edits.path empty",
         )
     tree = workflow.model_dump(mode="json")
     tree["city"]["edits"]["path"] = str(here)

@@ -56,7 +56,7 @@ def read_tree(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise WorkflowError("no such workflow file", where=str(path), remedy=_files_there(path)) from None
     except (OSError, ValueError) as error:
-        raise WorkflowError(f"not readable as YAML: {error}", where=str(path), remedy="mend the file") from None
+        raise WorkflowError(f"not readable as YAML: {error}", where=str(path), remedy="fix the file") from None
     if not isinstance(tree, dict):
         raise WorkflowError("not a mapping of keys to values", where=str(path), remedy="workflows/ has examples")
     if odd := [key for key in tree if not isinstance(key, str)]:

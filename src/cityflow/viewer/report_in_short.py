@@ -114,11 +114,11 @@ def _to_do(figures: Mapping[str, Any], run: str) -> str:
     summary, groups = figures["summary"], figures["problems"]
     failed, refused = ([g for g in groups if g["status"] == s] for s in (Status.FAILED, Status.REFUSED))
     if summary["unfinished"]:
-        return f"Let the run end: cityflow run WORKFLOW --out {shlex.quote(run)} goes on where it stopped."
+        return f"Let the run end: cityflow run WORKFLOW --out {shlex.quote(run)} continues where it stopped."
     if failed:
-        return "Read why tasks failed, mend or set what the reasons name, and run them again with the commands below."
+        return "Read why tasks failed, fix or set what the reasons name, and run them again with the commands below."
     if refused:
-        return "Mend the refused outlines in their source and run the workflow again; the rest can be used."
+        return "Fix the refused outlines in their source and run the workflow again; the rest can be used."
     if figures["review_list"]:
         return "Look at the buildings that are not good, the worst first; the others can be used as they are."
     if summary["verdicts"]["unjudged"]:

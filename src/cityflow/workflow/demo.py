@@ -132,7 +132,7 @@ def chosen_cities(names: Sequence[str]) -> tuple[City, ...]:
     unknown = sorted(set(names) - {c.name for c in CITIES})
     if unknown:
         raise WorkflowError(
-            f"no city '{unknown[0]}' in the demonstration",
+            f"no city '{unknown[0]}' in the demo",
             where="--only",
             remedy=f"one of {', '.join(c.name for c in CITIES)}",
         )

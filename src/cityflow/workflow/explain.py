@@ -54,7 +54,7 @@ def print_explanation(
         exported = _exported(wanted.store, unit, ledger)
     if not tasks:
         remedy = f"cityflow status {url} --units lists the buildings"
-        raise RunError(f"nothing is recorded of '{unit}'", where=url, remedy=remedy)
+        raise RunError(f"no record of '{unit}'", where=url, remedy=remedy)
     if in_json:
         print_json({"unit": unit, "attributes": exported, "records": [asdict(attempts[-1]) for _, attempts in tasks]})
         return

@@ -44,7 +44,7 @@ class Passes:
         new = sorted(damaged)
         if again := sorted(self.damaged.intersection(new)):
             remedy = "check the disk and the memory of this machine, then run again"
-            raise RunError(f"{again[0]} is damaged again, though it was made anew", where=self.where, remedy=remedy)
+            raise RunError(f"{again[0]} is damaged again after it was rebuilt", where=self.where, remedy=remedy)
         self.damaged.update(new)
         return bool(new)
 

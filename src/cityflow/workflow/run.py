@@ -154,7 +154,7 @@ def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:
         raise RunError(
             f"the city is incomplete; failed: {names}. The first: {failed[0].reason}",
             where=wanted.store.root,
-            remedy=f"mend this, then: cityflow rerun {wanted.store.root} --failed",
+            remedy=f"fix this, then: cityflow rerun {wanted.store.root} --failed",
         )
 
 

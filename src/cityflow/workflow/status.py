@@ -258,14 +258,14 @@ def _next(
         yield "a run is at work here: ask again later; cityflow view shows what is there already"
         return
     if any(p.status == Status.FAILED for p in problems):
-        yield f"mend what failed, or give it other parameters: cityflow rerun {run} --failed"
+        yield f"fix what failed, or give it other parameters: cityflow rerun {run} --failed"
     if stale:
         yield (
             f"{stale:,} tasks are of an earlier version of cityflow, or of other inputs or settings: the command that began the run "
             "makes them anew; what stands here and in the products is of before"
         )
     elif not is_complete:
-        yield "the run did not come to its end: the command that began it goes on where it stopped"
+        yield "the run did not come to its end: the command that began it continues where it stopped"
     doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
     if doubtful:
         which = "building that is" if doubtful == 1 else f"{doubtful} buildings that are"

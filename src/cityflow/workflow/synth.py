@@ -188,7 +188,7 @@ def _refuse_failures(out: Path, tasks: Sequence[Task], ledger: Ledger) -> None:
         raise RunError(
             f"{len(failed)} parts could not be made, the first is {task.name}: {reason or 'no record'}",
             where=str(out),
-            remedy="mend this and run the same command again",
+            remedy="fix this and run the same command again",
         )
 
 

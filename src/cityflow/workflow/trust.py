@@ -37,7 +37,7 @@ def refuse_untrusted(
     foreign = sorted(set(in_run) - own)
     if foreign:
         raise RunError(
-            f"this run names a function of its own, {foreign[0]}, which would be imported and run with your rights",
+            f"this run names a custom function, {foreign[0]}, which would be imported and run with your rights",
             where=run.store.root,
             remedy="look at it first; with --trust it is used",
         )

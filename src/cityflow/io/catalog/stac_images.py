@@ -112,11 +112,11 @@ def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageA
         raise ValueError(f"the matrix of item {name} is no rotation")
     centre = np.array(p["pers:perspective_center"], np.float64)
     if centre.shape != (3,) or not np.isfinite(centre).all():
-        raise ValueError(f"item {name} has no place in space")
+        raise ValueError(f"item {name} has no finite position")
     low, high = p["cityflow:heights"]
     x_min, y_min, x_max, y_max = (float(v) for v in p["proj:bbox"])
     if not (np.abs([*centre, float(low), float(high), x_min, y_min, x_max, y_max]) <= FARTHEST_M).all():
-        raise ValueError(f"item {name} is at no place on Earth")
+        raise ValueError(f"item {name} is not on Earth")
     return ImageAsset(
         name=name,
         href=_absolute(str(asset["href"]), place),

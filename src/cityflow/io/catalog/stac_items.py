@@ -57,7 +57,7 @@ def _finite(item: pystac.Item, key: str) -> list[float]:
 def _absolute(item: pystac.Item, asset: pystac.Asset) -> str:
     href = asset.get_absolute_href()
     if href is None:
-        raise ValueError(f"item {item.id} has an asset without a place")
+        raise ValueError(f"item {item.id} has an asset without an address")
     return href if "://" in href else os.path.normpath(unquote(href))
 
 

@@ -126,7 +126,7 @@ def read_opk(table: OpkTable) -> OrientationModel:
         try:
             image, camera_id = _image(name, fields, places, table, cameras, comma)
         except ValueError as error:
-            left_out.append(LeftOut(name, f"line {number}: {error}", "mend the table, or name the camera"))
+            left_out.append(LeftOut(name, f"line {number}: {error}", "fix the table, or name the camera"))
             continue
         images.append(image)
         if camera_id in cameras.pixel_mm:

@@ -55,11 +55,11 @@ def read_raster_header(path: str | Path) -> RasterHeader:
             a, b, _, d, e, _ = tuple(raster.transform)[:6]
             if raster.transform.is_identity:
                 raise CatalogError(
-                    "the raster has no place in the world", where=name, remedy="give it a geotransform or a world file"
+                    "the raster is not georeferenced", where=name, remedy="give it a geotransform or a world file"
                 )
             if b or d or not math.isclose(a, -e, rel_tol=1e-6):
                 raise CatalogError(
-                    "the raster is turned, or its cells are not square", where=name, remedy="resample it north-up"
+                    "the raster is rotated, or its cells are not square", where=name, remedy="resample it north-up"
                 )
             x_min, y_min, x_max, y_max = (float(v) for v in raster.bounds)
             crs = CRS.from_wkt(raster.crs.to_wkt()) if raster.crs else None

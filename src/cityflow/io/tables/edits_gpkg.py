@@ -144,7 +144,7 @@ def _checked(layer: Layer, number: int, shape: BaseGeometry) -> BaseGeometry:
 
 def _checked_polygon(shape: BaseGeometry, refuse: Callable[[str, str], CatalogError]) -> BaseGeometry:
     if not shape.is_valid:
-        raise refuse(f"is no valid polygon ({shapely.is_valid_reason(shape)})", "mend it with “Fix geometries”")
+        raise refuse(f"is no valid polygon ({shapely.is_valid_reason(shape)})", "fix it with “Fix geometries”")
     if shape.area < _SMALLEST_M2:
         raise refuse(f"has an area of {shape.area:.3f} m²", "draw it larger or delete it")
     rounded = as_outline(shape)

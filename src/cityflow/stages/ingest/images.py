@@ -117,7 +117,7 @@ def _develop(store: Store, given: ImageInputs, raw: RawInput, path: Path, target
     if given.uncalibrated:
         raise CatalogError(
             f"it cannot be calibrated: {given.uncalibrated}", where=href,
-            remedy="mend the calibration frames, see raw.calibration, or leave raw.calibration out",
+            remedy="fix the calibration frames, see raw.calibration, or leave raw.calibration out",
         )  # fmt: skip
     corrections = Corrections.of(store, given.corrections) if raw.calibration is not None else None
     with ExitStack() as stack:

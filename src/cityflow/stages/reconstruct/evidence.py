@@ -223,11 +223,11 @@ def _complain(given: EvidenceInputs, points: int) -> NoReturn:
     unread, failed = given.unread, given.failed_surfaces
     if failed:
         raise CityflowError(
-            f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed mends both"
+            f"{problem}: the surface of tile {', '.join(failed)} failed", remedy="rerun --failed repairs both"
         )
     if unread:
         raise CityflowError(
-            f"{problem}: {UNREAD.format(', '.join(unread))}", remedy="mend the file, then rerun --failed"
+            f"{problem}: {UNREAD.format(', '.join(unread))}", remedy="fix the file, then rerun --failed"
         )
     raise RefusedUnit(problem)
 
