@@ -24,6 +24,7 @@ import trimesh
 
 from cityflow.core.written import GeometryKind
 from cityflow.evaluation.written import faulty
+from cluster.small_city import Commands
 from flow.conftest import free_port
 from flow.processes import hear_ctrl_c
 from written_products import written
@@ -33,25 +34,13 @@ WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
 CATALOG = ROOT / "catalogs" / "delft"
 BUILDINGS = 160
 MIDDLE = "84950,447460,85020,447530"
-POISON = "poison:segmentation_fault"
+POISON = "cluster.poison:segmentation_fault"
 
 pytestmark = pytest.mark.cluster
 
 
 def environment() -> dict[str, str]:
-    """Child processes see the poisonous method beside this file."""
-    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
-    return {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
-
-
-def cityflow(*arguments: str | Path, ok: bool = True) -> str:
-    done = subprocess.run(
-        [sys.executable, "-m", "cityflow", *map(str, arguments)],
-        capture_output=True, text=True, env=environment(), timeout=600, check=False,
-    )  # fmt: skip
-    text = done.stdout + done.stderr
-    assert (done.returncode == 0) == ok, text
-    return text
+    return {**os.environ, "COLUMNS": "200"}
 
 
 def product_digests(run: Path) -> dict[str, str]:
@@ -90,16 +79,22 @@ def processes(*commands: list[str]) -> Iterator[list[subprocess.Popen[bytes]]]:
 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of the town, on one worker; read only."""
     run = tmp_path_factory.mktemp("reference") / "run"
-    cityflow("run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "1")
+    done = subprocess.run(
+        [sys.executable, "-m", "cityflow", "run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "1"],
+        capture_output=True, text=True, env=environment(), timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
     return run
 
 
 @pytest.fixture(scope="module")
-def middle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished run of the middle, on one worker; read only."""
+def middle(cityflow: Commands, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of the middle, on the two workers that the tests share; read only."""
     run = tmp_path_factory.mktemp("middle") / "run"
-    cityflow(*of_the_middle(run), "--workers", "1")
+    done = cityflow(*of_the_middle(run))
+    assert done.code == 0, done.text
     return run
 
 
@@ -165,57 +160,30 @@ def outputs_of(record: dict[str, object]) -> list[str]:
     return sorted(outputs.values())
 
 
-def test_a_second_run_does_nothing(middle: Path) -> None:
+def test_a_second_run_does_nothing(cityflow: Commands, middle: Path) -> None:
     before = attempts(middle)
-    cityflow(*of_the_middle(middle), "--workers", "1")
+    done = cityflow(*of_the_middle(middle))
+    assert done.code == 0, done.text
     assert attempts(middle) == before
 
 
-def test_two_workers_of_a_scheduler_one_killed_leave_the_same_bytes(middle: Path, tmp_path: Path) -> None:
-    port = free_port()
-    address = f"tcp://127.0.0.1:{port}"
-    dask = [sys.executable, "-m", "dask"]
-    worker = [*dask, "worker", address, "--nthreads", "1", "--memory-limit", "0", "--no-dashboard", "--no-nanny"]
-    run = tmp_path / "run"
-    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    with processes(scheduler, worker, worker) as (_, _, victim):
-        driver = subprocess.Popen(
-            [sys.executable, "-m", "cityflow", *of_the_middle(run), "--scheduler", address],
-            env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )  # fmt: skip
-        kill_halfway(victim, run, len(records_of(middle, "reconstruct")))
-        text, _ = driver.communicate(timeout=600)
-    assert driver.returncode == 0, text
-    assert product_digests(run) == product_digests(middle)
-
-
-def kill_halfway(victim: subprocess.Popen[bytes], run: Path, buildings: int) -> None:
-    """SIGKILL a worker when some buildings are done and others are not."""
-    folder = run / "records" / "reconstruct"
-    deadline = time.monotonic() + 400
-    while time.monotonic() < deadline:
-        done = sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0
-        if done >= 3:
-            assert done < buildings
-            os.killpg(victim.pid, signal.SIGKILL)
-            return
-        time.sleep(0.02)
-    raise AssertionError("no building was ever done")
-
-
-def test_a_poisonous_building_stops_nothing_and_is_rerun_alone(middle: Path, tmp_path: Path) -> None:
+def test_a_poisonous_building_stops_nothing_and_is_rerun_alone(
+    cityflow: Commands, middle: Path, tmp_path: Path
+) -> None:
     run = tmp_path / "run"
     shutil.copytree(middle, run)
     expected = product_digests(middle)
     unit = sorted(records_of(run, "reconstruct"))[7]
-    text = cityflow("rerun", run, "--unit", unit, "--set", f"reconstruct.methods=[{POISON}]", "--workers", "1")
+    done = cityflow("rerun", run, "--unit", unit, "--set", f"reconstruct.methods=[{POISON}]")
+    assert done.code == 0, done.text
     newest = records_of(run, "reconstruct")[unit][-1]
     assert newest["status"] == "failed"
     assert "SIGSEGV" in str(newest["reason"])
-    assert unit in text
+    assert unit in done.text
     assert product_digests(run) != expected
     before = attempts(run)
-    cityflow("rerun", run, "--failed", "--clear-overrides", "--workers", "1")
+    done = cityflow("rerun", run, "--failed", "--clear-overrides")
+    assert done.code == 0, done.text
     changed = {node for node, n in attempts(run).items() if n != before[node]}
     assert ("reconstruct", unit) in changed
     assert {stage for stage, _ in changed} == {"reconstruct", "export"}
@@ -223,11 +191,11 @@ def test_a_poisonous_building_stops_nothing_and_is_rerun_alone(middle: Path, tmp
     assert product_digests(run) == expected
 
 
-def test_an_interrupted_run_stops_soon_and_is_continued(middle: Path, tmp_path: Path) -> None:
+def test_an_interrupted_run_is_continued_on_two_workers_one_of_which_is_killed(middle: Path, tmp_path: Path) -> None:
+    """Interrupted on workers of its own, it goes on with those of a scheduler, and the bytes are the same."""
     run = tmp_path / "run"
-    command = [*of_the_middle(run), "--workers", "2"]
     driver = subprocess.Popen(
-        [sys.executable, "-m", "cityflow", *command],
+        [sys.executable, "-m", "cityflow", *of_the_middle(run), "--workers", "2"],
         env=environment(),
         preexec_fn=hear_ctrl_c,
         stdout=subprocess.PIPE,
@@ -242,7 +210,37 @@ def test_an_interrupted_run_stops_soon_and_is_continued(middle: Path, tmp_path: 
     assert time.monotonic() - start < 15
     assert driver.returncode == 130
     done_before = {node for node, n in attempts(run).items() if n}
-    cityflow(*command)
+    continue_and_kill(run, len(records_of(middle, "reconstruct")))
     again = {node for node, n in attempts(run).items() if n > 1 and node in done_before}
     assert not {node for node in again if node[0] in ("ingest", "reconstruct")}
     assert product_digests(run) == product_digests(middle)
+
+
+def continue_and_kill(run: Path, buildings: int) -> None:
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
+    dask = [sys.executable, "-m", "dask"]
+    worker = [*dask, "worker", address, "--nthreads", "1", "--memory-limit", "0", "--no-dashboard", "--no-nanny"]
+    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    with processes(scheduler, worker, worker) as (_, _, victim):
+        driver = subprocess.Popen(
+            [sys.executable, "-m", "cityflow", *of_the_middle(run), "--scheduler", address],
+            env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        kill_halfway(victim, run, buildings)
+        text, _ = driver.communicate(timeout=600)
+    assert driver.returncode == 0, text
+
+
+def kill_halfway(victim: subprocess.Popen[bytes], run: Path, buildings: int) -> None:
+    """SIGKILL a worker when some buildings are done and others are not."""
+    folder = run / "records" / "reconstruct"
+    deadline = time.monotonic() + 400
+    while time.monotonic() < deadline:
+        done = sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0
+        if done >= 3:
+            assert done < buildings
+            os.killpg(victim.pid, signal.SIGKILL)
+            return
+        time.sleep(0.02)
+    raise AssertionError("no building was ever done")
