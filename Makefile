@@ -3,6 +3,9 @@
 VENV ?= .venv
 RUN ?= runs/demo
 WORKERS ?= 2
+TESTERS ?= 3
+# Processes beside mypy's own
+TYPE_CHECKERS ?= 2
 BIN = $(VENV)/bin
 export OMP_NUM_THREADS = 1
 export OPENBLAS_NUM_THREADS = 1
@@ -17,7 +20,7 @@ demo: $(VENV)/.runtime
 
 # One process more than two cores, since those with a cluster wait for it. Which tests stay in one process: tests/shared_processes.py
 tests: $(VENV)/.dev
-	$(BIN)/pytest -q -n 3 --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest -q -n $(TESTERS) --dist loadfile --no-loadscope-reorder
 
 doctests: $(VENV)/.dev
 	$(BIN)/pytest -q --doctest-modules src/cityflow
@@ -32,7 +35,7 @@ lint: $(VENV)/.dev
 
 # Two processes must find each other within seconds, which they do not on a machine under load; then one does it
 types: $(VENV)/.dev
-	$(BIN)/mypy --num-workers 2 || $(BIN)/mypy
+	$(BIN)/mypy --num-workers $(TYPE_CHECKERS) || $(BIN)/mypy
 
 layers: $(VENV)/.dev
 	$(BIN)/lint-imports

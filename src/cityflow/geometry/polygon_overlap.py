@@ -77,7 +77,8 @@ def _planes(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
 def _plans_meet(a: FloatArray, b: FloatArray) -> bool:
     meet = True
     for k in range(2):
-        meet &= a[:, k].min() < b[:, k].max() and b[:, k].min() < a[:, k].max()
+        meet &= min(a[0, k], a[1, k], a[2, k]) < max(b[0, k], b[1, k], b[2, k])
+        meet &= min(b[0, k], b[1, k], b[2, k]) < max(a[0, k], a[1, k], a[2, k])
     return meet
 
 
@@ -100,18 +101,30 @@ def _cut(polygon: FloatArray, n: int, line: tuple[float, float, float], scratch:
     """Keep, in place, what of a convex polygon has line[0]·x + line[1]·y + line[2] <= 0 (Sutherland, Hodgman)."""
     kept = 0
     for k in range(n):
-        p, q = polygon[k], polygon[(k + 1) % n]
+        p, q = _at(polygon, k), _at(polygon, (k + 1) % n)
         dp = line[0] * p[0] + line[1] * p[1] + line[2]
         dq = line[0] * q[0] + line[1] * q[1] + line[2]
         if dp <= 0 and kept < MOST_CORNERS:
-            scratch[kept] = p
+            scratch[kept, 0], scratch[kept, 1] = p
             kept += 1
         if ((dp < 0 and dq > 0) or (dp > 0 and dq < 0)) and kept < MOST_CORNERS:
             t = dp / (dp - dq)
             scratch[kept, 0], scratch[kept, 1] = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
             kept += 1
-    polygon[:kept] = scratch[:kept]
+    _copy(scratch, kept, polygon)
     return kept
+
+
+@njit(cache=True, nogil=True)
+def _at(polygon: FloatArray, k: int) -> tuple[float, float]:
+    return polygon[k, 0], polygon[k, 1]
+
+
+@njit(cache=True, nogil=True)
+def _copy(polygon: FloatArray, n: int, target: FloatArray) -> None:
+    """The first n corners; slices that are assigned take seconds to compile."""
+    for k in range(n):
+        target[k, 0], target[k, 1] = polygon[k, 0], polygon[k, 1]
 
 
 @njit(cache=True, nogil=True)
@@ -119,9 +132,9 @@ def _lower_integral(polygon: FloatArray, n: int, one: FloatArray, two: FloatArra
     """Integral over a convex polygon of the lower of two planes."""
     a, b, c = one[0] - two[0], one[1] - two[1], one[2] - two[2]
     part, scratch = np.empty((MOST_CORNERS, 2)), np.empty((MOST_CORNERS, 2))
-    part[:n] = polygon[:n]
+    _copy(polygon, n, part)
     total = _integral(part, _cut(part, n, (a, b, c), scratch), one)
-    part[:n] = polygon[:n]
+    _copy(polygon, n, part)
     if a != 0 or b != 0 or c != 0:
         total += _integral(part, _cut(part, n, (-a, -b, -c), scratch), two)
     return total
@@ -132,7 +145,7 @@ def _integral(polygon: FloatArray, n: int, plane: FloatArray) -> float:
     """Integral of a plane over a convex polygon: fan of triangles, each its area times the height at its centroid."""
     total = 0.0
     for k in range(1, n - 1):
-        p, q, r = polygon[0], polygon[k], polygon[k + 1]
+        p, q, r = _at(polygon, 0), _at(polygon, k), _at(polygon, k + 1)
         area = ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])) / 2
         x, y = (p[0] + q[0] + r[0]) / 3, (p[1] + q[1] + r[1]) / 3
         total += abs(area) * (plane[0] * x + plane[1] * y + plane[2])
