@@ -1,9 +1,10 @@
-"""Keys of a workflow that nothing ever sets: no workflow, test, document or benchmark names them in full, as a keyword of a call or as a key of a mapping.
+"""Keys of a workflow that nothing ever sets: no test, benchmark or script has one as a keyword or a text beside the name of its model or section, and no
+workflow or document names it.
 
     python benchmarks/unset_parameters.py [WORD]
 
-A candidate for a constant: what nobody has ever tried to set, nobody may be able to choose. The list errs towards calling a key set, since a keyword of the
-same name may belong to another model.
+A candidate for a constant: what nobody has ever tried to set, nobody may be able to choose. The list errs towards calling a key set, since a file may name
+several models with such a field.
 """
 
 from __future__ import annotations
@@ -13,42 +14,58 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
+from cityflow.pipeline.parameters import CityParameters
 from cityflow.runs.known_keys import known_keys
+from cityflow.runs.settings import model_at
 
 ROOT = Path(__file__).resolve().parents[1]
 CODE = ("tests", "benchmarks", "deploy")
 TEXT = ("README.md", "docs/*.md", "workflows/*.yaml")
 
 
-def names_in_code(path: Path) -> Iterator[str]:
+def names_in_code(text: str) -> Iterator[str]:
     """Keywords of calls, and texts that may be keys of mappings or settings."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.keyword) and node.arg:
             yield node.arg
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield from re.findall(r"[\w.]+", node.value)
+            yield from re.findall(r"\w+", node.value)
 
 
-def names_in_text(path: Path) -> Iterator[str]:
+def names_in_text(text: str) -> Iterator[str]:
     """Dotted names, what stands in backticks, and keys of YAML."""
-    text = path.read_text(encoding="utf-8")
     yield from re.findall(r"\w+(?:\.\w+)+", text)
     for quoted in re.findall(r"`([^`]+)`", text):
         yield from re.findall(r"[\w.]+", quoted)
     yield from re.findall(r"^\s*(\w+):", text, re.MULTILINE)
 
 
-def unset() -> list[str]:
-    named = {name for folder in CODE for path in sorted((ROOT / folder).rglob("*.py")) for name in names_in_code(path)}
-    named |= {name for pattern in TEXT for path in sorted(ROOT.glob(pattern)) for name in names_in_text(path)}
-    ends = {name.rsplit(".", 1)[-1] for name in named}
-    return [key for key in known_keys() if key.rsplit(".", 1)[-1] not in ends]
+@cache
+def in_code() -> list[tuple[set[str], set[str]]]:
+    """Of each file what it may set, and every word in it."""
+    texts = [path.read_text(encoding="utf-8") for folder in CODE for path in sorted((ROOT / folder).rglob("*.py"))]
+    return [(set(names_in_code(text)), set(re.findall(r"\w+", text))) for text in texts]
+
+
+@cache
+def in_text() -> set[str]:
+    return {name for pattern in TEXT for path in sorted(ROOT.glob(pattern)) for name in names_in_text(path.read_text())}
+
+
+def is_set(key: str) -> bool:
+    *sections, name = key.split(".")
+    model = model_at(CityParameters, sections)
+    beside = {sections[-1], *(kind.__name__ for kind in model.__mro__[:2])} if sections else {"CityParameters"}
+    if any(name in may_set and beside & words for may_set, words in in_code()):
+        return True
+    return any(each == name or each.endswith(".".join([*sections[-1:], name])) for each in in_text())
 
 
 def main(word: str = "") -> None:
-    keys = [key for key in unset() if word in key]
+    keys = [key for key in known_keys() if word in key and not is_set(key)]
     print("\n".join(keys))
     counts = Counter(key.split(".")[0] for key in keys)
     print(f"{len(keys)} of {len(known_keys())}:", ", ".join(f"{section} {n}" for section, n in counts.items()))

@@ -31,7 +31,7 @@ from cityflow.reconstruction.monolithic_parts.facade_lines import (
     close_contour,
     facade_lines,
 )
-from cityflow.reconstruction.monolithic_parts.roof_cells import RoofCellParameters, RoofCells, roof_cells
+from cityflow.reconstruction.monolithic_parts.roof_cells import UNEVENNESS_M, RoofCellParameters, RoofCells, roof_cells
 from cityflow.reconstruction.monolithic_parts.roof_faces import FaceParameters, check_faces, cut_in_faces
 from cityflow.reconstruction.monolithic_parts.skeleton import build_skeleton
 from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton
@@ -215,7 +215,7 @@ def _roof(
     notes |= {"planes_found": len(found.planes), "smooth": round(found.smooth, 3), "grown": round(found.grown, 3)}
     if len(found.planes) == 0:
         raise Inconsistency("no smooth surface")
-    sigma = math.hypot(noise, parameters.cells.unevenness_m)
+    sigma = math.hypot(noise, UNEVENNESS_M)
     image = surface_image(found, cells, sigma, parameters.cells.min_area_m2 / cells.grid.cell**2)
     sums = _plane_sums(cells, found, image)
     topology = find_topology(image)

@@ -19,6 +19,8 @@ WINDOW_M = 1.5
 """Window of residuals and colours, metres: three cells of a working grid; set by hand, as is the next."""
 VERY_ROUGH_M = 0.6
 """What has a doubtful colour is foliage from this RMS off the local plane on, metres."""
+REACH_M = 0.8
+"""Foliage goes on this far into green cells, metres; set by hand."""
 
 
 class ColourVegetationParameters(Parameters):
@@ -33,7 +35,6 @@ class ColourVegetationParameters(Parameters):
         0.12, gt=0, le=5, description="what is green is foliage from this RMS off the local plane on, metres"
     )
     area_m2: float = Field(2.0, ge=0, le=1000, description="smaller patches are no crowns, m²")
-    reach_m: float = Field(0.8, ge=0, le=10, description="foliage goes on this far into green cells, metres")
 
     @property
     def halo_m(self) -> float:
@@ -64,7 +65,7 @@ def colour_vegetation(
     green = greenness(colour, grid.shape, p, size)
     seeds = high & (green > 0) & (rough > p.rough_m) | high & (green > -1) & _wide(rough > VERY_ROUGH_M, grid)
     kept = _large(binary_opening(seeds, np.ones((2, 2), bool)), grid, p)
-    reach = max(round(p.reach_m / grid.cell), 1)
+    reach = max(round(REACH_M / grid.cell), 1)
     return np.asarray(binary_dilation(kept, iterations=reach, mask=high & (green > 0) | kept))
 
 

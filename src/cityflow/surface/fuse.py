@@ -61,19 +61,19 @@ FILL_STEP_M = 0.5
 """Heights around a hole with a wider gap are two surfaces, metres."""
 FILL_SLOPE = 0.3
 """And wider by this share of the distance between their places."""
+STEP_M = 0.5
+"""Two surfaces in a cell are at least this far apart, metres."""
 
 
 class FuseParameters(Parameters):
     """How points become the surface."""
 
-    upright: float = Field(0.0, ge=0, le=10, description="weight by the cosine of ray and vertical, to this power")
     lower_share: float = Field(
         0.8,
         ge=0,
         le=10,
         description="of two surfaces in a cell the lower one is taken from this share of the weight on",
     )
-    step_m: float = Field(0.5, gt=0, le=20, description="two surfaces in a cell are at least this far apart, metres")
     speck_cells: int = Field(24, ge=1, le=400, description="patches of fewer cells are floaters")
     fill_m: float = Field(8.0, ge=0, le=100, description="holes are filled this far from measured cells, metres")
 
@@ -173,7 +173,7 @@ def without_what_lies_beneath(points: ImagePoints, grid: Grid, p: FuseParameters
 
 def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool) -> Fused:
     """The surface of the points; with `again` cells whose own floats have a second choice."""
-    placed = cell_points(points, grid, expected_precision(points, (grid.cell, HALF_VIEWS, p.upright)))
+    placed = cell_points(points, grid, expected_precision(points, (grid.cell, HALF_VIEWS)))
     if len(placed.z) == 0:
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
@@ -190,7 +190,7 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool)
 
 def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatArray | None = None) -> Modes:
     rule = ModeRule(
-        RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, p.step_m,
+        RADIUS_CELLS, WIDE_RADIUS_CELLS, BAND_CELLS * grid.cell, BAND_SIGMAS, LEAST_SUPPORT, p.lower_share, STEP_M,
     )  # fmt: skip
     return modes(points, grid.shape, rule, instead_of)
 

@@ -133,11 +133,10 @@ def _before(a: int, b: int, z: FloatArray, u: Float32Array, v: Float32Array, q: 
     return bool(image[a] < image[b])
 
 
-def expected_precision(points: ImagePoints, weighing: tuple[float, float, float]) -> Expected:
+def expected_precision(points: ImagePoints, weighing: tuple[float, float]) -> Expected:
     """(N,) weight of each point, the same without its precision, and σ of its height in metres.
 
-    `weighing` is the scale of σ (metres), the number of agreeing partners that counts half, and the exponent of the cosine between the ray
-    and the vertical of the frame.
+    `weighing` is the scale of σ (metres), and the number of agreeing partners that counts half.
     """
     return _precision(points.xyz, points.centres, points.image, points.views, points.sigma, weighing)
 
@@ -155,9 +154,9 @@ def _precision(
     image: IntArray,
     views: ByteArray,
     sigma: Float32Array,
-    weighing: tuple[float, float, float],
+    weighing: tuple[float, float],
 ) -> Expected:
-    scale, half_views, exponent = weighing
+    scale, half_views = weighing
     n = len(xyz)
     quality, trust, height_sigma = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.float32)
     for i in range(n):
@@ -167,6 +166,6 @@ def _precision(
         along = sigma[i] if np.isfinite(sigma[i]) and sigma[i] > 0 else scale
         height_sigma[i] = along * upright
         share = views[i] / (views[i] + half_views)
-        trust[i] = upright**exponent * max(share, 0.05)
+        trust[i] = max(share, 0.05)
         quality[i] = trust[i] / (1 + (along / scale) ** 2)
     return quality, trust, height_sigma

@@ -13,6 +13,8 @@ _BLOCK_M = 5.0
 """Medians are taken over blocks of this edge; bounds time."""
 _LEAST_KNOWN = 5
 """Fewer blocks tell no median; set by hand."""
+REACH_M = 25.0
+"""Terrain around is its median up to this far, metres; set by hand."""
 
 
 class PitParameters(Parameters):
@@ -20,7 +22,6 @@ class PitParameters(Parameters):
 
     depth_m: float = Field(3.0, gt=0.2, le=50, description="below the terrain around by more than this, metres")
     area_m2: float = Field(100.0, ge=0, le=1e5, description="of a smaller area than this, m²")
-    reach_m: float = Field(25.0, ge=5, le=200, description="terrain around: its median up to this far, metres")
 
 
 def pits(dsm: FloatArray, terrain: FloatArray, cell: float, parameters: PitParameters) -> BoolArray:
@@ -33,7 +34,7 @@ def pits(dsm: FloatArray, terrain: FloatArray, cell: float, parameters: PitParam
         between crowns lies far below its neighbours, too, but not below the terrain.
     cell : metres
     """
-    below = np.asarray(dsm < _median_around(terrain, cell, parameters.reach_m) - parameters.depth_m)
+    below = np.asarray(dsm < _median_around(terrain, cell, REACH_M) - parameters.depth_m)
     labels, count = ndimage.label(below, np.ones((3, 3)))
     narrow = np.bincount(labels.ravel(), minlength=count + 1) * cell**2 < parameters.area_m2
     narrow[0] = False

@@ -22,6 +22,8 @@ FOLIAGE_SHARE = 0.5
 """Share of foliage among the points of a window: the majority of them."""
 COMPACT_M = 0.9
 """Inner radius above which a region is no wall, metres; set by hand on synthetic scenes."""
+REACH_M = 1.0
+"""Foliage goes on this far into doubtful cells, metres; set by hand on synthetic scenes."""
 
 
 class VegetationParameters(Parameters):
@@ -35,7 +37,6 @@ class VegetationParameters(Parameters):
         le=1,
         description="a patch is foliage from this thickness on, as a share of its reach; half where pulses go on",
     )
-    reach_m: float = Field(1.0, ge=0, le=10, description="foliage goes on this far into doubtful cells, metres")
     even_area_m2: float = Field(3.0, ge=0, le=1000, description="even patches from this area on are roofs, m²")
 
     @property
@@ -63,7 +64,7 @@ def vegetation_mask(
     count, leaves = _high_points(points, dtm, grid, p)
     size = 2 * round(p.window_m / grid.cell / 2) + 1
     share = uniform_filter(leaves, size) / np.maximum(uniform_filter(count, size), 1e-6)
-    green = high & _compact(high & (share > FOLIAGE_SHARE), high & (share > FOLIAGE_SHARE / 2), grid, p)
+    green = high & _compact(high & (share > FOLIAGE_SHARE), high & (share > FOLIAGE_SHARE / 2), grid)
     return without_rims(green & ~even_patches(high, (count, leaves), grid, p))
 
 
@@ -147,7 +148,7 @@ def local_residual(values: FloatArray, size: int) -> FloatArray:
     return np.sqrt(np.maximum(variance, 0))
 
 
-def _compact(seeds: BoolArray, doubtful: BoolArray, grid: Grid, p: VegetationParameters) -> BoolArray:
+def _compact(seeds: BoolArray, doubtful: BoolArray, grid: Grid) -> BoolArray:
     """Regions of seeds with an inner radius as foliage has it, grown a little into what is high and rough beside them."""
     closed = binary_closing(np.pad(seeds, 2), np.ones((3, 3), bool))[2:-2, 2:-2]
     radius = distance_transform_edt(np.pad(closed, 1))[1:-1, 1:-1] * grid.cell
@@ -158,4 +159,4 @@ def _compact(seeds: BoolArray, doubtful: BoolArray, grid: Grid, p: VegetationPar
     inner = np.r_[0.0, region_maximum(radius, labels, np.arange(1, count + 1))]
     kept = inner[labels] >= COMPACT_M
     back = binary_dilation(kept, iterations=max(round(COMPACT_M / grid.cell), 1), mask=closed)
-    return np.asarray(binary_dilation(back, iterations=max(round(p.reach_m / grid.cell), 1), mask=doubtful | closed))
+    return np.asarray(binary_dilation(back, iterations=max(round(REACH_M / grid.cell), 1), mask=doubtful | closed))

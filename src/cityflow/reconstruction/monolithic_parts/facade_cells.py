@@ -28,6 +28,12 @@ LEAST_HEIGHT_M = 1.2
 """Lowest façade, m: three classes."""
 BAND_SIGMAS = 3.0
 """Points so near a line are on it (standard deviations): the usual three."""
+LEAST_POINTS = 8
+"""Fewest points of a façade's cell; set by hand, as is the next."""
+ITERATIONS = 40
+"""Most pairs of points that are tried for a cell."""
+LEAST_SHARE = 0.5
+"""Smaller shares of points on the best line are no façade: the majority of them."""
 
 
 class FacadeCellParameters(Parameters):
@@ -35,10 +41,7 @@ class FacadeCellParameters(Parameters):
 
     cell_m: float = Field(0.5, ge=0.1, le=5, description="least edge of a cell (m)")
     filled: float = Field(0.5, gt=0, le=1, description="share of the classes between bottom and top that hold points")
-    least_points: int = Field(8, ge=3, le=10_000, description="fewest points of a façade's cell")
     enough: float = Field(0.9, gt=0, le=1, description="RANSAC ends when a line has this share of the cell's points")
-    least_share: float = Field(0.5, gt=0, le=1, description="smaller shares of points on the best line are no façade")
-    iterations: int = Field(40, ge=1, le=10_000, description="most pairs of points that are tried for a cell")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +98,10 @@ def facade_cells(cells: CellPoints, sigma: float, parameters: FacadeCellParamete
     """
     p = parameters
     band = BAND_SIGMAS * sigma
-    upright = _upright(cells.points, cells.starts, np.array([BIN_M, LEAST_HEIGHT_M, p.filled]), p.least_points)
+    upright = _upright(cells.points, cells.starts, np.array([BIN_M, LEAST_HEIGHT_M, p.filled]), LEAST_POINTS)
     # a row along the diagonal of a cell is as good a façade as one along its side: the band makes the difference
-    enough = max(p.least_share, min(p.enough, 1.0 - band / (math.sqrt(2.0) * cells.grid.cell)))
-    middle, along, on_line = _lines(cells.points, cells.starts, upright, band, enough, p.least_share, p.iterations)
+    enough = max(LEAST_SHARE, min(p.enough, 1.0 - band / (math.sqrt(2.0) * cells.grid.cell)))
+    middle, along, on_line = _lines(cells.points, cells.starts, upright, band, enough, LEAST_SHARE, ITERATIONS)
     found = np.any(along != 0, axis=1)
     return FacadeCells(cells, upright, found, middle, along, on_line)
 

@@ -30,6 +30,10 @@ SMOOTH_SIGMAS = 2.5
 """A smooth window's RMS exceeds the noise by so many of its own sigmas; set by hand."""
 OFFSET_SIGMAS = 3.0
 """A cell's middle is no farther off its group's plane: the usual three."""
+UNEVENNESS_M = 0.03
+"""How far a real roof surface departs from a plane (sigma), metres; set by hand, as is the next."""
+SWEEPS = 8
+"""Most passes over the cells to settle their labels."""
 
 
 class RoofCellParameters(Parameters):
@@ -37,9 +41,6 @@ class RoofCellParameters(Parameters):
 
     angle_deg: float = Field(
         15.0, gt=0, le=60, description="normals of one surface's cells agree within this (degrees)"
-    )
-    unevenness_m: float = Field(
-        0.03, ge=0, le=0.5, description="how far a real roof surface departs from a plane (sigma, m)"
     )
     worse: float = Field(
         1.15, gt=1, le=5, description="groups are one where neither lies so many times worse on the plane of both"
@@ -49,7 +50,6 @@ class RoofCellParameters(Parameters):
         1.2, gt=0, le=100, description="smaller groups are roof installations and are grown over"
     )
     smoothness: float = Field(1.0, ge=0, le=20, description="cost of each neighbouring cell with another label")
-    sweeps: int = Field(8, ge=0, le=100, description="most passes over the cells to settle their labels")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ def roof_cells(cells: CellPoints, inside: BoolArray, noise: float, parameters: R
     inside : (rows, cols) bool, cells of the outline
     noise : standard deviation of points across their surface, metres
     """
-    sigma = math.hypot(noise, parameters.unevenness_m)
+    sigma = math.hypot(noise, UNEVENNESS_M)
     planes, ratio = _cell_planes(cells.sums, inside.ravel(), cells.grid.cols, sigma, SMOOTH_SIGMAS)
     steep = np.hypot(planes[:, 0], planes[:, 1]) > math.tan(math.radians(parameters.max_slope_deg))
     smooth = ~steep & inside.ravel() & (ratio <= 1.0)
@@ -110,7 +110,7 @@ def _settled_image(
 ) -> IntArray:
     """Labels of all cells after surfaces have grown over gaps and agreed on their borders."""
     closed = closed_over(cells, image, surfaces, sigma)
-    frame = sigma, parameters.smoothness, parameters.sweeps
+    frame = sigma, parameters.smoothness, SWEEPS
     return np.asarray(_settled(cells.points, cells.starts, closed, surfaces, cells.grid.cols, *frame))
 
 

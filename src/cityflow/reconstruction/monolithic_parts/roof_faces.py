@@ -28,13 +28,13 @@ MIN_AGREEMENT = 0.85
 INSTALLATION_M2 = 2.0
 """Larger patches of cells off the roof are no installation, m²."""
 
+OFF_M = 0.15
+"""Cells farther off the roof than this and 3 sigma are off it, metres; set by hand."""
+
 
 class FaceParameters(Parameters):
     """What the finished roof must agree with."""
 
-    off_m: float = Field(
-        0.15, gt=0, le=5, description="cells farther off the roof than this and 3 sigma (m) are off it"
-    )
     min_explained: float = Field(0.85, ge=0, le=1, description="share of the cells that lie on the roof")
 
 
@@ -158,7 +158,7 @@ def check_faces(
     used = inside[face[inside] >= 0]
     planes, own = skeleton.planes[face[used]], skeleton.planes[labels.ravel()[used]]
     gap = np.abs((planes - own)[:, 0] * x[used] + (planes - own)[:, 1] * y[used] + (planes - own)[:, 2])
-    near = parameters.off_m + 3 * frame.sigma
+    near = OFF_M + 3 * frame.sigma
     agreement = float(np.mean(gap <= near)) if len(used) else 0.0
     if agreement < MIN_AGREEMENT:
         raise Inconsistency(f"{100 * agreement:.0f} % of the cells lie in the face of their surface")

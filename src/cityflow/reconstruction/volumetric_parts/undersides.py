@@ -36,9 +36,11 @@ SCALE = 1e6
 """Minimum cuts count in whole numbers: square millimetres."""
 SET_BACK, LEAST_LENGTH, LEAST_COVER, NEAR_EDGE = 0.8, 1.5, 1.2, 0.4
 """Metres: walls nearer to the outline are windows, doors, recesses; the shortest wall that tells of a void; what stands over a void is at least so high;
-points nearer to the outline are of an outer wall. Set by hand, as is the next."""
+points nearer to the outline are of an outer wall. Set by hand, as are the next two."""
 SOLID_WEIGHT = 2.0
 """A square metre seen solid weighs so much more than one seen open."""
+TURN_DEG, FOOT = 8.0, 1.5
+"""Such a wall runs along a main direction of the outline (±), and is seen down to this height (m) over the floor."""
 
 
 class UndersideParameters(Parameters):
@@ -47,8 +49,6 @@ class UndersideParameters(Parameters):
     search: bool = Field(True, description="look for voids at all")
     least_height: float = Field(1.8, gt=0, le=20, description="lowest void (m)")
     least_area_m2: float = Field(2.0, ge=0, le=100, description="smallest void in plan")
-    turn_deg: float = Field(8.0, gt=0, le=45, description="such a wall runs along a main direction of the outline (±)")
-    foot: float = Field(1.5, gt=0, le=10, description="such a wall is seen down to this height (m) over the floor")
     depth: float = Field(8.0, gt=0, le=50, description="a wall tells of a void no farther (m) before it than this")
     prior: float = Field(0.3, ge=0, le=1, description="share of a column that must be seen open")
     edge_cost: float = Field(0.2, ge=0, le=10, description="m² that a metre of a void's rim costs where no wall stands")
@@ -127,14 +127,14 @@ def _tells(facade: Facade, outline: Polygon, floor: float, parameters: Underside
     line = facade.line
     if not facade.faces or line.end - line.start < LEAST_LENGTH:
         return False
-    if facade.low - floor > parameters.foot or facade.high - floor < parameters.least_height - 0.3:
+    if facade.low - floor > FOOT or facade.high - floor < parameters.least_height - 0.3:
         return False
     direction = math.atan2(line.nx, -line.ny) % math.pi
     turn = min(angle_between(direction, d) for d in main_directions(outline))
     t = np.linspace(line.start, line.end, 9)
     places = shapely.points(line.nx * line.offset - line.ny * t, line.ny * line.offset + line.nx * t)
     deep = float(np.median(shapely.distance(places, outline.boundary)))
-    return turn <= math.radians(parameters.turn_deg) and deep >= SET_BACK
+    return turn <= math.radians(TURN_DEG) and deep >= SET_BACK
 
 
 def _is_under_roof(facade: Facade, division: Subdivision, surface: dict[int, int], planes: FloatArray) -> bool:
