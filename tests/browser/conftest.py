@@ -17,6 +17,8 @@ from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
 
 NO_BROWSER = "no Chromium here (Debian: apt-get install chromium; elsewhere name it in the variable CHROMIUM)"
+SOUTH = "-20,-86,92,-20,4,3"
+"""A view in the link: the first picture, which software draws slowly, is of it already."""
 READY = "window.cityflowView?.isReady && !window.cityflowView.isBusy"
 
 
@@ -63,7 +65,5 @@ def page(browser: chromium.Chromium, address: str) -> chromium.Chromium:
     """The page anew, from a place in the south where every building is seen."""
     browser.open("about:blank")
     browser.messages.clear()
-    browser.open(address, READY)
-    browser.run("cityflowView.stage.look([-20, -86, 92], [-20, 4, 3])")
-    browser.wait(READY)
+    browser.open(f"{address}#camera={SOUTH}", READY)
     return browser
