@@ -16,6 +16,11 @@ Json = Any
 
 T = TypeVar("T")
 
+TEXTS_KEPT = 64
+"""Trees of parameters whose text is kept: a few stages at a time, and units with overrides of their own."""
+
+_TEXTS: dict[int, tuple[Mapping[str, Json], str]] = {}
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:
@@ -62,7 +67,9 @@ class Task:
     @property
     def digest(self) -> str:
         """SHA-256 over stage, unit, version, parameters and inputs; 64 hexadecimal digits."""
-        return digest_of([self.stage, self.unit, self.version, dict(self.parameters), dict(self.inputs)])
+        head, inputs = _canonical([self.stage, self.unit, self.version]), _canonical(dict(self.inputs))
+        text = f"{head[:-1]},{_of_parameters(self.parameters)},{inputs}]"
+        return hashlib.sha256(text.encode()).hexdigest()
 
     def arguments_as(self, kind: type[T]) -> T:
         """The arguments as the stage's dataclass. Raises ValueError, which names stage, unit and field."""
@@ -135,5 +142,17 @@ def digest_of(value: Json) -> str:
     >>> digest_of({"b": 1, "a": 2}) == digest_of({"a": 2, "b": 1})
     True
     """
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(_canonical(value).encode()).hexdigest()
+
+
+def _canonical(value: Json) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+
+def _of_parameters(parameters: Mapping[str, Json]) -> str:
+    """The canonical text of a tree that nobody changes: nearly all units of a stage share one, so the last few are kept."""
+    if id(parameters) not in _TEXTS:
+        if len(_TEXTS) >= TEXTS_KEPT:
+            _TEXTS.clear()
+        _TEXTS[id(parameters)] = parameters, _canonical(dict(parameters))
+    return _TEXTS[id(parameters)][1]

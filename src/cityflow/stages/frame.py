@@ -85,7 +85,7 @@ def task(survey: Survey, unit: str) -> Task:
         inputs={
             **inputs, "wanted": digest_of(sorted(own)),
             **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
-            "views": digest_of(given["colours"]["shown"]),
+            "views": colours.digest,
             "frame": digest_of([given["frame"], grid.bounds]),
         },
         arguments=given,

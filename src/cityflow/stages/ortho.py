@@ -61,7 +61,7 @@ def task(survey: Survey, name: str) -> Task:
         inputs={
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in ring},
             **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
-            "views": digest_of([given["colours"]["shown"], slanting]), "grid": survey.lattice.place,
+            "views": digest_of([colours.digest, slanting]), "grid": survey.lattice.place,
         },
         arguments=given,
         limits=survey.limits(NAME),

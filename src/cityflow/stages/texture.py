@@ -114,7 +114,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
             "outline": digest_of([unit.digest, survey.outline_sigma_m]),
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
             "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.shown else "unread" for n in known}),
-            "views": digest_of(given["colours"]["shown"]),
+            "views": colours.digest,
             **{kind: r.checksum for kind, r in survey.given_orthos().items()}, "grid": survey.lattice.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
@@ -231,8 +231,8 @@ def _covers(colours: FloatArray, grid: Grid, bounds: Bounds) -> bool:
 
 def _around(city: City, unit: UnitEntry) -> list[str]:
     """Units near this one, whatever tiles they are in: these tiles' units are all known."""
-    near = [u for t in tiles_around(city.survey, unit) for u in city.units_of.get(t, [])]
-    return [u for u in hulls_around(city.survey, unit, near) if u in city.units]
+    indexes = [city.units_of[t] for t in tiles_around(city.survey, unit) if t in city.units_of]
+    return [u for u in hulls_around(city.survey, unit, indexes) if u in city.units]
 
 
 def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:

@@ -15,6 +15,7 @@ from cityflow.survey.parameters import SurveyParameters
 from cityflow.survey.source import IMAGES, RASTERS
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.unit_index import UnitIndex
 
 INGEST, OUTLINE, UNITS, EXPORT = "ingest", "outline", "units", "export"
 OUTLINES = "outlines"
@@ -50,7 +51,7 @@ class City:
         self.survey = Survey(catalog, parameters, overrides or {})
         self.area = area
         self.units: dict[str, UnitEntry] = {}
-        self.units_of: dict[str, list[UnitEntry]] = {}
+        self.units_of: dict[str, UnitIndex] = {}
         self.chosen: dict[str, list[str]] = {}
         self.outlines: dict[str, UnitEntry] = {}
         self.outlines_of: dict[str, list[str]] = {}
@@ -85,7 +86,7 @@ class City:
         elif record.stage == self.unit_stage:
             found = self._entries(record)
             self.units.update({u.id: u for u in found})
-            self.units_of[record.unit] = found
+            self.units_of[record.unit] = UnitIndex(found)
             self.atlas_cells_of.pop(record.unit, None)
             self.chosen[record.unit] = [u.id for u in found if self.area.holds(u.point)]
 

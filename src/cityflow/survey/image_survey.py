@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -14,11 +14,13 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
 from cityflow.core.local_frame import LocalFrame
+from cityflow.handover.colour_images import ShownImage
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
 from cityflow.orientation.sights import looks_level, sights
 from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground, looked_down_on
+from cityflow.orientation.view_index import ViewIndex
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
 from cityflow.survey.frame_tiles import FrameTile, frame_unit
@@ -52,6 +54,7 @@ class ImageSurvey:
         level = parameters.images.level
         self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
         self._units: dict[str, FlightTile] = {}
+        self._texts: dict[str, str] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
 
     @cached_property
@@ -163,6 +166,13 @@ class ImageSurvey:
         """One that `flight_tiles` has named."""
         return self._units[unit]
 
+    def shown(self, name: str) -> str:
+        """Pose and balance of an image as JSON text, made once: a task of a unit has dozens of them."""
+        if name not in self._texts:
+            asset = self.assets[name]
+            self._texts[name] = ShownImage(self.views[name].image, asset.gain, asset.gamma, asset.falloff).text
+        return self._texts[name]
+
     def ortho_images(self, tile: Tile) -> list[str]:
         """For every few metres of a ground tile those that look down on it steepest, of slanting images and of the others; names, sorted."""
         near = self._views_over(tile.bounds)
@@ -188,31 +198,27 @@ class ImageSurvey:
         return {views[i].name for i in np.unique(order).tolist() if np.isfinite(steepness[i]).any()}
 
     def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
-        """Images that show a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
+        """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
         x_0, y_0, x_1, y_1 = bounds
         box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
-        near = [v for v in self._showing(bounds) if _meets(v, box)]
-        middle = box.mean(axis=0)
-        near.sort(key=lambda v: (float(np.linalg.norm(v.image.centre - middle)), v.name))
-        return sorted(v.name for v in near[:most])
+        near = self._shown.over(bounds)
+        near = near[self._shown.have_in_frame(near, box)]
+        away = np.linalg.norm(self._shown.centres[near] - box.mean(axis=0), axis=1)
+        chosen = np.sort(near[np.argsort(away, kind="stable")[:most]])
+        return [self._shown.views[i].name for i in chosen.tolist()]
 
     def _views_over(self, bounds: Bounds) -> list[View]:
-        views, tree = self._seen
-        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+        return [self._seen.views[i] for i in self._seen.over(bounds).tolist()]
 
     @cached_property
-    def _seen(self) -> tuple[list[View], STRtree]:
+    def _seen(self) -> ViewIndex:
         views = list(self.flown.values())
-        return views, STRtree(footprints(views))
-
-    def _showing(self, bounds: Bounds) -> list[View]:
-        views, tree = self._shown
-        return [views[i] for i in np.sort(tree.query(shapely.box(*bounds), predicate="intersects")).tolist()]
+        return ViewIndex(views, footprints(views))
 
     @cached_property
-    def _shown(self) -> tuple[list[View], STRtree]:
+    def _shown(self) -> ViewIndex:
         views = list(self.views.values())
-        return views, STRtree(sights(views))
+        return ViewIndex(views, sights(views))
 
     @cached_property
     def oblique_frames(self) -> tuple[LocalFrame, ...]:
@@ -240,20 +246,30 @@ class ImageSurvey:
     def frame_tile(self, unit: str) -> FrameTile:
         return self.frame_tiles[unit]
 
-    def frame_units_over(self, tiles: Sequence[str]) -> list[str]:
-        """Local frame tiles that show something of these ground tiles."""
-        chosen = set(tiles)
-        return [unit for unit, f in self.frame_tiles.items() if chosen.intersection(f.ground_tiles)]
+    def frame_units_over(self, tiles: Iterable[str]) -> list[str]:
+        """Frame tiles that show something of these ground tiles, in the order of `frame_tiles`."""
+        return [unit for _, unit in sorted({n for t in tiles for n in self._frame_units.get(t, ())})]
 
-    def frame_cell_m(self, frame: LocalFrame) -> float:
-        """Cell of a local frame's rasters: what its images resolve."""
-        return nearest_cell(float(np.median([gsd(self.flown[n]) for n in frame.images])))
+    @cached_property
+    def _frame_units(self) -> dict[str, list[tuple[int, str]]]:
+        """Ground tile → numbers and names of the frame tiles that show something of it."""
+        found: dict[str, list[tuple[int, str]]] = {}
+        for number, (unit, frame_tile) in enumerate(self.frame_tiles.items()):
+            for tile in frame_tile.ground_tiles:
+                found.setdefault(tile, []).append((number, unit))
+        return found
 
     def frame_grid(self, frame: LocalFrame) -> Grid:
-        """The grid over all tiles of a frame."""
-        return grid_over(
-            [f.tile for f in self.frame_tiles.values() if f.frame.name == frame.name], self.frame_cell_m(frame)
-        )
+        """The grid over all tiles of a frame; its cell is what the frame's images resolve."""
+        return self._frame_grids[frame.name]
+
+    @cached_property
+    def _frame_grids(self) -> dict[str, Grid]:
+        tiles: dict[str, list[Tile]] = {}
+        for frame_tile in self.frame_tiles.values():
+            tiles.setdefault(frame_tile.frame.name, []).append(frame_tile.tile)
+        cells = {f.name: float(np.median([gsd(self.flown[n]) for n in f.images])) for f in self.oblique_frames}
+        return {name: grid_over(of, nearest_cell(cells[name])) for name, of in tiles.items()}
 
     def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
         """Local frame tiles that a ground tile with all that stands on it falls on."""
@@ -266,25 +282,13 @@ class ImageSurvey:
 
     def heights_over(self, bounds: Bounds) -> tuple[float, float]:
         """Lowest ground and highest object that images over `bounds` expect, metres."""
-        chosen = [v.heights for v in self._views_over(bounds)] or [v.heights for v in self.views.values()]
-        return min(h[0] for h in chosen), max(h[1] for h in chosen)
+        near = self._seen.over(bounds)
+        return self._seen.heights(near) if len(near) else self._shown.heights(near)
 
 
 def _reduced(view: View, level: int) -> View:
     image = view.image
     return replace(view, image=replace(image, camera=image.camera.reduced(level))) if level else view
-
-
-def _meets(view: View, box: FloatArray) -> bool:
-    """Whether the image of (8, 3) corners may meet the image: corners behind the camera count as inside."""
-    uv, depth = view.image.project(box)
-    if (depth <= 0).all():
-        return False
-    if (depth <= 0).any():
-        return True
-    low, high = uv.min(axis=0), uv.max(axis=0)
-    camera = view.image.camera
-    return bool((high > 0).all() and low[0] < camera.width and low[1] < camera.height)
 
 
 def _steepness(view: View, ground: FloatArray) -> FloatArray:

@@ -29,6 +29,7 @@ from cityflow.survey.point_index import PointIndex
 from cityflow.survey.raster_survey import RasterSurvey
 from cityflow.survey.results import Results
 from cityflow.survey.source import IMAGES, LIDAR, RASTERS, Source
+from cityflow.texture.unit import TextureParameters
 
 M = TypeVar("M", bound=Parameters)
 
@@ -45,6 +46,7 @@ class Survey:
     lidar : files, none where the surface has another source;  images : all that the catalog has, for textures at least
     source : of the surface;  lattice : how the world is cut
     results, given, index : what tasks have left: records, given outlines, points of buildings
+    images_of_units : unit → names of the images that have it in their frame, of those asked for lately
     """
 
     def __init__(
@@ -59,6 +61,7 @@ class Survey:
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
         self.results, self.given = Results(), GivenOutlines()
         self._model: ModelParameters | None = None
+        self.images_of_units: dict[str, list[str]] = {}
         self.index = PointIndex(self.source, parameters.tiles)
 
     def learn(self, record: Record) -> None:
@@ -158,6 +161,18 @@ class Survey:
         if self._model is None or self._model.overhangs.outline_sigma_m != self.outline_sigma_m:
             self._model = self.parameters.reconstruct.of_outlines(self.outline_sigma_m)
         return self._model
+
+    @cached_property
+    def fitting_textures(self) -> TextureParameters:
+        """Those of the workflow, one object for nearly all units."""
+        return self.fitted(self.parameters.texture)
+
+    def fitted(self, asked: TextureParameters) -> TextureParameters:
+        """The same, with patches that are never larger than a page of the atlas."""
+        page_px = min(asked.placement.page_px, self.parameters.atlas.placement.page_px)
+        if asked.patches.largest_px <= page_px:
+            return asked
+        return asked.model_copy(update={"patches": asked.patches.model_copy(update={"largest_px": page_px})})
 
     def unread(self, bounds: Bounds) -> dict[str, str]:
         """Name → why: the files that should hold points within `bounds` but could not be read."""

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from cityflow.core.grid import bounds_meet, grown
+from cityflow.core.grid import grown
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
+from cityflow.survey.unit_index import UnitIndex
 from cityflow.texture.unit import TextureParameters
 
 STAGE_TEXTURE = "texture"
+UNITS_KEPT = 50_000
+"""Units whose images are kept, some hundred bytes each."""
+
 LONGEST_M = 60.0
 """From where a building is counted to where it ends, mostly."""
 
 
 def texture_parameters(survey: Survey, unit: UnitEntry) -> TextureParameters:
     """Those of the workflow, with what was asked for this unit alone; a patch is never larger than a page of the atlas."""
-    asked = survey.parameters_of(STAGE_TEXTURE, unit.id, survey.parameters.texture)
-    page_px = min(asked.placement.page_px, survey.parameters.atlas.placement.page_px)
-    if asked.patches.largest_px <= page_px:
-        return asked
-    return asked.model_copy(update={"patches": asked.patches.model_copy(update={"largest_px": page_px})})
+    asked = survey.parameters_of(STAGE_TEXTURE, unit.id, survey.fitting_textures)
+    return asked if asked is survey.fitting_textures else survey.fitted(asked)
 
 
-def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitEntry]) -> list[str]:
+def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitIndex]) -> list[str]:
     """Units whose models may stand between this one and a camera, or share a wall with it."""
     near = grown(unit.bounds, texture_parameters(survey, unit).around_m)
-    return sorted({u.id for u in known if u.id != unit.id and bounds_meet(u.bounds, near)} | set(unit.neighbours))
+    return sorted({*(u for index in known for u in index.meeting(near)), *unit.neighbours} - {unit.id})
 
 
 def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
@@ -41,12 +42,15 @@ def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
 
 
 def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Images that have the unit in their frame."""
+    """Images that have the unit in their frame; asked for by the stages that texture it one after the other, so that the last ones are kept."""
     if not survey.images.assets:
         return []
-    return survey.images.showing(
-        unit.bounds, survey.images.heights_over(unit.bounds), texture_parameters(survey, unit).most_images
-    )
+    if unit.id not in survey.images_of_units:
+        if len(survey.images_of_units) >= UNITS_KEPT:
+            survey.images_of_units.clear()
+        heights, most = survey.images.heights_over(unit.bounds), texture_parameters(survey, unit).most_images
+        survey.images_of_units[unit.id] = survey.images.showing(unit.bounds, heights, most)
+    return survey.images_of_units[unit.id]
 
 
 def windows_are_wanted(survey: Survey) -> bool:

@@ -1,0 +1,58 @@
+"""Which of many images look at a place: their poses in tables, the plans of what they see in a tree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from shapely import STRtree
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.camera import Camera
+from cityflow.core.grid import Bounds
+from cityflow.orientation.views import View
+
+LEAST_DEPTH_M = 1e-12
+
+
+class ViewIndex:
+    """Views that are asked for by place, many at once.
+
+    Parameters
+    ----------
+    views : in the order that answers keep
+    plans : of each the polygon, world metres, on which it may see something
+    """
+
+    def __init__(self, views: Sequence[View], plans: Sequence[shapely.Polygon]) -> None:
+        self.views = views
+        self._tree = STRtree(plans)
+        cameras: dict[Camera, int] = {}
+        self._camera = np.array([cameras.setdefault(v.image.camera, len(cameras)) for v in views], np.int64)
+        self._cameras = list(cameras)
+        self._rotations = np.array([v.image.rotation for v in views]).reshape(-1, 3, 3)
+        self.centres = np.array([v.image.centre for v in views]).reshape(-1, 3)
+        self._heights = np.array([v.heights for v in views]).reshape(-1, 2)
+
+    def over(self, bounds: Bounds) -> IntArray:
+        """(K,) the views whose plan meets a box, ascending."""
+        return np.sort(self._tree.query(shapely.box(*bounds), predicate="intersects"))
+
+    def heights(self, which: IntArray) -> tuple[float, float]:
+        """Lowest ground and highest object that these views expect, of all where there are none, metres."""
+        chosen = self._heights[which] if len(which) else self._heights
+        return float(chosen[:, 0].min()), float(chosen[:, 1].max())
+
+    def have_in_frame(self, which: IntArray, corners: FloatArray) -> BoolArray:
+        """(K,) whether the image of (8, 3) corners of a box may meet the frame: corners behind the camera count as inside."""
+        local = (corners[None] - self.centres[which, None]) @ self._rotations[which].transpose(0, 2, 1)
+        depth = local[..., 2]
+        normal = local[..., :2] / np.where(np.abs(depth) < LEAST_DEPTH_M, LEAST_DEPTH_M, depth)[..., None]
+        meets = np.zeros(len(which), bool)
+        for number in np.unique(self._camera[which]).tolist():
+            camera, own = self._cameras[number], self._camera[which] == number
+            uv = camera.distort(normal[own])
+            low, high = uv.min(axis=1), uv.max(axis=1)
+            meets[own] = (high > 0).all(axis=1) & (low < (camera.width, camera.height)).all(axis=1)
+        return np.where((depth <= 0).any(axis=1), (depth > 0).any(axis=1), meets)
