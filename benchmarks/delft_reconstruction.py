@@ -33,7 +33,8 @@ from cityflow.reconstruction.choose import ReconstructParameters, choose
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.reconstruction.orientation_histogram import find_planes, reconstruct
 from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
-from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town_lidar import TownLidarParameters
+from scenes.scanned_town import ScannedTown, scanned_town
 
 PARAMETERS = ReconstructParameters()
 FULL_M2 = 15.0
@@ -140,9 +141,9 @@ def line_of(score: RoofDistances) -> str:
     )
 
 
-def report_made_town(seed: int, parameters: LidarSceneParameters) -> None:
+def report_made_town(seed: int, parameters: TownLidarParameters) -> None:
     """Number of planes against the truth, and the true roof against the model."""
-    scene = lidar_scene(seed, parameters)
+    scene = scanned_town(seed, scan=parameters)
     right, exact, distances, units = 0, 0, [], made_units(scene)
     for evidence, number, truth in units:
         candidate = reconstruct(evidence, PARAMETERS.orientation_histogram)
@@ -157,22 +158,22 @@ def report_made_town(seed: int, parameters: LidarSceneParameters) -> None:
     print(f"  true roof against model: {line_of(d)}, 95 % within {100 * d.le95:.1f} cm")
 
 
-def made_units(scene: LidarScene) -> list[tuple[Evidence, int, FloatArray]]:
+def made_units(scene: ScannedTown) -> list[tuple[Evidence, int, FloatArray]]:
     """Evidence, number of true planes (faces from 1.5 m², chimneys apart), and points of the true roof."""
     rng, found = np.random.default_rng(0), []
-    for building in scene.buildings:
-        x, y = scene.points.xyz[:, 0], scene.points.xyz[:, 1]
-        inside = shapely.contains_xy(building.outline, x, y) & (scene.truth_class == BUILDING)
-        faces = [f for f in building.faces if f.kind != "chimney" and f.polygon.area > 1.5]
-        at = np.array(building.outline.centroid.coords[0])
+    for unit in scene.town.units:
+        outline = unit.wall_outline
+        inside = shapely.contains_xy(outline, *scene.points.xyz[:, :2].T) & (scene.scan.truth_class == BUILDING)
+        faces = [f for f in unit.roof_planes if f.kind != "chimney" and f.polygon.intersection(outline).area > 1.5]
+        at = np.array(outline.centroid.coords[0])
         planes = {
             (round(f.plane.slope_x, 2), round(f.plane.slope_y, 2), round(float(f.plane.z(*at)), 2)) for f in faces
         }
-        x0, y0, x1, y1 = building.outline.bounds
+        x0, y0, x1, y1 = outline.bounds
         xy = rng.uniform((x0, y0), (x1, y1), (2000, 2))
-        xy = xy[shapely.contains_xy(building.outline, *xy.T)]
-        evidence = Evidence(building.id, building.outline, scene.points.take(inside), building.floor)
-        found.append((evidence, len(planes), np.column_stack([xy, building.z(*xy.T)])))
+        xy = xy[shapely.contains_xy(outline, *xy.T)]
+        evidence = Evidence(unit.id, outline, scene.points.take(inside), unit.floor_m)
+        found.append((evidence, len(planes), np.column_stack([xy, unit.z(*xy.T)])))
     return found
 
 
@@ -193,7 +194,7 @@ def main() -> None:
     if arguments.thin:
         return
     for seed, density, noise in ((1, 8.0, 0.025), (2, 3.0, 0.025), (3, 15.0, 0.06), (4, 8.0, 0.025)):
-        report_made_town(seed, LidarSceneParameters(density_m2=density, sigma_z_m=noise))
+        report_made_town(seed, TownLidarParameters(density_m2=density, sigma_z_m=noise))
 
 
 if __name__ == "__main__":

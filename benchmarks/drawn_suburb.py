@@ -17,6 +17,7 @@ from cityflow.synthetic import roofs
 from cityflow.synthetic.roofs import LocalFace, Placement, TruthFace
 from cityflow.synthetic.town import TownParameters, make_town
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from scenes import simple_roofs
 from verdict_cases import EDGE_M, SCAN_M2, true_places
 
 FULL_M2, HOUSES = 16.0, 60
@@ -61,7 +62,7 @@ def _outbuilding(rng: np.random.Generator) -> Drawn:
         return ring, [LocalFace(ring, 0, 0, h)]
     if kind < 0.85:
         return ring, [LocalFace(ring, float(rng.uniform(0.1, 0.4)), 0, h)]
-    return ring, roofs.gable_across((0, w), 0, d, h, float(rng.uniform(0.4, 1.0)))
+    return ring, simple_roofs.gable_across((0, w), 0, d, h, float(rng.uniform(0.4, 1.0)))
 
 
 def _terrace(rng: np.random.Generator) -> Drawn:
@@ -81,7 +82,7 @@ def _terrace(rng: np.random.Generator) -> Drawn:
             v = (0.8, ridge) if rng.random() < 0.5 else (ridge, d - 0.8)
             faces.append(LocalFace(roofs.rectangle(u, v[0], u + wide, v[1]), 0, 0, height, roofs.DORMER))
     else:
-        faces = roofs.gable_across((0, w), 0, d, eave, slope)
+        faces = simple_roofs.gable_across((0, w), 0, d, eave, slope)
     plan = house
     if rng.random() < 0.5:
         deep, wide = float(rng.uniform(1.8, 4.0)), w if rng.random() < 0.5 else float(rng.uniform(2.2, w - 1.0))

@@ -24,10 +24,11 @@ from cityflow.evaluation.roof_points import unit_distances
 from cityflow.geometry.roof_distances import summarise
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.choose import Choice, ReconstructParameters, choose
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town_lidar import TownLidarParameters
 from delft_reconstruction import made_units
 from drawn_town import table
 from scenes.inner_city import InnerCityParameters, inner_city
+from scenes.scanned_town import scanned_town
 
 CASES = ("old:15:1", "old:15:2.5", "old:2:1", "town:8", "town:2", "town:0.45")
 
@@ -40,7 +41,7 @@ def units_of(case: str, seed: int) -> Iterator[tuple[Evidence, int, FloatArray]]
         for house in inner_city(seed, scene):
             yield house.evidence, house.planes, house.roof_points()
         return
-    for evidence, planes, truth in made_units(lidar_scene(seed, LidarSceneParameters(density_m2=float(density)))):
+    for evidence, planes, truth in made_units(scanned_town(seed, scan=TownLidarParameters(density_m2=float(density)))):
         yield evidence, planes, truth[shapely.contains_xy(evidence.outline.buffer(-0.3), *truth[:, :2].T)]
 
 

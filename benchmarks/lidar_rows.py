@@ -15,13 +15,14 @@ from shapely.geometry.polygon import orient
 from cityflow.core.arrays import FloatArray
 from cityflow.core.points import PointCloud
 from cityflow.synthetic import roofs
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, _survey
-from cityflow.synthetic.planting import plant
-from cityflow.synthetic.roofs import LocalFace, Placement, TruthBuilding
-from cityflow.synthetic.scanner import Scene
-from cityflow.synthetic.terrain import Terrain, make_terrain
+from cityflow.synthetic.roofs import LocalFace, Placement
+from cityflow.synthetic.terrain import Terrain, make_terrain, unbroken
+from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from scenes import simple_roofs
+from scenes.prism_scene import PrismScene, TruthBuilding, trees_beside
 
 CELL_M = (76.0, 30.0)
+SOUTH_WEST, RELIEF = (85000.0, 447000.0), 0.3
 ROWS = ("gables", "eaves", "flat", "mixed")
 SINGLES = ("slab", "cross gables", "two wings", "penthouse")
 FIREWALL_M, PARAPET_M = 0.15, 0.25
@@ -55,14 +56,13 @@ class RowTown:
     rows: tuple[Row, ...]
 
 
-def row_town(seed: int, parameters: LidarSceneParameters) -> RowTown:
-    """The houses depend on the seed alone, the points on the survey too."""
+def row_town(seed: int, width_m: float, parameters: TownLidarParameters) -> RowTown:
+    """The houses of a square depend on the seed alone, the points on the survey too."""
     rng = np.random.default_rng([seed, 77])
-    p = parameters
-    bounds = (p.origin_x, p.origin_y, p.origin_x + p.width_m, p.origin_y + p.height_m)
-    terrain = make_terrain(rng, bounds, p.relief)
-    rows, buildings = [], []
-    columns, lines = int(p.width_m // CELL_M[0]), int(p.height_m // CELL_M[1])
+    bounds = (*SOUTH_WEST, SOUTH_WEST[0] + width_m, SOUTH_WEST[1] + width_m)
+    terrain = unbroken(make_terrain(rng, bounds, RELIEF))
+    rows, buildings = [], list[TruthBuilding]()
+    columns, lines = int(width_m // CELL_M[0]), int(width_m // CELL_M[1])
     for number in range(columns * lines):
         kind = str(rng.choice(ROWS)) if rng.random() < 0.7 else str(rng.choice(SINGLES))
         drafts, gaps = _drafts(rng, kind)
@@ -74,9 +74,8 @@ def row_town(seed: int, parameters: LidarSceneParameters) -> RowTown:
         buildings += made
         between = [orient(Polygon(place.to_world(g))) for g in gaps]
         rows.append(_row(kind, drafts, made, between))
-    planting = plant(rng, terrain, bounds, tuple(buildings), p.trees_per_ha)
-    cloud = _survey(np.random.default_rng([seed, 78]), Scene(terrain, tuple(buildings), planting, None), bounds, p)[0]
-    return RowTown(cloud, terrain, tuple(rows))
+    scene = PrismScene(bounds, terrain, tuple(buildings), trees_beside(rng, terrain, buildings))
+    return RowTown(town_lidar(scene, seed, parameters).points, terrain, tuple(rows))
 
 
 def _built(name: str, draft: Draft, place: Placement, terrain: Terrain) -> TruthBuilding:
@@ -180,11 +179,11 @@ def _house(
     (u_0, u_1, v_0, v_1), (eave, slope) = box, roof
     draft = Draft(roofs.rectangle(u_0, v_0, u_1, v_1))
     if kind == "gables":
-        draft.faces = roofs.gable_across((u_0, u_1), v_0, v_1, eave, slope * float(rng.uniform(0.85, 1.15)))
+        draft.faces = simple_roofs.gable_across((u_0, u_1), v_0, v_1, eave, slope * float(rng.uniform(0.85, 1.15)))
         if rng.random() < 0.3:
             draft.faces.append(_dormer_sideways(rng, box, (eave, slope)))
     elif kind == "eaves":
-        draft.faces = roofs.gable(u_0, u_1, (v_0, v_1), eave, slope)
+        draft.faces = simple_roofs.gable(u_0, u_1, (v_0, v_1), eave, slope)
         if rng.random() < 0.45:
             draft.faces.append(_dormer(rng, u_0 + 0.8, (v_0, v_1), (eave, slope), u_1 - u_0 - 1.6))
     else:
@@ -196,7 +195,9 @@ def _house(
             draft.faces.append(LocalFace(roofs.rectangle(u, v, u + 2.3, v + 3.0), 0, 0, eave + 2.4, roofs.DORMER))
     if kind != "flat" and rng.random() < 0.6:
         v = (v_0 + v_1) / 2 + float(rng.uniform(-1.5, 1.0))
-        draft.faces.append(roofs.chimney(float(rng.uniform(u_0, u_1 - 0.6)), v, eave + slope * (v_1 - v_0) / 2 + 0.7))
+        draft.faces.append(
+            simple_roofs.chimney(float(rng.uniform(u_0, u_1 - 0.6)), v, eave + slope * (v_1 - v_0) / 2 + 0.7)
+        )
     return draft
 
 
@@ -228,7 +229,7 @@ def _parapet(box: tuple[float, float, float, float], top: float) -> list[LocalFa
 
 def _firewall(box: tuple[float, float, float, float], roof: tuple[float, float], rise: float) -> list[LocalFace]:
     """The last of the house, above its roof."""
-    return roofs.gable(box[1] - 2 * FIREWALL_M, box[1], (box[2], box[3]), roof[0] + rise, roof[1])
+    return simple_roofs.gable(box[1] - 2 * FIREWALL_M, box[1], (box[2], box[3]), roof[0] + rise, roof[1])
 
 
 def _single(rng: np.random.Generator, kind: str) -> Draft:
@@ -241,7 +242,7 @@ def _single(rng: np.random.Generator, kind: str) -> Draft:
         for u in np.arange(4.0, length - 6.0, float(rng.uniform(9, 14))).tolist():
             draft.faces.append(LocalFace(roofs.rectangle(u, 2.5, u + 3.5, depth - 3.0), 0, 0, eave + 2.6, roofs.DORMER))
         return draft
-    draft.faces = roofs.gable(0, length, (0, depth), eave, slope)
+    draft.faces = simple_roofs.gable(0, length, (0, depth), eave, slope)
     pitch = float(rng.uniform(4.0, 8.0))
     if kind == "slab":
         draft.faces += [
@@ -249,13 +250,13 @@ def _single(rng: np.random.Generator, kind: str) -> Draft:
         ]
     elif kind == "cross gables":
         for u in np.arange(2.0, length - 7.0, pitch + 5.0).tolist():
-            draft.faces += roofs.gable_across(
+            draft.faces += simple_roofs.gable_across(
                 (u, u + 5.0), 0.0, depth / 2, eave + 0.3, min(slope, 0.9 * slope * depth / 5.0)
             )
     else:
         reach = depth + float(rng.uniform(4, 8))
         draft.ring = ((0, 0), (length, 0), (length, depth), (depth, depth), (depth, reach), (0, reach))
-        draft.faces += roofs.gable_across((0, depth), depth / 2, reach, eave, slope)
+        draft.faces += simple_roofs.gable_across((0, depth), depth / 2, reach, eave, slope)
     return draft
 
 

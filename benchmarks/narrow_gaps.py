@@ -9,7 +9,7 @@ the share of pairs that came out as asked, and the mean IoU of each block.
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -21,14 +21,15 @@ from cityflow.evaluation.outlines import compare_outlines
 from cityflow.outlines.find import RegionSurface, find_outlines
 from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.synthetic import roofs
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, _survey
-from cityflow.synthetic.planting import plant
-from cityflow.synthetic.roofs import LocalFace, Placement, TruthBuilding
-from cityflow.synthetic.scanner import Scene
-from cityflow.synthetic.terrain import Terrain, make_terrain
+from cityflow.synthetic.roofs import LocalFace, Placement
+from cityflow.synthetic.terrain import make_terrain, unbroken
+from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from scenes import simple_roofs
+from scenes.prism_scene import PrismScene, TruthBuilding, trees_beside
 
 GAPS_M = (0.0, 0.8, 1.1, 1.5, 2.0)
 PITCH_M, SIDE = 56.0, 3
+SOUTH_WEST = 85000.0, 447000.0
 
 
 @dataclass(frozen=True)
@@ -43,24 +44,16 @@ class Pairs:
 def pairs_of_blocks(seed: int, gap_m: float, density_m2: float) -> Pairs:
     """The houses depend on the seed alone; the gap moves the second of each pair away from the first."""
     size = PITCH_M * SIDE
-    p = LidarSceneParameters(width_m=size, height_m=size, density_m2=density_m2, relief=0.0, trees_per_ha=0)
     rng = np.random.default_rng([seed, 5])
-    bounds = (p.origin_x, p.origin_y, p.origin_x + size, p.origin_y + size)
-    terrain = _plain(make_terrain(rng, bounds, p.relief))
+    bounds = (*SOUTH_WEST, SOUTH_WEST[0] + size, SOUTH_WEST[1] + size)
+    terrain = unbroken(make_terrain(rng, bounds, 0.0))
     buildings: list[TruthBuilding] = []
     for number in range(SIDE * SIDE):
         buildings += _pair(rng, terrain.z, (bounds[0], bounds[1]), number, gap_m)
-    planting = plant(rng, terrain, bounds, tuple(buildings), 0.0)
-    cloud = _survey(np.random.default_rng([seed, 6]), Scene(terrain, tuple(buildings), planting, None), bounds, p)[0]
+    scene = PrismScene(bounds, terrain, tuple(buildings), trees_beside(rng, terrain, buildings))
+    scan = town_lidar(scene, seed, TownLidarParameters(density_m2=density_m2))
     shapes = [b.outline for b in buildings]
-    return Pairs(cloud, bounds, tuple(zip(shapes[::2], shapes[1::2], strict=True)))
-
-
-def _plain(terrain: Terrain) -> Terrain:
-    """The same without river, dike and scarp."""
-    (scarp, _, width), (dike, _, crown), (river, half, bank, level) = terrain.scarp, terrain.dike, terrain.river
-    away = replace(river, x_0=river.x_0 + 1e5)
-    return replace(terrain, scarp=(scarp, 0.0, width), dike=(dike, 0.0, crown), river=(away, half, bank, level))
+    return Pairs(scan.points, bounds, tuple(zip(shapes[::2], shapes[1::2], strict=True)))
 
 
 def _pair(rng, ground, corner, number: int, gap_m: float) -> list[TruthBuilding]:  # type: ignore[no-untyped-def]
@@ -76,7 +69,9 @@ def _pair(rng, ground, corner, number: int, gap_m: float) -> list[TruthBuilding]
         u_1, v_0 = u_0 + float(lengths[k]), -float(depths[k]) / 2 + shift * k
         v_1 = v_0 + float(depths[k])
         ring = roofs.rectangle(u_0, v_0, u_1, v_1)
-        faces = roofs.gable(u_0, u_1, (v_0, v_1), eaves[k], slope) if gabled else [LocalFace(ring, 0, 0, eaves[k])]
+        faces = (
+            simple_roofs.gable(u_0, u_1, (v_0, v_1), eaves[k], slope) if gabled else [LocalFace(ring, 0, 0, eaves[k])]
+        )
         z = float(ground(np.array([middle[0]]), np.array([middle[1]]))[0])
         place = Placement(middle[0], middle[1], heading, round(z, 2))
         outline = orient(Polygon(place.to_world(ring)))

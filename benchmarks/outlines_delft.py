@@ -27,7 +27,8 @@ from cityflow.io.points.las import read_points
 from cityflow.io.tables.vector import read_polygons
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters
+from scenes.scanned_town import scanned_town
 
 DELFT = Path(__file__).parents[1] / "catalogs" / "delft" / "data"
 RD_NEW = Reference("EPSG:7415", 28992, 5709, "Amersfoort / RD New + NAP height")
@@ -97,7 +98,7 @@ def delft(folder: Path) -> None:
 
 def towns(seeds: tuple[int, ...]) -> None:
     for seed in seeds:
-        scene = lidar_scene(seed, LidarSceneParameters())
+        scene = scanned_town(seed, TownParameters(relief=1.0))
         found, seconds = found_in(scene.points, scene.bounds, False)
         truth = united_by_adjacency(list(scene.outlines.values()))
         print(line(f"synthetic town {seed}, no classes", compare_outlines(found, truth), seconds))

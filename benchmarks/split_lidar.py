@@ -25,7 +25,7 @@ from cityflow.evaluation.borders import Border
 from cityflow.evaluation.units import FoundUnits, UnitsAccuracy, UnitsParameters, compare_units
 from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.split import SplitParameters, split
-from cityflow.synthetic.lidar_scene import LidarSceneParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters
 from lidar_rows import Row, RowTown, ground_under, row_town
 
 DEVELOPED, HELD_OUT = (1, 2, 3), (11, 12, 13)
@@ -49,12 +49,7 @@ class Counts:
 
 def town_of(seed: int, case: str, width: float = 240.0) -> RowTown:
     density, _, noise = case.partition(":")
-    return row_town(
-        seed,
-        LidarSceneParameters(
-            width_m=width, height_m=width, relief=0.3, density_m2=float(density), sigma_z_m=float(noise or 25) / 1000,
-        ),
-    )  # fmt: skip
+    return row_town(seed, width, TownLidarParameters(density_m2=float(density), sigma_z_m=float(noise or 25) / 1000))
 
 
 def evidence_of(town: RowTown, row: Row) -> SplitEvidence:

@@ -13,26 +13,29 @@ from cityflow.evaluation.terrain import mask_scores, terrain_errors, terrain_zon
 from cityflow.surface import cover
 from cityflow.surface.dtm import METHODS, DtmParameters, Method
 from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
-from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters
+from scenes.scanned_town import ScannedTown, scanned_town
 
 DENSITIES = (2.0, 5.0, 10.0)
+TOWN = TownParameters(relief=1.0, landscape="river")
 ZONES = ("open", "buildings", "slopes", "breaks", "water", "all")
 
 
-def measure(scene: LidarScene, method: Method) -> dict[str, float]:
+def measure(scene: ScannedTown, method: Method) -> dict[str, float]:
     """RMSE (metres) by zone, bias and NMAD of all cells, seconds, and precision and recall of the vegetation mask."""
     start = time.perf_counter()
     surface = surface_of_tile(scene.points, scene.bounds, 0.0, SurfaceParameters(dtm=DtmParameters(method=method)))
     figures = {"seconds": time.perf_counter() - start}
     x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
-    terrain = scene.terrain
+    terrain = scene.town.terrain
     zones = terrain_zones(
         surface.grid, list(scene.outlines.values()), terrain.slope(x, y), terrain.is_break(x, y), terrain.is_water(x, y)
     )
     errors = terrain_errors(surface.dtm, scene.dtm(x, y), zones)
     figures |= {zone: errors[zone].rmse for zone in ZONES}
     figures |= {"bias": errors["all"].bias, "nmad": errors["all"].nmad}
-    green = shapely.contains_xy(scene.vegetation, x, y)
+    green = shapely.contains_xy(scene.town.trees.plan(), x, y)
     high = surface.dsm_filled - scene.dtm(x, y) > 2
     figures["precision"], figures["recall"] = mask_scores(surface.klass == cover.VEGETATION, green, high)
     return figures
@@ -42,8 +45,8 @@ def main(seeds: int) -> None:
     for classes in ("none", "errors"):
         print(f"\nclasses: {classes}; mean of {seeds} scenes of 250 x 250 m; RMSE in metres")
         for density in DENSITIES:
-            p = LidarSceneParameters(density_m2=density).model_copy(update={"classes": classes})
-            scenes = [lidar_scene(100 + i, p) for i in range(seeds)]
+            p = TownLidarParameters.model_validate({"density_m2": density, "classes": classes})
+            scenes = [scanned_town(100 + i, TOWN, p) for i in range(seeds)]
             surface_of_tile(scenes[0].points, scenes[0].bounds, 0.0)
             for method in METHODS:
                 if (method == "classified") == (classes == "none"):

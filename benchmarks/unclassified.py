@@ -26,8 +26,12 @@ from cityflow.outlines.from_heights.regions import cells_polygon
 from cityflow.surface import cover
 from cityflow.surface.rasterise import count_points
 from cityflow.surface.tile_surface import TileSurface, surface_of_tile
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters
+from scenes.scanned_town import scanned_town
 
+MANY = {"street_tree_share": 1.0, "park_share": 0.4}
+"""Rows of trees along all pavements, and four blocks of ten are parks."""
 LEAST_M2, YARD_M2, HIGH_M = 6.0, 9.0, 2.0
 
 
@@ -92,13 +96,13 @@ def main() -> None:
     for pattern in asked.classified:
         measured(pattern, *_read(pattern))
     for seed in asked.seeds:
-        for trees, density, returns in ((14, 8, True), (80, 8, True), (80, 20, True), (80, 8, False)):
-            p = LidarSceneParameters(
-                width_m=200, height_m=200, density_m2=density, trees_per_ha=trees, with_returns=returns
-            )
-            scene = lidar_scene(seed, p)
-            name = f"seed {seed}, {trees} trees per ha, {density} pulses per m²{'' if returns else ', single returns'}"
-            measured(name, scene.points, scene.bounds, list(scene.outlines.values()))
+        for trees, density, returns in (("few", 8, True), ("many", 8, True), ("many", 20, True), ("many", 8, False)):
+            shares = {"street_tree_share": 0.2, "park_share": 0.0} if trees == "few" else MANY
+            town = TownParameters(width_m=200, height_m=200, relief=1.0, **shares)
+            scene = scanned_town(seed, town, TownLidarParameters(density_m2=density))
+            name = f"seed {seed}, {trees} trees, {density} pulses per m²{'' if returns else ', single returns'}"
+            points = scene.points if returns else PointCloud.of(scene.points.xyz)
+            measured(name, points, scene.bounds, list(scene.outlines.values()))
 
 
 if __name__ == "__main__":

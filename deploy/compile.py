@@ -41,7 +41,8 @@ from cityflow.surface.image_surface import image_surface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho
 from cityflow.synthetic.flight_presets import preset
-from cityflow.synthetic.lidar_scene import LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters, make_town
+from cityflow.synthetic.town_lidar import town_lidar
 from cityflow.texture.placement.place import place
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
@@ -56,10 +57,11 @@ CELL_M = 0.125
 
 
 def reconstruct_houses() -> None:
-    scene = lidar_scene(1, LidarSceneParameters(width_m=100, height_m=100))
-    for number, building in enumerate(scene.buildings[:HOUSES]):
-        points = scene.points.take(np.flatnonzero(scene.truth_building == number))
-        evidence = Evidence(building.id, building.outline, points, float(points.xyz[:, 2].min()), around=points)
+    town = make_town(1, TownParameters(width_m=100, height_m=100))
+    scan = town_lidar(town, 1)
+    for unit in town.units[:HOUSES]:
+        points = scan.points.take(np.flatnonzero(scan.truth_unit == unit.index))
+        evidence = Evidence(unit.id, unit.wall_outline, points, float(points.xyz[:, 2].min()), around=points)
         for methods in (("orientation_histogram",), METHODS):
             judged = judged_model(evidence, ModelParameters(methods=methods))
             measure(judged.choice, evidence, judged.fit)

@@ -18,8 +18,8 @@ from cityflow.core.grid import Grid
 from cityflow.core.reconstruction import HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
 from cityflow.synthetic import roofs
-from cityflow.synthetic.house_shapes import SHAPES
 from cityflow.synthetic.roofs import CHIMNEY, DORMER, Placement, TruthFace
+from scenes.house_shapes import SHAPES
 
 FINE_M = 0.125
 RIM_M = 5.0

@@ -21,15 +21,18 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, PointCloud
 from cityflow.core.reconstruction import Evidence
-from cityflow.synthetic import scanner
-from cityflow.synthetic.planting import Planting
-from cityflow.synthetic.roofs import CHIMNEY, DORMER, MAIN, LocalFace, Placement, TruthBuilding, visible_faces
-from cityflow.synthetic.terrain import Terrain, WavyLine
+from cityflow.synthetic.mesh import Part
+from cityflow.synthetic.roofs import CHIMNEY, DORMER, MAIN, LocalFace, Placement, visible_faces
+from cityflow.synthetic.terrain import plane
+from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
+from scenes.prism_scene import PrismScene, TruthBuilding
 
 STOREY_M = 3.1
 LEAST_PART_M2 = 6.0
 LEAST_PLANE_M2 = 1.5
 FLOOR_M = 20.0
+WEST_M, SOUTH_M = 11060.0, 12060.0
+"""In the middle of a tile of the scanner."""
 PARAPET_M = 0.25
 WAVES = 12
 
@@ -39,7 +42,7 @@ class InnerCityParameters(Parameters):
 
     houses: int = Field(8, ge=1, le=100, description="houses in the row")
     density_m2: float = Field(15.0, gt=0.2, le=100, description="pulses per square metre, all strips together")
-    flying_height_m: float = Field(600.0, ge=100, le=5000, description="above ground, metres")
+    flying_height_m: float = Field(600.0, ge=150, le=5000, description="above ground, metres")
     sigma_z_m: float = Field(0.03, ge=0, le=1, description="ranging noise, metres (standard deviation)")
     sigma_xy_m: float = Field(0.08, ge=0, le=1, description="planimetric noise per axis, metres (standard deviation)")
     unevenness_m: float = Field(
@@ -99,10 +102,10 @@ def inner_city(seed: int, parameters: InnerCityParameters | None = None) -> tupl
     for _ in range(p.houses):
         plot = _crooked(town)
         faces = _roof(town, plot)
-        where = Placement(1000 + at * np.cos(heading), 2000 + at * np.sin(heading), heading, FLOOR_M)
+        where = Placement(WEST_M + at * np.cos(heading), SOUTH_M + at * np.sin(heading), heading, FLOOR_M)
         drafts.append(Draft(where, plot, faces, _clutter(town, faces, p.clutter)))
         at += plot.bounds[2] + town.uniform(1.5, 4.0)
-    return _scanned(flight, drafts, p)
+    return _scanned((seed, flight), drafts, p)
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,8 +239,11 @@ def _top(face: LocalFace, plan: shapely.Geometry) -> float:
     return face.slope_u * u + face.slope_v * v + face.height
 
 
-def _scanned(rng: np.random.Generator, drafts: Sequence[Draft], p: InnerCityParameters) -> tuple[OldHouse, ...]:
-    """All houses under one scanner; each gets the echoes inside its outline."""
+def _scanned(
+    draws: tuple[int, np.random.Generator], drafts: Sequence[Draft], p: InnerCityParameters
+) -> tuple[OldHouse, ...]:
+    """All houses under one scanner; each gets the echoes inside its outline. A pulse has one echo, noise comes with the waves and the clutter."""
+    seed, rng = draws
     bare = [d.building(k, d.faces) for k, d in enumerate(drafts)]
     full = [
         replace(b, prisms=d.building(k, [*d.faces, *d.clutter.solid]).prisms)
@@ -245,12 +251,15 @@ def _scanned(rng: np.random.Generator, drafts: Sequence[Draft], p: InnerCityPara
     ]
     x_0, y_0, x_1, y_1 = shapely.union_all([b.outline for b in bare]).bounds
     bounds = (x_0 - 5, y_0 - 5, x_1 + 5, y_1 + 5)
-    scene = scanner.Scene(_level_ground(bounds), tuple(full), Planting(np.empty((0, 5)), (), np.empty(0), ()), None)
-    rays = scanner.make_rays(rng, bounds, p.density_m2, p.flying_height_m, FLOOR_M)
-    hits = scanner.cast(scene, rays)
-    x, y = rays.at(hits.z)
-    xyz = np.column_stack([x, y, hits.z + _waves(rng, x, y, p.unevenness_m)])
-    of_house = np.isin(hits.kind, (scanner.ROOF, scanner.WALL))
+    scan = TownLidarParameters(
+        density_m2=p.density_m2, flying_height_m=p.flying_height_m, spot_radius_m=0, sigma_z_m=0, sigma_xy_m=0,
+        sigma_strip_m=0, low_outliers_per_ha=0, high_outliers_per_ha=0,
+    )  # fmt: skip
+    hits = town_lidar(PrismScene(bounds, plane(bounds[:2], FLOOR_M), tuple(full)), seed, scan)
+    xyz = hits.points.xyz.copy()
+    x, y = xyz[:, 0].copy(), xyz[:, 1].copy()
+    xyz[:, 2] += _waves(rng, x, y, p.unevenness_m)
+    of_house = np.isin(hits.truth_part, (Part.ROOF, Part.WALL))
     for draft in drafts:
         for plan, height, share in draft.clutter.loose:
             on = np.flatnonzero(shapely.contains_xy(draft.in_world(plan), x, y) & (rng.random(len(x)) < share))
@@ -272,12 +281,3 @@ def _waves(rng: np.random.Generator, x: FloatArray, y: FloatArray, sigma: float)
     length, angle = np.geomspace(1.0, 5.0, WAVES), rng.uniform(0, 2 * np.pi, WAVES)
     phase = np.outer(x, np.cos(angle) / length) + np.outer(y, np.sin(angle) / length)
     return np.asarray(np.sin(2 * np.pi * (phase + rng.random(WAVES))).sum(axis=1) * sigma * np.sqrt(2 / WAVES))
-
-
-def _level_ground(bounds: tuple[float, float, float, float]) -> Terrain:
-    """Ground without river, dike or step."""
-    nowhere = WavyLine(bounds[0] - 1e5, 0.0, 1e3, 0.0)
-    none = np.empty((0, 4))
-    return Terrain(
-        bounds[:2], FLOOR_M, np.zeros(2), none, none, (nowhere, 0.0, 1.0), (nowhere, 0.0, 1.0), (nowhere, 1.0, 1.0, 0.0)
-    )

@@ -2,25 +2,58 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import shapely
+from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds
 from cityflow.synthetic.mesh import Material, Part, TownMesh
 from cityflow.synthetic.prisms import add_prism
-from cityflow.synthetic.roofs import TruthBuilding
+from cityflow.synthetic.roofs import TruthFace
 from cityflow.synthetic.terrain import Terrain
 from cityflow.synthetic.town_green import LeafRule, Trees, add_trees
 from cityflow.synthetic.town_ground import Ground
 from cityflow.synthetic.town_layout import Axis, StreetNet
 from cityflow.synthetic.town_soup import FaceSoup, Look
 
+BESIDE_SHARE = 0.2
 IN_GROUND_M, AROUND_M = 20.0, 60.0
 LEAVES = LeafRule(0.4, 3.0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class TruthBuilding:
+    """A building as it was made.
+
+    Attributes
+    ----------
+    id : str
+    shape : name of the roof shape
+    outline : Polygon, world metres, noded with its neighbours
+    faces : visible roof faces, without overlap; together they cover the outline
+    prisms : the faces before the hidden parts were cut away, for casting rays
+    floor : lowest terrain height along the outline, metres
+    """
+
+    id: str
+    shape: str
+    outline: Polygon
+    faces: tuple[TruthFace, ...]
+    prisms: tuple[TruthFace, ...]
+    floor: float
+
+    def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """Roof height (metres) at world x, y; NaN outside the outline."""
+        height = np.full(np.shape(x), -np.inf)
+        for face in self.prisms:
+            inside = shapely.intersects_xy(face.polygon, x, y)
+            height = np.where(inside, np.maximum(height, face.plane.z(x, y)), height)
+        return np.where(np.isfinite(height), height, np.nan)
 
 
 @dataclass(frozen=True)
@@ -63,3 +96,16 @@ class PrismScene:
         if self.trees is not None:
             add_trees(soup, self.trees, within, LEAVES)
         return soup.mesh()
+
+
+def trees_beside(rng: np.random.Generator, terrain: Terrain, buildings: Sequence[TruthBuilding]) -> Trees:
+    """One building in five has a tree whose crown touches its wall or overhangs its roof."""
+    rows = []
+    for building in buildings:
+        if rng.random() < BESIDE_SHARE:
+            radius, ring = rng.uniform(2.2, 4.5), building.outline.exterior
+            shell = building.outline.buffer(rng.choice([0.35, 1.0]) * radius).exterior
+            at = shell.interpolate(shell.project(ring.interpolate(rng.uniform(0, ring.length))))
+            rows.append((at.x, at.y, radius, rng.uniform(1.5, 3.0) + 2 * radius * rng.uniform(0.9, 1.5)))
+    x, y, radii, heights = np.array(rows).reshape(-1, 4).T
+    return Trees(x, y, terrain.z(x, y), radii, heights, np.arange(len(x), dtype=np.float64))

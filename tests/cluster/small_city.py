@@ -30,19 +30,21 @@ from cityflow.core.points import PointCloud
 from cityflow.flow.store import Store
 from cityflow.io.points.las_write import write_points
 from cityflow.reporting import model_pictures, outline_pictures, raster_pictures, unit_pages
-from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters
 from cityflow.viewer import side_view
 from flow.conftest import free_port
+from scenes.scanned_town import ScannedTown, scanned_town
 
-SEED = 5
+SEED = 151
 CRS_CODE = "EPSG:7415"
 WEST, EAST = "west.laz", "east.laz"
 BORDER_X = 85042.0
 """Points east of it are in the eastern file; with tiles of 50 m and their halo, the eastern column needs that file only."""
 
-SCENE = LidarSceneParameters(
-    origin_x=85000.0, origin_y=447000.0, width_m=140.0, height_m=120.0, density_m2=5.0, relief=0.5, trees_per_ha=5.0,
-    classes="perfect", ahn_classes=True,
+SCENE = TownParameters(
+    origin_x=85000.0, origin_y=447000.0, width_m=140.0, height_m=120.0, relief=0.5, landscape="river",
+    street_tree_share=0.2, park_share=0.0,
 )  # fmt: skip
 
 WORKFLOW: dict[str, Any] = {
@@ -76,8 +78,8 @@ Named = tuple[str, shapely.Geometry | None]
 
 
 @lru_cache(maxsize=1)
-def scene() -> LidarScene:
-    return lidar_scene(SEED, SCENE)
+def scene() -> ScannedTown:
+    return scanned_town(SEED, SCENE, TownLidarParameters(density_m2=5.0, classes="ahn"))
 
 
 @lru_cache(maxsize=1)

@@ -38,7 +38,7 @@ from cluster.small_city import (
 
 pytestmark = pytest.mark.cluster
 
-EMPTY = "b0012"
+EMPTY = "u00001"
 """Loses all its points."""
 CREATE = ("--crs", "EPSG:7415")
 
@@ -128,7 +128,7 @@ def odd_run(tmp_path_factory: pytest.TempPathFactory, cityflow: Commands) -> Pat
     east = with_absurd_heights(split(scene().points)[EAST], np.random.default_rng(3), 0.05)
     city.lidar(EAST).write_bytes(laz(east))
     dtm = folder / "dtm.tif"
-    write_dtm(dtm, scene().outlines["b0012"].buffer(4.0).bounds)
+    write_dtm(dtm, scene().outlines["u00001"].buffer(4.0).bounds)
     told = cityflow("catalog", "create", city.catalog, "--lidar", city.lidar(""), "--outlines", city.outlines,
                     "--dtm", dtm, *CREATE, "--id-column", "name")  # fmt: skip
     assert "reprojected" in told.text
@@ -182,7 +182,7 @@ BAD_OUTLINES: dict[str, tuple[shapely.Geometry | None, str, str]] = {
     "twin": (None, "refused", "same polygon"),
     "b/ö ?*'": (square(85030, 447110, 5), "failed", "point"),
 }
-"""Geometry, status, what the reason speaks of; the twin has that of b0011."""
+"""Geometry, status, what the reason speaks of; the twin has that of u00003."""
 
 BOWTIE = shapely.Polygon([(85120, 447100), (85130, 447110), (85130, 447100), (85120, 447110)])
 
@@ -191,9 +191,9 @@ BOWTIE = shapely.Polygon([(85120, 447100), (85130, 447110), (85130, 447100), (85
 def bad_city(tmp_path_factory: pytest.TempPathFactory) -> SmallCity:
     """Every outline that is wrong, among those that are right; one of these stands where there is no point."""
     outlines: list[tuple[str, shapely.Geometry | None]] = list(scene().outlines.items())
-    twin = scene().outlines["b0011"]
+    twin = scene().outlines["u00003"]
     outlines += [(name, twin if name == "twin" else geometry) for name, (geometry, _, _) in BAD_OUTLINES.items()]
-    outlines += [("bowtie", BOWTIE), ("b0011", square(85002, 447002, 6))]
+    outlines += [("bowtie", BOWTIE), ("u00003", square(85002, 447002, 6))]
     city = make_city(tmp_path_factory.mktemp("bad"), outlines, described=False)
     points = scene().points
     hole = scene().outlines[EMPTY].buffer(0.5)
@@ -216,15 +216,15 @@ def test_bad_outlines_are_refused_or_repaired_one_by_one(bad_run: Path) -> None:
     for name, (_, status, word) in BAD_OUTLINES.items():
         assert (name, units[name]["status"]) == (name, status)
         assert word in units[name]["reason"]
-    assert {"bowtie-1", "bowtie-2", "b0011", "b0011-2"} <= units.keys()
-    assert units["b0011"]["status"] == "done"
+    assert {"bowtie-1", "bowtie-2", "u00003", "u00003-2"} <= units.keys()
+    assert units["u00003"]["status"] == "done"
 
 
 def test_repairs_of_outlines_are_recorded(bad_run: Path) -> None:
     outlines = geopandas.read_file(bad_run / "products" / "outlines.gpkg", layer="outlines").set_index("id")
     assert "self-" in outlines.loc["bowtie-1", "remark"]
     assert "part of 2" in outlines.loc["bowtie-1", "remark"]
-    assert "given twice" in outlines.loc["b0011-2", "remark"]
+    assert "given twice" in outlines.loc["u00003-2", "remark"]
 
 
 def test_a_unit_without_a_single_point_fails_with_its_reason(bad_run: Path, small_run: Path) -> None:
@@ -238,7 +238,7 @@ def test_a_unit_without_a_single_point_fails_with_its_reason(bad_run: Path, smal
 
 def test_every_outline_is_on_the_map_and_in_the_report(bad_run: Path, tmp_path: Path) -> None:
     units = {unit: str(record["status"]) for unit, record in newest(bad_run, "reconstruct").items()}
-    expected = {*scene().outlines, *BAD_OUTLINES, "bowtie-1", "bowtie-2", "b0011-2"}
+    expected = {*scene().outlines, *BAD_OUTLINES, "bowtie-1", "bowtie-2", "u00003-2"}
     assert units.keys() == expected
     assert status_layer(bad_run, tmp_path) == units
     assert {u["id"]: u["status"] for u in report(bad_run)["units"]} == units

@@ -17,6 +17,7 @@ from cityflow.geometry.roof_type import roof_type, type_of_surfaces
 from cityflow.synthetic import roofs, town_shapes
 from cityflow.synthetic.roofs import LocalFace, Placement, visible_faces
 from cityflow.synthetic.town_shapes import Overhang, Volume
+from scenes import simple_roofs
 
 Build = Callable[[], list[LocalFace]]
 
@@ -74,9 +75,9 @@ def _lower_of(steep: LocalFace, shallow: LocalFace) -> list[LocalFace]:
 
 
 CASES: dict[str, tuple[Build, RoofType]] = {
-    "flat": (lambda: roofs.flat(10, 8, 6), RoofType.FLAT),
-    "drained flat": (lambda: roofs.shed(10, 8, 6, 0.02), RoofType.FLAT),
-    "shed": (lambda: roofs.shed(10, 8, 4, 0.15), RoofType.SHED),
+    "flat": (lambda: simple_roofs.flat(10, 8, 6), RoofType.FLAT),
+    "drained flat": (lambda: simple_roofs.shed(10, 8, 6, 0.02), RoofType.FLAT),
+    "shed": (lambda: simple_roofs.shed(10, 8, 4, 0.15), RoofType.SHED),
     "gable": (lambda: _faces(_gable()), RoofType.GABLE),
     "low gable": (lambda: _faces(_gable(30, 18, 8, 0.07)), RoofType.GABLE),
     "ridge off the middle": (
@@ -98,17 +99,17 @@ CASES: dict[str, tuple[Build, RoofType]] = {
         lambda: _faces(_gable(), town_shapes.moved(_gable(8.5, 5.5, 4.6), np.pi / 2, 5.5, 4.0)), RoofType.GABLE,
     ),
     "gable with dormers": (
-        lambda: [*_faces(_gable()), *(roofs.dormer(u, (0.7, 4.0), 2.0, 7.2) for u in (1.0, 4.5, 8.0))], RoofType.GABLE,
+        lambda: [*_faces(_gable()), *(simple_roofs.dormer(u, (0.7, 4.0), 2.0, 7.2) for u in (1.0, 4.5, 8.0))], RoofType.GABLE,
     ),
     "gable with chimney and annexe": (
-        lambda: [*_faces(_gable()), roofs.chimney(4, 4.6, 9.0), LocalFace(roofs.rectangle(1, 7.5, 6, 10.5), 0, 0, 3.0)],
+        lambda: [*_faces(_gable()), simple_roofs.chimney(4, 4.6, 9.0), LocalFace(roofs.rectangle(1, 7.5, 6, 10.5), 0, 0, 3.0)],
         RoofType.GABLE,
     ),
     "flat with lift house": (
-        lambda: [*roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(4, 3, 7, 6), 0, 0, 11.4)], RoofType.FLAT,
+        lambda: [*simple_roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(4, 3, 7, 6), 0, 0, 11.4)], RoofType.FLAT,
     ),
     "flat with a slanting rim": (
-        lambda: [*roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(12, 0, 12.6, 9), -0.6, 0, 9 + 0.6 * 12)], RoofType.FLAT,
+        lambda: [*simple_roofs.flat(12, 9, 9), LocalFace(roofs.rectangle(12, 0, 12.6, 9), -0.6, 0, 9 + 0.6 * 12)], RoofType.FLAT,
     ),
     "flat top, steep all round": (
         lambda: [

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import binary_dilation
 
 from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
@@ -15,8 +16,8 @@ from cityflow.surface.tile_surface import SurfaceParameters, surface_of_tile
 from surface_scenes import small_scene
 
 LIMITS: dict[Method, tuple[float, float, float]] = {
-    "classified": (0.05, 0.15, 0.12),
-    "windows": (0.05, 0.15, 0.12),
+    "classified": (0.04, 0.15, 0.09),
+    "windows": (0.04, 0.15, 0.09),
     "essential_points": (1.5, 1.8, 2.5),
 }
 """RMSE in the open, under buildings and everywhere, metres."""
@@ -29,21 +30,18 @@ def test_terrain_is_found(method: Method, seed: int) -> None:
     p = SurfaceParameters(dtm=DtmParameters(method=method))
     surface = surface_of_tile(s.points, s.bounds, 0.0, p)
     x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
+    terrain = s.town.terrain
     zones = terrain_zones(
-        surface.grid,
-        list(s.outlines.values()),
-        s.terrain.slope(x, y),
-        s.terrain.is_break(x, y),
-        s.terrain.is_water(x, y),
+        surface.grid, list(s.outlines.values()), terrain.slope(x, y), terrain.is_break(x, y), terrain.is_water(x, y)
     )
     errors = terrain_errors(surface.dtm, s.dtm(x, y), zones)
     in_open, buildings, everywhere = LIMITS[method]
     assert errors["open"].rmse < in_open
     assert errors["buildings"].rmse < buildings
     assert errors["all"].rmse < everywhere
-    # Where the river meets the edge of the scene no point closes the survey.
+    # Where the river meets the edge of the scene no point closes the survey; its shore is one of cells of half a metre.
     assert errors["all"].missing < 0.002 * errors["all"].count
-    assert not np.isnan(surface.dtm[~zones["water"]]).any()
+    assert not np.isnan(surface.dtm[~binary_dilation(zones["water"], iterations=2)]).any()
 
 
 def test_auto_takes_the_classes_where_there_are_any() -> None:

@@ -18,9 +18,11 @@ from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.surface.sample import sample
 from cityflow.surface.terraces import TerraceRule, without_terraces
 from cityflow.surface.tile_surface import TileSurface, surface_of_tile
-from cityflow.synthetic.lidar_scene import LidarScene, LidarSceneParameters, lidar_scene
+from cityflow.synthetic.town import TownParameters
+from cityflow.synthetic.town_lidar import TownLidarParameters
+from scenes.scanned_town import ScannedTown, scanned_town
 
-PARAMETERS = LidarSceneParameters(width_m=180, height_m=180, density_m2=4, terraces="tracks")
+TOWN = TownParameters(width_m=180, height_m=180, relief=1.0, landscape="tracks")
 RULE = TerraceRule(step=1.0, even=0.6, way=3, least=25, bridge=25.0, building=60.0)
 
 
@@ -70,10 +72,10 @@ def test_a_hall_cut_into_a_slope_and_a_row_along_a_wall_stay() -> None:
 
 
 @cache
-def hill(classified: bool) -> tuple[LidarScene, TileSurface]:
-    """A hill of relief 1 in terraces, with two tracks, houses cut into it, a hall and towers."""
-    scene = hill(False)[0] if classified else lidar_scene(31, PARAMETERS)
-    points = replace(scene.points, classification=scene.truth_class) if classified else scene.points
+def hill(classified: bool) -> tuple[ScannedTown, TileSurface]:
+    """A hill of relief 1 in terraces, with two tracks, and houses cut into it."""
+    scene = hill(False)[0] if classified else scanned_town(31, TOWN, TownLidarParameters(density_m2=4))
+    points = replace(scene.points, classification=scene.scan.truth_class) if classified else scene.points
     return scene, surface_of_tile(points, scene.bounds, 0.0)
 
 
@@ -83,13 +85,12 @@ def test_terrain_and_floors_of_a_terraced_hill(classified: bool) -> None:
     x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
     off = surface.dtm - scene.dtm(x, y)
     built = shapely.contains_xy(shapely.union_all(list(scene.outlines.values())), x, y)
-    assert np.sqrt(np.nanmean(off[~built] ** 2)) < 0.35
-    assert np.nanpercentile(np.abs(off[~built]), 90) < 0.15
-    roof = np.fmax.reduce([b.z(x, y) for b in scene.buildings])
-    assert (np.abs(surface.dtm - roof)[built] < 0.5).mean() < 0.005
-    floors = np.array([floor_of(surface, b.outline) - b.floor for b in scene.buildings])
+    assert np.sqrt(np.nanmean(off[~built] ** 2)) < 0.25
+    assert np.nanpercentile(np.abs(off[~built]), 90) < 0.1
+    assert (np.abs(surface.dtm - scene.roof(x, y))[built] < 0.5).mean() < 0.005
+    floors = np.array([floor_of(surface, u.wall_outline) - u.floor_m for u in scene.town.units])
     assert np.median(np.abs(floors)) < 0.1
-    assert (np.abs(floors) > 0.3).mean() < 0.3
+    assert (np.abs(floors) > 0.3).mean() < 0.1
 
 
 def floor_of(surface: TileSurface, outline: shapely.Polygon) -> float:
@@ -100,19 +101,21 @@ def floor_of(surface: TileSurface, outline: shapely.Polygon) -> float:
 def test_houses_cut_into_a_hill_have_their_floors_walls_and_roofs() -> None:
     """Of those under which the ground falls most."""
     scene, surface = hill(True)
-    falls = [np.ptp(scene.dtm(*shapely.get_coordinates(b.outline.segmentize(0.5)).T)) for b in scene.buildings]
-    chosen = [scene.buildings[k] for k in np.argsort(falls)[::-1][:4]]
+    units = scene.town.units
+    falls = [np.ptp(scene.dtm(*shapely.get_coordinates(u.wall_outline.segmentize(0.5)).T)) for u in units]
+    chosen = [units[k] for k in np.argsort(falls)[::-1][:4]]
     assert min(sorted(falls)[::-1][:4]) > 2.0
-    for b in chosen:
-        inside = shapely.contains_xy(b.outline, *scene.points.xyz[:, :2].T) & (scene.truth_class == BUILDING)
-        floor = floor_of(surface, b.outline)
-        evidence = Evidence(b.id, b.outline, PointCloud.of(scene.points.xyz[inside]), floor, (), ())
+    for u in chosen:
+        outline = u.wall_outline
+        inside = shapely.contains_xy(outline, *scene.points.xyz[:, :2].T) & (scene.scan.truth_class == BUILDING)
+        floor = floor_of(surface, outline)
+        evidence = Evidence(u.id, outline, PointCloud.of(scene.points.xyz[inside]), floor, (), ())
         solid = model(evidence, ModelParameters()).candidate.solid
         assert solid is not None
         assert not check_polyhedron(solid)
-        assert min(v[2] for v in solid.vertices) == pytest.approx(b.floor, abs=0.3)
-        x_0, y_0, x_1, y_1 = b.outline.bounds
+        assert min(v[2] for v in solid.vertices) == pytest.approx(u.floor_m, abs=0.3)
+        x_0, y_0, x_1, y_1 = outline.bounds
         x, y = (c.ravel() for c in np.meshgrid(np.arange(x_0, x_1, 0.4), np.arange(y_0, y_1, 0.4)))
-        on = shapely.contains_xy(b.outline.buffer(-0.2), x, y)
-        off = unit_distances(b.outline, solid, np.column_stack([x, y, b.z(x, y)])[on])
+        on = shapely.contains_xy(outline.buffer(-0.2), x, y)
+        off = unit_distances(outline, solid, np.column_stack([x, y, u.z(x, y)])[on])
         assert (np.abs(off) < 0.2).mean() > 0.9

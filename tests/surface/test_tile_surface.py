@@ -16,16 +16,15 @@ def test_vegetation_and_buildings_are_told_apart(classes: str, with_returns: boo
     s = small_scene(11, classes, with_returns)
     surface = surface_of_tile(s.points, s.bounds, 0.0)
     x, y = np.meshgrid(surface.grid.x_centres(), surface.grid.y_centres())
-    green = shapely.contains_xy(s.vegetation, x, y)
+    green = shapely.contains_xy(s.town.trees.plan(), x, y)
     houses = shapely.contains_xy(shapely.union_all(list(s.outlines.values())), x, y) & ~green
     high = surface.ndsm > 2
     precision, recall = mask_scores(surface.klass == cover.VEGETATION, green, high)
-    least = 0.8 if with_returns else 0.55
-    assert precision > least
-    assert recall > least
-    assert mask_scores(surface.klass == cover.BUILDING, houses)[1] > 0.85
-    water = shapely.contains_xy(s.water, x, y)
-    assert mask_scores(surface.klass == cover.WATER, water)[1] > 0.7
+    assert precision > (0.95 if classes == "none" else 0.8)
+    assert recall > 0.95
+    assert mask_scores(surface.klass == cover.BUILDING, houses)[1] > 0.95
+    water = s.town.terrain.is_water(x, y)
+    assert mask_scores(surface.klass == cover.WATER, water)[1] > 0.8
 
 
 @pytest.mark.parametrize("classes", ["none", "errors"])

@@ -7,19 +7,11 @@ import pytest
 import shapely
 
 from cityflow.synthetic.mesh import Part
-from cityflow.synthetic.roofs import (
-    CHIMNEY,
-    LocalFace,
-    Placement,
-    TruthBuilding,
-    TruthFace,
-    gable,
-    gable_across,
-    visible_faces,
-)
+from cityflow.synthetic.roofs import CHIMNEY, LocalFace, Placement, TruthFace, visible_faces
 from cityflow.synthetic.terrain import plane
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
-from scenes.prism_scene import PrismScene
+from scenes.prism_scene import PrismScene, TruthBuilding
+from scenes.simple_roofs import gable, gable_across
 
 
 def test_crossing_gables_meet_in_a_valley() -> None:

@@ -39,64 +39,8 @@ class TruthFace:
     kind: str
 
 
-@dataclass(frozen=True, slots=True)
-class TruthBuilding:
-    """A building as it was made.
-
-    Attributes
-    ----------
-    id : str
-    shape : name of the roof shape
-    outline : Polygon, world metres, noded with its neighbours
-    faces : visible roof faces, without overlap; together they cover the outline
-    prisms : the faces before the hidden parts were cut away, for casting rays
-    floor : lowest terrain height along the outline, metres
-    """
-
-    id: str
-    shape: str
-    outline: Polygon
-    faces: tuple[TruthFace, ...]
-    prisms: tuple[TruthFace, ...]
-    floor: float
-
-    def z(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Roof height (metres) at world x, y; NaN outside the outline."""
-        height = np.full(np.shape(x), -np.inf)
-        for face in self.prisms:
-            inside = shapely.intersects_xy(face.polygon, x, y)
-            height = np.where(inside, np.maximum(height, face.plane.z(x, y)), height)
-        return np.where(np.isfinite(height), height, np.nan)
-
-
 def rectangle(u_0: float, v_0: float, u_1: float, v_1: float) -> tuple[tuple[float, float], ...]:
     return (u_0, v_0), (u_1, v_0), (u_1, v_1), (u_0, v_1)
-
-
-def flat(length: float, depth: float, eave: float) -> list[LocalFace]:
-    return [LocalFace(rectangle(0, 0, length, depth), 0, 0, eave)]
-
-
-def shed(length: float, depth: float, eave: float, slope: float) -> list[LocalFace]:
-    return [LocalFace(rectangle(0, 0, length, depth), 0, slope, eave)]
-
-
-def gable(u_0: float, u_1: float, v: tuple[float, float], eave: float, slope: float) -> list[LocalFace]:
-    """Ridge along u in the middle of v[0] to v[1]."""
-    middle = (v[0] + v[1]) / 2
-    return [
-        LocalFace(rectangle(u_0, v[0], u_1, middle), 0, slope, eave - slope * v[0]),
-        LocalFace(rectangle(u_0, middle, u_1, v[1]), 0, -slope, eave + slope * v[1]),
-    ]
-
-
-def gable_across(u: tuple[float, float], v_0: float, v_1: float, eave: float, slope: float) -> list[LocalFace]:
-    """Ridge along v in the middle of u[0] to u[1]."""
-    middle = (u[0] + u[1]) / 2
-    return [
-        LocalFace(rectangle(u[0], v_0, middle, v_1), slope, 0, eave - slope * u[0]),
-        LocalFace(rectangle(middle, v_0, u[1], v_1), -slope, 0, eave + slope * u[1]),
-    ]
 
 
 def hip(length: float, depth: float, eave: float, slope: float) -> list[LocalFace]:
@@ -111,15 +55,6 @@ def hip(length: float, depth: float, eave: float, slope: float) -> list[LocalFac
         LocalFace(((0.0, depth), (0.0, 0.0), left), slope, 0, eave),
         LocalFace(((length, 0.0), (length, depth), right), -slope, 0, eave + slope * length),
     ]
-
-
-def dormer(u: float, v: tuple[float, float], width: float, height: float) -> LocalFace:
-    """A level box roof standing out of a slope; where the slope is higher it stays hidden."""
-    return LocalFace(rectangle(u, v[0], u + width, v[1]), 0, 0, height, DORMER)
-
-
-def chimney(u: float, v: float, height: float) -> LocalFace:
-    return LocalFace(rectangle(u, v, u + 0.6, v + 0.6), 0, 0, height, CHIMNEY)
 
 
 @dataclass(frozen=True, slots=True)
