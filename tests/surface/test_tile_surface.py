@@ -29,7 +29,7 @@ def test_vegetation_and_buildings_are_told_apart(classes: str, with_returns: boo
 
 @pytest.mark.parametrize("classes", ["none", "errors"])
 def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
-    s = small_scene(12, classes)
+    s = small_scene(11, classes)
     p = SurfaceParameters()
     x_0, y_0, x_1, y_1 = s.bounds
     whole = surface_of_tile(s.points, s.bounds, 0.0, p)

@@ -38,7 +38,7 @@ LAS_CLASS[[Part.WATER, Part.BRIDGE]] = las.WATER, las.BRIDGE
 class TownLidarParameters(Parameters):
     """How the town is scanned."""
 
-    density_m2: float = Field(8.0, ge=0.2, le=100, description="pulses per square metre, all strips together")
+    density_m2: float = Field(8.0, ge=0.2, le=50, description="pulses per square metre, all strips together")
     flying_height_m: float = Field(400.0, ge=150, le=5000, description="above the middle of the town, metres")
     half_angle_deg: float = Field(
         18.0, ge=2, le=35, description="scan angle from nadir to the edge of a strip, degrees"
