@@ -100,7 +100,7 @@ def towns(seeds: tuple[int, ...]) -> None:
     for seed in seeds:
         scene = scanned_town(seed, TownParameters(relief=1.0))
         found, seconds = found_in(scene.points, scene.bounds, False)
-        truth = united_by_adjacency(list(scene.outlines.values()))
+        truth = united_by_adjacency(scene.roof_outlines)
         print(line(f"synthetic town {seed}, no classes", compare_outlines(found, truth), seconds))
 
 

@@ -102,7 +102,7 @@ def main() -> None:
             scene = scanned_town(seed, town, TownLidarParameters(density_m2=density))
             name = f"seed {seed}, {trees} trees, {density} pulses per m²{'' if returns else ', single returns'}"
             points = scene.points if returns else PointCloud.of(scene.points.xyz)
-            measured(name, points, scene.bounds, list(scene.outlines.values()))
+            measured(name, points, scene.bounds, scene.roof_outlines)
 
 
 if __name__ == "__main__":

@@ -35,6 +35,11 @@ class ScannedTown:
         """Where the walls of each unit stand."""
         return {u.id: u.wall_outline for u in self.town.units}
 
+    @property
+    def roof_outlines(self) -> list[Polygon]:
+        """Where roofs end: what is found in heights."""
+        return [u.roof_outline for u in self.town.units]
+
     def dtm(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """True terrain height (water level on water), metres."""
         return self.town.dtm(x, y)
