@@ -22,7 +22,9 @@ def wall() -> FacePlane:
     return next(f for f in face_planes(house(-LONG / 2, 0.0, LONG, 8.0, TALL), None) if f.key == SOUTH)
 
 
-def lost(incidence_deg: float, sigma_m: float, level: bool = False, gsd_m: float = 0.05) -> float:
+def lost(
+    incidence_deg: float, sigma_m: float, level: bool = False, gsd_m: float = 0.05, gap_m: float | None = None
+) -> float:
     """From 60 m away, above the middle of the wall or beside it on the ground."""
     face = wall()
     grid = FaceGrid.over(face.polygon, 0.2)
@@ -30,8 +32,10 @@ def lost(incidence_deg: float, sigma_m: float, level: bool = False, gsd_m: float
     away = np.array([aside, -out, 0.0]) if level else np.array([0.0, -out, aside])
     middle = np.array([0.0, 0.0, GROUND + TALL / 2])
     image = looking(middle + away, middle)
-    mask = RunLengthMask.of(np.ones((grid.rows, grid.cols), bool))
-    return lost_to_slope(face, grid, SeenFace(FaceView(0, gsd_m, incidence_deg, 1.0), mask), image, sigma_m)
+    whole = np.ones((grid.rows, grid.cols), bool)
+    seen = whole if gap_m is None else np.abs(grid.centres()[..., 1] - grid.centres()[..., 1].mean()) < gap_m / 2
+    one = SeenFace(FaceView(0, gsd_m, incidence_deg, 1.0), RunLengthMask.of(seen))
+    return lost_to_slope(face, grid, whole, one, image, sigma_m)
 
 
 def test_a_wall_seen_steeply_from_above_may_be_the_ground_before_it() -> None:
@@ -50,6 +54,10 @@ def test_a_wall_that_is_well_known_may_be_seen_steeply_until_a_pixel_is_too_long
     assert lost(82.0, 0.03) < 0.1
     # a pixel of 1 m² is 2.7 m high and 0.37 m wide there
     assert lost(82.0, 0.03, gsd_m=1.0) == pytest.approx((2.7 - 0.37) / TALL, abs=0.05)
+
+
+def test_a_strip_of_a_wall_that_others_see_too_is_no_worse_than_the_whole_of_it() -> None:
+    assert lost(82.0, 0.3, gap_m=1.0) == pytest.approx(lost(82.0, 0.3), abs=0.02)
 
 
 def test_views_go_and_none_is_kept_for_want_of_a_better_one() -> None:
