@@ -30,8 +30,8 @@ app = typer.Typer(
     epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to fix, or an incomplete "
     "city; 2 a command that cannot be read; 130 stopped by Ctrl-C.",
 )  # fmt: skip
-catalog_app = typer.Typer(no_args_is_help=True, help="Describe what you have: files, CRS, licence, checksums.")
-evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Hold a run against what is known better.")
+catalog_app = typer.Typer(no_args_is_help=True, help="Make and check catalogs of survey data.")
+evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Compare a run with reference data.")
 
 
 def parameters(

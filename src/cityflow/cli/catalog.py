@@ -78,10 +78,12 @@ def catalog_create(
     ] = "",
     heights: Annotated[
         str,
-        typer.Option(metavar="MIN,MAX", help="Lowest ground and highest object, metres, where nothing else tells them"),
+        typer.Option(
+            metavar="MIN,MAX", help="Lowest ground and highest object, metres; needed without tie points, DSM or DTM"
+        ),
     ] = "",
     gains: Annotated[
-        bool, typer.Option("--gains/--no-gains", help="Make exposures of images alike; decodes each image once")
+        bool, typer.Option("--gains/--no-gains", help="Balance the exposures of the images; decodes each image once")
     ] = True,
     crs: Annotated[
         str,
@@ -91,17 +93,15 @@ def catalog_create(
     ] = "",
     outlines: Annotated[Path | None, typer.Option(help="Building outlines in any format that GDAL reads")] = None,
     layer: Annotated[str, typer.Option(help="Layer of the outlines' file, where it has several")] = "",
-    id_column: Annotated[str, typer.Option(help="Column of the outlines that names the building")] = "",
-    id_format: Annotated[str, typer.Option(help="How ids are written, e.g. {:016d}")] = "",
+    id_column: Annotated[str, typer.Option(help="Column of building ids in the outlines")] = "",
+    id_format: Annotated[str, typer.Option(help="Format of ids, e.g. {:016d}")] = "",
     dsm: Annotated[Path | None, typer.Option(help="A DSM raster, heights in metres")] = None,
-    dtm: Annotated[
-        Path | None, typer.Option(help="A DTM raster; heights are counted from it instead of an own DTM")
-    ] = None,
+    dtm: Annotated[Path | None, typer.Option(help="A DTM raster, used instead of an estimated one")] = None,
     ortho: Annotated[list[Path] | None, typer.Option(help="An orthophoto; repeatable, one for each epoch")] = None,
     title: Annotated[str, typer.Option(help="Name of the survey")] = "",
-    date: Annotated[str, typer.Option(help="Day of the survey, YYYY-MM-DD, where the files do not say it")] = "",
+    date: Annotated[str, typer.Option(help="Date of the survey, YYYY-MM-DD, if the files have none")] = "",
     licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
-    attribution: Annotated[str, typer.Option(help="Who must be named")] = "",
+    attribution: Annotated[str, typer.Option(help="Attribution text of the data")] = "",
     copy: Annotated[bool, typer.Option("--copy", help="Copy the files into the catalog's folder")] = False,
 ) -> None:
     """Make a catalog from files."""
@@ -124,11 +124,11 @@ def catalog_check(
     catalog: Annotated[str, typer.Argument(help="Catalog folder or URL")],
     maps: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder for maps of what the images see: GeoTIFF, GeoPackage, HTML"),
+        typer.Option(metavar="DIR", help="Folder for coverage maps: GeoTIFF, GeoPackage, HTML"),
     ] = None,
     allow_outside: OutsideOption = False,
 ) -> None:
-    """Read every header and say what is missing or contradictory; of images, what they will see and what will suffer."""
+    """Check a catalog: missing or contradictory data, and for images coverage and expected quality."""
     look_at_catalog(catalog)
     from cityflow.catalog.check import check_catalog
 

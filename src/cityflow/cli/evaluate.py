@@ -39,7 +39,7 @@ def evaluate_points(
     ],
     as_json: JsonOption = False,
 ) -> None:
-    """Bias, RMSE and LE95 of surface and ortho at points of known position; also shown by cityflow report.
+    """Bias, RMSE and LE95 of surface and ortho at check points; also shown by cityflow report.
 
     The word points may be left out: cityflow evaluate RUN --checkpoints FILE.
     """
@@ -53,7 +53,7 @@ def evaluate_points(
 def evaluate_outlines(
     run_url: RunArgument, reference: ReferenceArgument, layer: LayerOption = "", as_json: JsonOption = False
 ) -> None:
-    """Completeness, correctness, IoU, corners and edges of the outlines found; what is missing and extra as GeoPackage."""
+    """Completeness, correctness, IoU, corners and edges of the found outlines; missing and extra ones as GeoPackage."""
     look_at_run(run_url)
     look_at_file(reference)
     from cityflow.workflow.evaluate_outlines import evaluate_outlines as evaluated

@@ -37,10 +37,10 @@ SetOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="As JSON, for programs")]
 
 
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only")]
 
 
-VerboseOption = Annotated[bool, typer.Option("--verbose", "-v", help="A line for every task that ends")]
+VerboseOption = Annotated[bool, typer.Option("--verbose", "-v", help="Print a line for every finished task")]
 
 
 SchedulerOption = Annotated[
@@ -56,7 +56,7 @@ AreaOption = Annotated[
     typer.Option(
         "--aoi",
         metavar="FILE|BBOX",
-        help="Only the buildings in this area; rasters and terrain of the tiles that it meets stay whole. "
+        help="Only the buildings in this area; rasters and terrain cover whole tiles. "
         "Vector file, or x_min,y_min,x_max,y_max in the run's CRS (metres)",
     ),
 ]
@@ -65,7 +65,7 @@ AreaOption = Annotated[
 OutsideOption = Annotated[
     bool,
     typer.Option(
-        "--allow-outside", help="Use files outside of the catalog's folder though the catalog was not made here"
+        "--allow-outside", help="Use files outside the catalog's folder, although the catalog was not made here"
     ),
 ]
 
@@ -73,6 +73,6 @@ OutsideOption = Annotated[
 TrustOption = Annotated[
     bool,
     typer.Option(
-        "--trust", help="Import functions (module:function) that only the RUN names; somebody else may have written it"
+        "--trust", help="Import custom functions (module:function) that the RUN names; only if you trust its author"
     ),
 ]

@@ -38,23 +38,21 @@ def run(
         str,
         typer.Option(
             metavar="RUN",
-            help="Folder or fsspec URL (s3://…) for the results; without it runs/ and the workflow's name, which is asked about first",
+            help="Folder or fsspec URL (s3://…) for the results; default: runs/NAME_OF_WORKFLOW, after confirmation",
         ),
     ] = "",
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     settings: SetOption = None,
     aoi: AreaOption = "",
-    yes: Annotated[bool, typer.Option("--yes", "-y", help="Agree to the folder where --out is left out")] = False,
-    verify: Annotated[
-        bool, typer.Option("--verify", help="Read all that is done, and make again what is not as it was written")
-    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Accept the default folder without --out")] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Read all results and redo damaged ones")] = False,
     trust: TrustOption = False,
     allow_outside: OutsideOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """Run a workflow; what is done already is not done again."""
+    """Run a workflow; finished tasks are not repeated."""
     name = look_at_workflow(workflow, settings or [], catalog)
     folder = out or agreed_folder(name, yes, options.console)
     from cityflow.workflow.run import run_workflow
@@ -79,19 +77,19 @@ def rerun(
     run_url: RunArgument,
     failed: Annotated[bool, typer.Option("--failed", help="Units that failed")] = False,
     degraded: Annotated[
-        bool, typer.Option("--degraded", help="Units that failed or have a simpler model than asked for")
+        bool, typer.Option("--degraded", help="Units that failed or have a simpler model than requested")
     ] = False,
     stage: Annotated[str, typer.Option(help="All units of a stage")] = "",
     unit: Annotated[
         list[str] | None,
         typer.Option(
-            help="A building by its id or a part of it that no other has, or a tile or file by its name; repeatable",
+            help="A building by its id or a unique part of it, or a tile or file by its name; repeatable",
             autocompletion=completion.units,
         ),
     ] = None,
     settings: SetOption = None,
     clear_overrides: Annotated[
-        bool, typer.Option("--clear-overrides", help="Forget earlier --set values of these units")
+        bool, typer.Option("--clear-overrides", help="Remove earlier --set values of these units")
     ] = False,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
@@ -100,7 +98,7 @@ def rerun(
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """Run some units again, with other parameters if you like, and what depends on their results."""
+    """Run units again, with other parameters if wanted, and the tasks that depend on them."""
     look_at_run(run_url)
     look_at_settings(settings or [])
     from cityflow.workflow.unit_names import named_units
@@ -126,13 +124,11 @@ def rerun(
 
 def status(
     run_url: RunArgument,
-    units: Annotated[
-        bool, typer.Option("--units", help="List the buildings instead: id, how it ended, figures")
-    ] = False,
-    find: Annotated[str, typer.Option(metavar="TEXT", help="Of the buildings only those with this in their id")] = "",
+    units: Annotated[bool, typer.Option("--units", help="List the buildings: id, status, figures")] = False,
+    find: Annotated[str, typer.Option(metavar="TEXT", help="Only buildings with this text in their id")] = "",
     as_json: JsonOption = False,
 ) -> None:
-    """How far a run is, stage by stage, what failed, and what to do next."""
+    """Progress of a run by stage, failures, and the next step."""
     look_at_run(run_url)
     from cityflow.workflow.status import print_status, print_units
 
@@ -152,7 +148,7 @@ def plan(
     allow_outside: OutsideOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """What would run, what is stale and why, and what it would take."""
+    """Tasks that would run, stale ones with reasons, and the expected time, memory and disk."""
     look_at_workflow(workflow, settings or [], catalog)
     from cityflow.workflow.plan import print_plan
 
@@ -166,19 +162,15 @@ def explain(
     unit: Annotated[
         str,
         typer.Argument(
-            help="Id of a building or a part of it that no other has, or name of a tile or file",
+            help="Id of a building or a unique part of it, or name of a tile or file",
             autocompletion=completion.units,
         ),
     ],
-    picture: Annotated[
-        Path | None, typer.Option(help="PNG to be written: the candidates of every method side by side")
-    ] = None,
-    every_parameter: Annotated[
-        bool, typer.Option("--parameters", help="All parameters, also those that are as by default")
-    ] = False,
+    picture: Annotated[Path | None, typer.Option(help="Write a PNG with the candidates of all methods")] = None,
+    every_parameter: Annotated[bool, typer.Option("--parameters", help="All parameters, also defaults")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """All that is known of one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
+    """All information on one unit: inputs, attempts, parameters, scores of candidates, timings, reason, outputs."""
     look_at_run(run_url)
     from cityflow.workflow.unit_names import named_units
 
@@ -197,11 +189,11 @@ def report(
         typer.Option(
             "--set",
             metavar="KEY=VALUE",
-            help="Show more or less, e.g. report.pages.failed=1000 (keys: cityflow parameters report); repeatable",
+            help="Change the report, e.g. report.pages.failed=1000 (keys: cityflow parameters report); repeatable",
         ),
     ] = None,
 ) -> None:
-    """Write report.html, the pages of single buildings and report.json anew from the records."""
+    """Write report.html, the pages of single buildings and report.json from the records."""
     look_at_run(run_url)
     look_at_settings(settings or [])
     from cityflow.reporting.report import print_report
@@ -211,10 +203,10 @@ def report(
 
 def view(
     run_urls: Annotated[list[str], typer.Argument(metavar="RUN…", help="Folders or URLs of runs")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free")] = 8123,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any free one")] = 8123,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open it in the browser")] = True,
 ) -> None:
-    """Walk through runs in the browser: the textured city, every building's figures, measuring, sections."""
+    """View runs in the browser: the textured city, figures of buildings, measurements, sections."""
     for url in run_urls:
         look_at_run(url)
     from cityflow.workflow.serve import view_runs

@@ -1,4 +1,4 @@
-"""Commands that make synthetic surveys and demonstrations."""
+"""Commands for synthetic surveys and the demo."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from cityflow.runs.known_keys import SYNTH
 
 def synth(
     out: Annotated[Path, typer.Argument(help="Folder for the synthetic survey")],
-    seed: Annotated[int, typer.Option(min=0, help="Everything follows from it")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the town and all noise")] = 1,
     size: Annotated[str, typer.Option(help="Extent of the surveyed area, metres: 250 or 250x200")] = "250x250",
     flight: Annotated[str, typer.Option(help="five_cameras, crossing, five_heads, nadir, or none")] = "five_cameras",
     lidar: Annotated[float, typer.Option(min=0, help="Pulses per square metre of a LiDAR survey; 0: none")] = 0.0,
-    raw: Annotated[bool, typer.Option("--raw", help="Raw frames and calibration frames beside the pictures")] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="Also write raw images and calibration frames")] = False,
     pose_noise: Annotated[
         tuple[float, float],
         typer.Option(
-            min=0, metavar="M DEG", help="What the catalog's poses are off: metres and degrees (standard deviations)"
+            min=0, metavar="M DEG", help="Errors of the catalog's poses: metres and degrees (standard deviations)"
         ),
     ] = (0.0, 0.0),
     settings: Annotated[
@@ -40,7 +40,7 @@ def synth(
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
 ) -> None:
-    """Make a town with known truth, and survey it: images, LiDAR, catalog, truth; what is made already is kept."""
+    """Make a synthetic survey with its truth: town, images, LiDAR, catalog; existing parts are kept."""
     look_at_settings(settings or [], SYNTH)
     from cityflow.workflow.synth import make_survey, synth_parameters
     from cityflow.workflow.synth_files import PoseNoise
@@ -54,17 +54,17 @@ def demo(
     only: Annotated[
         list[str] | None, typer.Option(metavar="CITY", help="flight, boruszyn or delft; repeatable; all by default")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another town under the synthetic flight")] = 12,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the town of the synthetic flight")] = 12,
     scheduler: SchedulerOption = "",
     workers: WorkersOption = 0,
     view: Annotated[
         bool | None,
-        typer.Option("--view/--no-view", help="Show them in the browser in the end; by default at a terminal"),
+        typer.Option("--view/--no-view", help="Open the browser at the end; default at a terminal"),
     ] = None,
     quiet: QuietOption = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """A synthetic flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, from beginning to end."""
+    """A synthetic flight with five cameras, photographs of Boruszyn and the LiDAR survey of Delft, as complete runs."""
     from cityflow.workflow.demo import run_demo
 
     run_demo(out, only or [], seed, scheduler, workers, view, options.console, Talk.of(quiet, verbose))
