@@ -48,7 +48,7 @@ def test_a_finished_model_that_is_not_good_says_why() -> None:
     page = page_of(UnitPage(row, "A town", "reconstruct", look="39 % of the points are off the roof"))
     assert (
         page.xpath("//p[@class='reason']")[0].text_content()
-        == "What speaks against the model: 39 % of the points are off the roof."
+        == "Reasons against the model: 39 % of the points are off the roof."
     )
     assert "the points leave doubts" in page.xpath("//p[@class='verdict']")[0].text_content()
     assert "speaks against" not in page_of(UnitPage(row, "A town", "reconstruct")).text_content()

@@ -20,7 +20,7 @@ class ImageSource:
     Attributes
     ----------
     folder : of the image files; the model's names count from here
-    orientation : format (`readers.READERS`) → file or folder; one, but nobody has looked yet
+    orientation : format (`readers.READERS`) → file or folder; one, not yet checked
     options : of the format, as they were typed
     origin : x, y, z added to the model's coordinates, metres
     heights : lowest ground and highest object, metres; None takes them from tie points or rasters

@@ -171,7 +171,7 @@ class Outline:
     attributes : everything the source said of it
     remark : what was repaired, or empty
     roof : outline of the roof where it is known apart from the walls; `polygon` is then that of the walls
-    edges : of the polygon, and how each is known; empty where nobody asked
+    edges : of the polygon, and how each is known; empty if not requested
     inner_edges : walls that rise above a lower roof within the outline
     aspects, slopes : principal directions of what stands inside, where they were found
     party : the edges that it shares with other outlines

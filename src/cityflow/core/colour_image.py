@@ -29,7 +29,7 @@ class ColourImage:
     pixels : its contents
     gain, gamma : one number per band, or one for all; empty means 1
     falloff : what the lens takes away towards the corners
-    white : the value that is shown as white, the same for a whole survey; 0 where nobody has told
+    white : the value that is shown as white, the same for a whole survey; 0 if unknown
     """
 
     image: OrientedImage

@@ -66,7 +66,7 @@ class Evidence:
     heights : DSM and DTM, or None where there are no rasters
     pictures : orthos, one for each epoch
     party : the parts of the outline that another unit's outline touches
-    edges : straight parts of the outline and how each is known; empty where nobody asked
+    edges : straight parts of the outline and how each is known; empty if not requested
     roof : outline of the roof where it is known apart from the walls
     rims : edges of the roof that walls have moved in from
     matched : points are of a surface that was matched or given, not a scanner's

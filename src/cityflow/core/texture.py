@@ -165,7 +165,7 @@ class Patch:
 
 @dataclass(frozen=True, slots=True)
 class PlainFace:
-    """A face without a texture: its colour, and why. `reason` is empty where nobody wants one (ground, party walls)."""
+    """A face without a texture: its colour, and why. `reason` is empty if none is needed (ground, party walls)."""
 
     colour: Colour
     reason: str

@@ -38,7 +38,7 @@ class Border:
     line : in plan, world metres
     units : the two units, positions in the sequence they came from
     gap_m : distance of the units, 0 where they touch; then the line is the side of the first unit
-    traces : those of `TRACES` that show it; None where nobody says
+    traces : those of `TRACES` that show it; None if unknown
     """
 
     line: LineString

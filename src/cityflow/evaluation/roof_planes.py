@@ -13,7 +13,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import RoofPlane
 
 SMALLEST_M2 = 2.0
-"""Smaller surfaces, chimneys for instance, are nobody's duty."""
+"""Smaller surfaces, chimneys for instance, do not count."""
 SHARE = 0.5
 """A true face is found where more of it has a face of the model: the majority."""
 LARGEST_ANGLE_DEG, LARGEST_DISTANCE_M = 10.0, 0.5

@@ -151,7 +151,7 @@ def compare_units(
     Parameters
     ----------
     found : all in world metres
-    units : true ones;  borders : between them (`borders.borders_of`), their traces where somebody knows them
+    units : true ones;  borders : between them (`borders.borders_of`), their traces if known
     parameters : when a line is a border
     """
     p = parameters or UnitsParameters()

@@ -47,7 +47,7 @@ def _lock(folder: int, root: str) -> None:
 
 
 def is_held(store: Store) -> bool:
-    """Whether a driver is at work in a local RUN; False where nobody can know."""
+    """Whether a driver is at work in a local RUN; False if unknown."""
     if not store.is_local or not os.path.isdir(store.root):
         return False
     folder = os.open(store.root, os.O_RDONLY)

@@ -50,7 +50,7 @@ class Stage(Generic[C]):
     needs : what a task waits for, step after step: a step may ask what only the results of the step before tell. Each takes (context, unit) and gives
         the nodes; every one of them is wanted, too
     starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first
-    count : (context) → number of tasks; None where nobody can know yet. Without it, those are counted that others need
+    count : (context) → number of tasks; None if unknown yet. Without it, those are counted that others need
     parameters : models of its parameters; several where it has several kinds of tasks
     cost : what a task takes, by experience
     limits : what it may take

@@ -81,7 +81,7 @@ class DepthReader:
 
     @cached_property
     def _words(self) -> dict[str, Words]:
-        """What speaks for each depth of the wanted images, found once from all maps."""
+        """Votes for each depth of the wanted images, found once from all maps."""
         parts: dict[str, list[DepthMap]] = {}
         asked, wanted = set[str](), frozenset(self._given.wanted)
         for path in self._given.maps:

@@ -110,7 +110,7 @@ def decode(line: bytes) -> Standing:
 
 
 def _known_of(outline: Outline) -> dict[str, Json]:
-    """What is known of walls and directions; nothing where nobody looked, so that such lines stay as short as they were."""
+    """What is known of walls and directions; nothing if not searched, so that such lines stay as short as they were."""
     tree: dict[str, Json] = {}
     if outline.roof is not None:
         tree["roof"] = shapely.geometry.mapping(outline.roof)

@@ -63,7 +63,7 @@ def find_outlines(surface: RegionSurface, parameters: FindParameters | None = No
 
 
 def _from_roofs(surface: RegionSurface, parameters: FindParameters) -> list[Outline]:
-    """Outlines where nobody looked for façades."""
+    """Outlines without a search for façades."""
     regions = _parted_regions(surface, parameters)
     found = [Footprint(p, None, how) for r in regions for p, how in _outlines_of(r, surface, parameters)]
     known = KnownLines([], _boundary_points(regions, surface), surface.grid.cell)
@@ -137,7 +137,7 @@ def _in_core(polygon: Polygon, surface: RegionSurface) -> bool:
 
 
 def _terrain(surface: RegionSurface) -> Heights:
-    """Heights of the terrain at any place, NaN where nobody knows them."""
+    """Heights of the terrain at any place, NaN if unknown them."""
     dtm, grid = surface.dtm, surface.grid
 
     def heights(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -68,7 +68,7 @@ def _fit(fit: RoofFit) -> dict[str, Scalar]:
 
 
 def _overhangs(candidate: Candidate) -> dict[str, Scalar]:
-    """Mean over the edges that stand out, by length, and the largest; nothing where nobody looked."""
+    """Mean over the edges that stand out, by length, and the largest; nothing if not searched."""
     if not candidate.overhangs:
         return {}
     out = [o for o in candidate.overhangs if o.reach_m > 0]

@@ -33,7 +33,7 @@ class ScoreParameters(Parameters):
         0.002,
         ge=0,
         le=1,
-        description="penalty per roof face; more where few points speak for it (ln n / 3n for n independent points)",
+        description="penalty per roof face; more where few points support it (ln n / 3n for n independent points)",
     )
     degraded: float = Field(0.1, ge=0, le=100, description="penalty of a model simpler than asked for")
 
@@ -50,7 +50,7 @@ class Score:
     faces : number of roof faces
     numbers : that describe the roof: three for each face, or as many as the method says: whole shapes have fewer
     penalty : less is better; infinite without a solid
-    face_price : what three numbers cost, those of a roof face; the same for all candidates of a unit, by the points that speak for them
+    face_price : what three numbers cost, those of a roof face; the same for all candidates of a unit, by the points that support them
     """
 
     method: str

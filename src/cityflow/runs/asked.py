@@ -30,7 +30,7 @@ class Asked:
     ----------
     title : of the catalog;  workflow : its name
     tasks : stage → units that have a record or are at work, stages in the order of the flow
-    expected : stage → tasks in all, stages in the order of the flow; None where nobody can know yet
+    expected : stage → tasks in all, stages in the order of the flow; None if unknown yet
     stale : stage → units whose record is of other inputs, parameters or versions than those of today, or has lost an output
     beyond : buildings outside the area of interest, modelled for what they share with those inside, or hide of them
     edits : what a person has drawn without effect, each with its remedy

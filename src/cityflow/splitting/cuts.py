@@ -37,7 +37,7 @@ QUANTILE, QUANTILE_SIGMAS = 0.75, 1.15
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A possible border: its place along the strip, the logarithm of its odds, the line, and what speaks for it."""
+    """A possible border: its place along the strip, the logarithm of its odds, the line, and its evidence."""
 
     u: float
     log_odds: float

@@ -77,7 +77,7 @@ class Principal:
 def principal_directions(segments: Segments, parameters: PrincipalParameters) -> Principal:
     """Maxima of aspect over all segments, and of slope over those with a principal aspect.
 
-    Aspects are looked at modulo 90° first, so that a part of the complex and its perpendicular speak with one voice; a
+    Aspects are looked at modulo 90° first, so that a part of the complex and its perpendicular add up; a
     mixture of normal distributions then separates orientations that are two or three degrees apart.
     """
     chosen = np.flatnonzero(segments.slope_deg <= UPRIGHT_DEG)

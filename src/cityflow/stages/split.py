@@ -128,7 +128,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _found(store: Store, given: SplitInputs, outline: Outline, parameters: SplitParameters) -> Splitting:
-    """What the method finds; nothing is looked for where nobody wants to know."""
+    """What the method finds; nothing is looked for if not requested."""
     if not given.looks or is_locked(outline.polygon, given.edits):
         return Splitting((outline.polygon,), reason=GIVEN)
     evidence = read_evidence(store, given, outline)

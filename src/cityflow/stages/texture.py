@@ -74,7 +74,7 @@ class TextureInputs(TaskInputs):
     neighbours : units that share an edge with it
     colours : images that have it in their frame;  unread : images that could not be read
     given_orthos : of the catalog;  crs : code of the survey's CRS
-    white : value that is shown as white, 0 where nobody has told
+    white : value that is shown as white, 0 if unknown
     """
 
     outline: OutlineAt

@@ -82,7 +82,7 @@ class Witness:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """What speaks for the depths of one image.
+    """Votes for the depths of one image.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ class _Asked:
 def words_for(
     witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters, names: Collection[str] | None = None
 ) -> dict[str, Words]:
-    """How many words speak for each depth.
+    """Number of votes for each depth.
 
     Parameters
     ----------

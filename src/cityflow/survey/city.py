@@ -37,7 +37,7 @@ class City:
     ----------
     units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
     outlines, outlines_of : the same of outlines that are split
-    leaves_of : tile → atlas cell → its units, once somebody has asked
+    leaves_of : tile → atlas cell → its units, if requested
     refused : outlines that cannot be buildings, or that a person has rejected, with the reason
     """
 
@@ -117,7 +117,7 @@ class City:
         return {str(unit): str(reason) for unit, reason in self.survey.results.records[node].result.get("refused", [])}
 
     def count_units(self) -> int | None:
-        """Units of the area: from the records, once they name all, else from the number of given outlines; None where nobody knows yet."""
+        """Units of the area: from the records, once they name all, else from the number of given outlines; None if unknown yet."""
         if all(t in self.units_of for t in self.tiles):
             return sum(len(self.chosen[t]) for t in self.tiles)
         survey = self.survey

@@ -16,7 +16,7 @@ class GivenOutlines:
 
     Attributes
     ----------
-    sigma_m : how exact they are by the survey's own buildings (standard deviation); None where nobody could tell
+    sigma_m : how exact they are by the survey's own buildings (standard deviation); None if unknown
     """
 
     def __init__(self) -> None:

@@ -136,7 +136,7 @@ class ImageSurvey:
         return min(self.parameters.images.least_views, self.plan.most_views)
 
     def matched_ground(self, tile: Tile) -> list[MatchedGround]:
-        """Who is matched with whom over a ground tile, and where."""
+        """Matched pairs over a ground tile, and where."""
         flown = self.flown
         return [
             MatchedGround(flown[f.reference].image, tuple(flown[n].image for n in f.partners), f.cells)

@@ -54,7 +54,7 @@ def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
 
 
 def windows_are_wanted(survey: Survey) -> bool:
-    """Whether anybody looks for windows: an ortho alone shows no wall."""
+    """Whether windows are searched: an ortho alone shows no wall."""
     return survey.textures and survey.parameters.windows.when == "auto" and bool(survey.images.assets)
 
 

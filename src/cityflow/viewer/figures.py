@@ -90,7 +90,7 @@ def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
 
 
 def verdicts_of(units: Sequence[UnitRow]) -> dict[str, int]:
-    """Buildings by verdict, failed ones being poor; refused outlines have none, and those that nobody judged are counted apart."""
+    """Buildings by verdict, failed ones being poor; refused outlines have none, and those not judged are counted apart."""
     made = [u for u in units if u.status is not Status.REFUSED]
     judged = [u for u in made if u.verdict or u.status is Status.FAILED]
     return {

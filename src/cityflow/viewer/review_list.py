@@ -14,7 +14,7 @@ NO_REASON = "no reason given"
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """A building to look at, and what speaks against it."""
+    """A building to look at, and the reasons against it."""
 
     unit: UnitRow
     reason: str

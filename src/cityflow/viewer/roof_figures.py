@@ -71,7 +71,7 @@ def _claims(made: Sequence[UnitRow]) -> dict[str, Any] | None:
 
 
 def _overhangs(made: Sequence[UnitRow]) -> dict[str, Any] | None:
-    """Edges whose roof reaches beyond the wall; None where nobody looked for any."""
+    """Edges whose roof reaches beyond the wall; None if not searched."""
     if not any("overhang_max_m" in u.attributes for u in made):
         return None
     reaches = [r for u in made for r in u.reaches_m]

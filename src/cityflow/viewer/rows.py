@@ -28,7 +28,7 @@ class UnitRow:
     rings : exterior, then holes, (n, 2) world metres
     attributes : more to show when the building is chosen
     reaches_m : how far the roof stands out, of every edge where it does, metres
-    verdict : ``good``, ``look`` or ``poor``; empty where nobody judged;  verdict_reason : what speaks against the model
+    verdict : ``good``, ``look`` or ``poor``; empty if not judged;  verdict_reason : reasons against the model
     good_probability : estimated probability that 95 % of the roof are within 20 cm of the truth
     """
 
@@ -139,10 +139,10 @@ class ReportData:
     crops : small pictures of single buildings;  pages : address of a building's own page, relative to the report
     pages_left_out : buildings that did not end as asked and have no page, because there are so many
     textures : None where none are made
-    placing : how the city was placed on the globe: what was done, and its accuracy; empty where nobody can say
+    placing : how the city was placed on the globe: what was done, and its accuracy; empty if unknown
     changed : parameters that differ from the defaults: dotted key, value, default
     run : where the run lies, as commands name it
-    waiting : rings of outlines that nobody has worked on yet, by id
+    waiting : rings of outlines that are not processed yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
     """
 

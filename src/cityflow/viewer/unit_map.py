@@ -59,7 +59,7 @@ class UnitMap:
 
     Attributes
     ----------
-    waiting : paths of outlines that nobody has worked on yet
+    waiting : paths of outlines that are not processed yet
     """
 
     shapes: tuple[UnitShape, ...]

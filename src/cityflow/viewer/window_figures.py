@@ -17,7 +17,7 @@ MANY_STOREYS = 8
 def window_figures(units: Sequence[UnitRow]) -> dict[str, Any] | None:
     """Buildings at which one could look, their windows, the ratio of window to wall, buildings by storeys, and why others say nothing.
 
-    None where nobody has looked for windows: what a source says of storeys is no window.
+    None without a search for windows: what a source says of storeys is no window.
     """
     ratios, storeys, counts = (_known(units, key) for key in (RATIO, STOREYS, COUNT))
     missing = Counter(str(why) for u in units if (why := u.attributes.get(MISSING)))

@@ -29,7 +29,7 @@ REASONS_SHOWN = 5
 
 @dataclass
 class StagePlan:
-    """Tasks of one stage: how many there will be as far as anybody knows, how many are done, and why the others are not."""
+    """Tasks of one stage: how many there will be as far as known, how many are done, and why the others are not."""
 
     total: int = 0
     done: int = 0
@@ -65,12 +65,12 @@ class Plan:
 
     @property
     def unknown(self) -> list[str]:
-        """Stages of which nobody knows yet how many tasks they have."""
+        """Stages with an unknown number of tasks."""
         return [stage for stage, plan in self.stages.items() if not plan.is_known]
 
 
 def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
-    """Walk the graph with the records that exist; what nobody can know yet is estimated from the catalog."""
+    """Walk the graph with the records that exist; what is unknown yet is estimated from the catalog."""
     plans: dict[str, StagePlan] = defaultdict(StagePlan)
     queue = deque(source.initial())
     while queue:

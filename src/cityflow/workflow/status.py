@@ -34,7 +34,7 @@ LAST = ("export", "city")
 
 @dataclass(frozen=True, slots=True)
 class StageStanding:
-    """One stage: tasks in all and still to be done (None: nobody knows yet), ended ones by status; mean seconds and highest megabytes of results."""
+    """One stage: tasks in all and still to be done (None: unknown yet), ended ones by status; mean seconds and highest megabytes of results."""
 
     stage: str
     tasks: int | None
@@ -173,7 +173,7 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
 
 
 def verdict_of(record: Record) -> str:
-    """What is to be expected of a model: good, look or poor, which all failed ones are; empty where nobody judged it."""
+    """What is to be expected of a model: good, look or poor, which all failed ones are; empty if not judged."""
     if record.status is Status.REFUSED:
         return ""
     return str(Verdict.POOR) if record.status is Status.FAILED else str(record.result.get(VERDICT_KEY) or "")

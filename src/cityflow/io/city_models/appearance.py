@@ -87,7 +87,7 @@ def looks_of(texture: BuildingTexture, shell: Shell) -> Looks:
 
 
 def attributes_of_look(look: Look) -> dict[str, Scalar]:
-    """Attributes of a face: how well its texture is founded, or why it has none; nothing where nobody wants one."""
+    """Attributes of a face: how well its texture is founded, or why it has none; nothing if none is needed."""
     if isinstance(look, FaceTexture):
         return figure_attributes(look.figures)
     return {"texture_missing": xml_text(look.reason)} if look.reason else {}

@@ -52,8 +52,8 @@ class RegionSurface:
     holes : (rows, cols) bool, cells without a measurement
     core : the tile without its halo, metres; regions that do not meet it are skipped. None: all are wanted
     count : (rows, cols) points per cell, or None where unknown; tells how far regions reach beyond the roofs
-    walls : points on façades in the same area, or None where nobody looked for them
-    dtm : (rows, cols) float32, terrain, metres; None where nobody asked
+    walls : points on façades in the same area, or None if not searched
+    dtm : (rows, cols) float32, terrain, metres; None if not requested
     highest : cells hold their highest point, as those of LiDAR do; False: a median of what lies in them, as of images
     """
 
@@ -119,7 +119,7 @@ def building_mask(surface: RegionSurface, parameters: RegionParameters) -> BoolA
     opened = _opened(closed, disc(parameters.opening_m / 2, cell))
     smooth = _without_foliage(opened, surface.ndsm)
     filled = _filled(smooth, parameters.minimum_courtyard_m2 / cell**2)
-    # Pulses that hit nothing leave cells of LiDAR empty everywhere; holes of images are what nobody saw.
+    # Pulses that hit nothing leave cells of LiDAR empty everywhere; holes of images are unseen parts.
     measured = np.isfinite(surface.ndsm) if surface.highest else ~surface.holes
     return standing(filled, surface.ndsm, measured, cell)
 

@@ -1,7 +1,7 @@
 """Boxes within a part whose points lie off its roof: upper storeys, stair houses, dormers, notches.
 
 Cuts from side to side would make three or four more shapes of the roof around a box, each at its own price. A box is grown from a point off the roof
-around its nearest fellows on the same side of it, as long as a level roof in the box saves more.
+around its nearest points on the same side of it, as long as a level roof in the box saves more.
 """
 
 from __future__ import annotations

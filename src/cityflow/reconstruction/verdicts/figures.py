@@ -160,7 +160,7 @@ def _worst(solid: Polyhedron, fit: RoofFit) -> float:
 
 
 def _few(solid: Polyhedron, face: IntArray, fit: RoofFit) -> float:
-    """One by the root of the number of points that speak for the plane, in the mean over the places of the roof."""
+    """One by the root of the number of points that support the plane, in the mean over the places of the roof."""
     on = fit.explained
     count = np.bincount(_planes_of(solid, fit.face[on]), minlength=len(solid.faces) + 1)
     here = np.where(face >= 0, count[_planes_of(solid, face)], 0)

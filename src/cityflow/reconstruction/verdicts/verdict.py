@@ -23,7 +23,7 @@ class Judgement:
     Attributes
     ----------
     probability : that at least 95 % of the roof are within 20 cm of the truth; 0 without a model
-    reason : what speaks against it, the weightiest first; empty for good ones
+    reason : reasons against it, the weightiest first; empty for good ones
     """
 
     verdict: Verdict
@@ -76,7 +76,7 @@ def costs_of(figures: Figures, model: Logistic) -> dict[str, float]:
 
 
 def reasons_of(figures: Figures, without: Collection[str] = ()) -> str:
-    """What speaks against a model, in words, the weightiest first; at least one, unless some figures are left out."""
+    """Reasons against a model, as text, the weightiest first; at least one, unless some figures are left out."""
     costs = costs_of(figures, calibration_of(figures).good)
     ranked = sorted(WORDS.keys() - without, key=lambda name: (-costs.get(name, 0.0), name))
     told = [name for name in ranked if costs.get(name, 0.0) >= LEAST_COST][:MOST_REASONS]

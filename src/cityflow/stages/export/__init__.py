@@ -106,7 +106,7 @@ def task(
 
 
 def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """What the look of a tile depends on; nothing where nobody wants textures."""
+    """What the look of a tile depends on; nothing if textures are not requested."""
     if not survey.textures:
         return {}
     orthos = {k: r.checksum for k, r in survey.given_orthos().items()}

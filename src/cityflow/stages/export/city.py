@@ -222,7 +222,7 @@ def _joined(workspace: Workspace, given: CityInputs, paths: Sequence[str]) -> It
 
 
 def _outline_layers(outlines: Iterable[Outline], splits: Iterable[tuple[str, Splitting]]) -> Iterator[Layer]:
-    """Outlines as used; how their edges are known, their roofs and cut lines only where somebody looked for them."""
+    """Outlines as used; how their edges are known, their roofs and cut lines only if searched."""
     ordered = sorted(outlines, key=lambda o: o.id)
     yield outline_layer(ordered)
     found = (outline_edge_layer(ordered), roof_layer(ordered), cut_line_layer(sorted(splits, key=lambda s: s[0])))

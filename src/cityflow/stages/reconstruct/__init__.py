@@ -76,7 +76,7 @@ def task(survey: Survey, unit: UnitEntry) -> Task:
 
 
 def _parameters(survey: Survey, unit: str) -> ModelParameters:
-    """Those of the stage, with how exact the survey's outlines are where nobody states it."""
+    """Those of the stage, with how exact the survey's outlines are if not stated."""
     asked = survey.parameters_of(NAME, unit, survey.model_parameters)
     return asked if asked.overhangs.outline_sigma_m is not None else asked.of_outlines(survey.outline_sigma_m)
 

@@ -63,7 +63,7 @@ class EvidenceInputs(TaskInputs):
     failed_surfaces : tiles under the unit without a surface
     own_orthos : whether the run has true orthos;  given_orthos : those of the catalog
     crs : code of the survey's CRS
-    classified : whether classes tell buildings;  uneven : else what of a scanner's points is foliage, 0 where nobody asks
+    classified : whether classes tell buildings;  uneven : else what of a scanner's points is foliage, 0 if not requested
     matched : whether points are matched, not scanned;  alike_m : cell of a given DSM whose points are alike, metres; 0 for others
     """
 
@@ -116,7 +116,7 @@ def _uneven(survey: Survey) -> float:
 
 
 def _walls(survey: Survey, unit: UnitEntry) -> dict[str, str]:
-    """Façades of images, whoever drew the outlines."""
+    """Façades of images, independent of the source of the outlines."""
     if survey.source.kind != IMAGES:
         return {}
     return {p: d for t in survey.lattice.tiles_under(unit) for p, d in survey.results.outputs_of("walls", t).items()}
