@@ -80,7 +80,7 @@ class Globe:
     Attributes
     ----------
     to_geodetic : x, y, height → longitude, latitude, height; heights go through as they are where `geoid` shifts them
-    geoid : None where `to_geodetic` shifts the heights, or if unknown what they are above
+    geoid : None where `to_geodetic` shifts the heights, or if the datum of the heights is unknown
     step_m : added to heights before the geoid
     placing : what was done
     """

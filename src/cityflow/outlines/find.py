@@ -137,7 +137,7 @@ def _in_core(polygon: Polygon, surface: RegionSurface) -> bool:
 
 
 def _terrain(surface: RegionSurface) -> Heights:
-    """Heights of the terrain at any place, NaN if unknown them."""
+    """Heights of the terrain at any place, NaN if unknown."""
     dtm, grid = surface.dtm, surface.grid
 
     def heights(x: FloatArray, y: FloatArray) -> FloatArray:

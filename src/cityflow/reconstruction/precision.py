@@ -112,7 +112,7 @@ def _sigmas_of_blocks(plane: RoofPlane, middle: FloatArray, mean: FloatArray) ->
 
 
 def _misfit(xyz: FloatArray, distance: FloatArray, plane: RoofPlane, seen: float) -> float:
-    """Expected square of the plane's error over its faces, metres²: what blocks say, and unseen parts."""
+    """Expected square of the plane's error over its faces, metres²: from block means, and for unseen parts."""
     unseen = UNSEEN_M**2
     if len(xyz) == 0:
         return unseen

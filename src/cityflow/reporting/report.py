@@ -209,7 +209,7 @@ def _overrides(run: Prepared) -> dict[str, dict[str, Any]]:
 
 
 def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
-    """How the city stands on the globe; nothing for a local frame, or if unknown the way."""
+    """How the city stands on the globe; nothing for a local frame, or if unknown."""
     try:
         globe = globe_of(run.catalog.reference, survey.lattice.grid.bounds)
     except CityflowError as error:

@@ -54,7 +54,7 @@ def attributes_of_walls(
 
 
 def _attributes_of_wall(wall: FaceOpenings) -> dict[str, Scalar]:
-    """How many windows, their share of what is seen of the wall, how sure they are; or why they are unknown."""
+    """How many windows, their share of what is seen of the wall, their confidence; or why they are unknown."""
     sure = [float(o.confidence) for o in wall.openings if o.kind == "window"]
     attributes: dict[str, Scalar] = {}
     if sure or wall.window_to_wall is not None:

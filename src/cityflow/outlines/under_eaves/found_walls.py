@@ -39,7 +39,7 @@ def found_walls_in(
 
 
 def seen_in(surface: RegionSurface) -> SeenHouses | None:
-    """What a surface and the points on façades in it show; None without a search for façades, or found none."""
+    """What a surface and the points on façades in it show; None without façades."""
     if surface.walls is None or surface.dtm is None or not len(surface.walls):
         return None
     return SeenHouses.of(tops_of(surface), surface.walls)

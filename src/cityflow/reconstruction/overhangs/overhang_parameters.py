@@ -91,5 +91,5 @@ class OverhangParameters(Parameters):
 
     @property
     def general_sigma_m(self) -> float:
-        """`outline_sigma_m`, if not searched what outlines are in general."""
+        """`outline_sigma_m`, or a general value if unknown."""
         return OUTLINE_SIGMA_M if self.outline_sigma_m is None else self.outline_sigma_m

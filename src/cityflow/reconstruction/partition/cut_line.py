@@ -15,7 +15,7 @@ class CutLine:
     Attributes
     ----------
     start, end : positions along the direction (−ny, nx), metres
-    support : metres of the line that points support; long ones cut first
+    support : metres of the line supported by points; long ones cut first
     is_crossing : the line is where two planes intersect
     """
 

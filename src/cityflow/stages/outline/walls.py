@@ -102,7 +102,7 @@ def _seen(store: Store, facades: FacadeInputs, bounds: Bounds) -> SeenHouses:
 
 
 def reach_of_found(survey: Survey, name: str) -> Bounds | None:
-    """Where a laser's points may tell where the walls of a tile's found outlines stand; None if not requested or no laser has seen them."""
+    """Laser points that may show the walls of a tile's found outlines; None if not requested or no laser has seen them."""
     if survey.source.kind != LIDAR or survey.outlines_given or not survey.parameters.outline.walls_in.wanted:
         return None
     return survey.lattice.tiles[name].buffered(survey.parameters.outline.found.halo_m + NEAR_M)

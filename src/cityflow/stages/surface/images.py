@@ -71,7 +71,7 @@ class Sights(TaskInputs):
 
     @property
     def ground(self) -> list[MatchedGround]:
-        """Matched pairs over which cells."""
+        """Matched pairs and their cells."""
         images = {image.name: image for image in self.images}
         return [
             MatchedGround(images[m.base], tuple(images[n] for n in m.partners), GroundCells(m.tile, m.cell_m, m.chosen))
@@ -133,7 +133,7 @@ def task(survey: Survey, name: str) -> Task:
 
 
 def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> Sights:
-    """What `surveyed_ground` needs to know of some tiles: images, matched pairs over which cells, how many must see a place, and how far
+    """What `surveyed_ground` needs to know of some tiles: images, matched pairs and their cells, how many must see a place, and how far
     within `around` the ground is looked down on."""
     matched = [m for t in tiles for m in survey.images.matched_ground(survey.lattice.tiles[t])]
     images = {i.name: i for m in matched for i in (m.base, *m.partners)}
