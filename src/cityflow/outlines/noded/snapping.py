@@ -43,7 +43,8 @@ def gather_vertices(rings: Rings, group: IntArray, tolerance: float) -> Rings:
     pairs = (
         cKDTree(places.xy).query_pairs(tolerance, output_type="ndarray") if len(places.xy) else np.empty((0, 2), int)
     )
-    pairs = pairs[group[places.an_owner[pairs[:, 0]]] == group[places.an_owner[pairs[:, 1]]]]
+    one, other = group[places.an_owner[pairs]].T
+    pairs = pairs[one == other]
     if not len(pairs):
         return rings
     start, neighbours = _adjacency(pairs, len(places.xy))
