@@ -14,6 +14,16 @@ MANY_ARGUMENTS = {
 }  # fmt: skip
 """What the command line hands on as it got it."""
 
+MIXED_TUPLES = {
+    "io/city_models/gltf.py:write_terrain_glb.tin",
+    "matching/grey.py:get.key",
+    "matching/grey.py:put.key",
+    "outlines/from_heights/footprint_roofs.py:cost.candidate",
+    "stages/ortho.py:_ortho.around",
+    "surface/true_ortho.py:true_ortho.around",
+}  # fmt: skip
+"""Arguments that are tuples of several types and no NamedTuples: keys of a cache, pairs that other functions return."""
+
 LONG_MODULES = {"splitting/lidar_lines.py", "splitting/weigh.py"}
 
 
@@ -32,6 +42,28 @@ def _arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 def _with_many_arguments(name: str, text: str) -> set[str]:
     functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
     return {f"{name}:{f.name}" for f in functions if _arguments(f) > MOST_ARGUMENTS}
+
+
+def _mixed_tuples(name: str, text: str) -> set[str]:
+    found = set()
+    for function in (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)):
+        for argument in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs):
+            kind = argument.annotation
+            if (
+                isinstance(kind, ast.Subscript)
+                and ast.unparse(kind.value) == "tuple"
+                and isinstance(kind.slice, ast.Tuple)
+            ):
+                types = {ast.unparse(e) for e in kind.slice.elts}
+                if len(types) > 1 and "..." not in types:
+                    found.add(f"{name}:{function.name}.{argument.arg}")
+    return found
+
+
+def test_no_argument_is_a_tuple_of_several_types() -> None:
+    found = set().union(*(_mixed_tuples(name, text) for name, text in _modules()))
+    assert not found - MIXED_TUPLES, "give these a NamedTuple, or several arguments"
+    assert not MIXED_TUPLES - found, "these are gone: take them off the list"
 
 
 def test_no_function_has_more_than_eight_arguments() -> None:

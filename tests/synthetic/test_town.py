@@ -129,7 +129,7 @@ def test_twins_are_alike_but_for_the_facade(town: Town) -> None:
         assert unit.base_m == other.base_m
         assert unit.ridge_m == pytest.approx(other.ridge_m, abs=1e-9)
         assert unit.style.roof == other.style.roof
-        assert max(abs(p - q) for p, q in zip(unit.style.facade[1], other.style.facade[1], strict=True)) >= 40
+        assert max(abs(p - q) for p, q in zip(unit.style.facade.tint, other.style.facade.tint, strict=True)) >= 40
         shift = np.subtract(unit.volumes[0].ring[0], other.volumes[0].ring[0])
         for mine, theirs in zip(unit.volumes, other.volumes, strict=True):
             for f, g in zip(mine.faces, theirs.faces, strict=True):

@@ -14,6 +14,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.polygon import orient
 
 from cityflow.core.arrays import FloatArray
+from cityflow.synthetic.town_drafts import Finish
 from cityflow.synthetic.town_units import Gap, Unit
 
 SHORTEST_M = 1.0
@@ -133,8 +134,8 @@ def _roof_steps(line: LineString, pair: tuple[Unit, Unit], reach: float) -> Floa
     return np.where(np.isfinite(steps), steps, np.nan) if np.isfinite(steps).any() else np.zeros(1)
 
 
-def _differ(a: tuple[int, tuple[int, int, int]], b: tuple[int, tuple[int, int, int]]) -> bool:
-    return a[0] != b[0] or max(abs(p - q) for p, q in zip(a[1], b[1], strict=True)) > COLOUR_TRACE
+def _differ(a: Finish, b: Finish) -> bool:
+    return a.material != b.material or max(abs(p - q) for p, q in zip(a.tint, b.tint, strict=True)) > COLOUR_TRACE
 
 
 def _slopes_differ(a: Unit, b: Unit) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,13 @@ FLATS: tuple[tuple[Material, Tint], ...] = (
 DOORS: tuple[Tint, ...] = ((84, 54, 36), (40, 66, 52), (52, 58, 84), (120, 40, 36), (180, 176, 170))
 
 
+class Finish(NamedTuple):
+    """Material and base colour of a surface."""
+
+    material: Material
+    tint: Tint
+
+
 @dataclass(frozen=True, slots=True)
 class Style:
     """Colours of a unit and the rhythm of its façades.
@@ -40,8 +48,8 @@ class Style:
     seed : makes patterns and window positions the unit's own
     """
 
-    facade: tuple[Material, Tint]
-    roof: tuple[Material, Tint]
+    facade: Finish
+    roof: Finish
     storey_m: float
     sill_m: float
     window_m: tuple[float, float]
@@ -121,21 +129,21 @@ def draw_style(rng: np.random.Generator, flat: bool = False) -> Style:
     )
 
 
-def draw_facade(rng: np.random.Generator) -> tuple[Material, Tint]:
+def draw_facade(rng: np.random.Generator) -> Finish:
     if rng.random() < 0.45:
-        return Material.BRICK, _varied(rng, BRICKS[int(rng.integers(len(BRICKS)))])
-    return Material.PLASTER, _varied(rng, PLASTERS[int(rng.integers(len(PLASTERS)))])
+        return Finish(Material.BRICK, _varied(rng, BRICKS[int(rng.integers(len(BRICKS)))]))
+    return Finish(Material.PLASTER, _varied(rng, PLASTERS[int(rng.integers(len(PLASTERS)))]))
 
 
-def draw_roof(rng: np.random.Generator) -> tuple[Material, Tint]:
+def draw_roof(rng: np.random.Generator) -> Finish:
     if rng.random() < 0.75:
-        return Material.ROOF_TILE, _varied(rng, TILES[int(rng.integers(len(TILES)))])
-    return Material.SLATE, _varied(rng, SLATES[int(rng.integers(len(SLATES)))])
+        return Finish(Material.ROOF_TILE, _varied(rng, TILES[int(rng.integers(len(TILES)))]))
+    return Finish(Material.SLATE, _varied(rng, SLATES[int(rng.integers(len(SLATES)))]))
 
 
-def draw_flat_roof(rng: np.random.Generator) -> tuple[Material, Tint]:
+def draw_flat_roof(rng: np.random.Generator) -> Finish:
     material, tint = FLATS[int(rng.integers(len(FLATS)))]
-    return material, _varied(rng, tint)
+    return Finish(material, _varied(rng, tint))
 
 
 def _varied(rng: np.random.Generator, tint: Tint) -> Tint:

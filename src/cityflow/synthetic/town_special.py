@@ -11,7 +11,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.synthetic import town_shapes as shapes
 from cityflow.synthetic.mesh import Material
 from cityflow.synthetic.roofs import LocalFace, rectangle
-from cityflow.synthetic.town_drafts import SLATES, BlockDraft, TreeDraft, UnitDraft, draw_style
+from cityflow.synthetic.town_drafts import SLATES, BlockDraft, Finish, TreeDraft, UnitDraft, draw_style
 from cityflow.synthetic.town_houses import make_house
 from cityflow.synthetic.town_shapes import Overhang, Ring, Volume
 
@@ -30,7 +30,7 @@ def church_block(rng: np.random.Generator, size: tuple[float, float]) -> BlockDr
     tower = shapes.moved(spire, 0.0, 2.0 - side, (width - side) / 2)
     volumes = (nave, transept, tower, _apse(length, width, eave))
     style = draw_style(rng)
-    slate = Material.SLATE, SLATES[int(rng.integers(len(SLATES)))]
+    slate = Finish(Material.SLATE, SLATES[int(rng.integers(len(SLATES)))])
     tall = replace(style, storey_m=6.0, sill_m=2.2, window_m=(1.1, 3.4), pitch_m=3.6, roof=slate)
     u, v = (size[0] - length - side) / 2 + side, (size[1] - width) / 2
     block.units.append(UnitDraft("church", volumes, tall).moved(0.0, u, v))

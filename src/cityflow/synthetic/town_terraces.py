@@ -176,7 +176,7 @@ def _copy(rng: np.random.Generator, before: UnitDraft, plan: _Row, i: int, rule:
 def _other_facade(rng: np.random.Generator, style: Style) -> Style:
     """Another colour, clearly: at least 40 levels in one channel."""
     facade = draw_facade(rng)
-    while max(abs(a - b) for a, b in zip(facade[1], style.facade[1], strict=True)) < 40:
+    while max(abs(a - b) for a, b in zip(facade.tint, style.facade.tint, strict=True)) < 40:
         facade = draw_facade(rng)
     return replace(style, facade=facade)
 

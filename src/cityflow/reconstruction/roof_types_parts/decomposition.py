@@ -90,7 +90,7 @@ def layouts(
     of_wing = Fit(inside_wing, LEAST_OF_WING, parameters.narrowest_wing_m)
     found = []
     for main in rectangles(outline, sides, angle, of_main)[: parameters.most_mains]:
-        layout = _with_wings(outline, sides, main, angle, (parameters, of_wing))
+        layout = _with_wings(outline, sides, main, angle, parameters, of_wing)
         if layout is not None:
             found.append(layout)
     return found
@@ -138,9 +138,8 @@ def _facing(sides: Sides, angle: float) -> list[FloatArray]:
 
 
 def _with_wings(
-    outline: Polygon, sides: Sides, main: Quad, angle: float, rules: tuple[DecompositionParameters, Fit]
+    outline: Polygon, sides: Sides, main: Quad, angle: float, parameters: DecompositionParameters, of_wing: Fit
 ) -> Layout | None:
-    parameters, of_wing = rules
     parts, wings = [Polygon(main.ring())], list[Wing]()
     left = _opened(outline, parts[0])
     while left:

@@ -201,8 +201,8 @@ def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface
     if given.walls is not None:
         return seen_in(surface)
     assert surface.dtm is not None
-    terrain = surface.grid, surface.dtm.astype(np.float64)
-    return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, terrain)
+    terrain = surface.dtm.astype(np.float64)
+    return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, surface.grid, terrain)
 
 
 def _sources(city: City, name: str) -> Iterable[Node]:

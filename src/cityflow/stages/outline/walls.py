@@ -113,14 +113,15 @@ def scanned_houses(
     pieces: Sequence[str],
     index_cell_m: float,
     outlines: Sequence[Outline],
-    terrain: tuple[Grid, FloatArray],
+    grid: Grid,
+    terrain: FloatArray,
 ) -> SeenHouses | None:
     """What a laser has seen around outlines, above the terrain; None without pieces or outlines.
 
     Parameters
     ----------
     pieces : of the index, with cells of `index_cell_m`; those that no outline is near are not read
-    terrain : its grid and its heights (rows, cols), NaN where unknown
+    terrain : (rows, cols) heights on `grid`, NaN where unknown
     """
     near = [grown(o.polygon.bounds, NEAR_M) for o in outlines]
     cells = {t.name for bounds in near for t in tiles_over(bounds, index_cell_m)}
@@ -129,5 +130,5 @@ def scanned_houses(
         return None
     low, high = (np.array(near)[:, k : k + 2] for k in (0, 2))
     xyz = houses_of(store, read, (*low.min(axis=0), *high.max(axis=0)))
-    ground = sample(*terrain, xyz[:, 0], xyz[:, 1])
+    ground = sample(grid, terrain, xyz[:, 0], xyz[:, 1])
     return SeenHouses.of(xyz[~(xyz[:, 2] - ground <= LOW_M)], None)
