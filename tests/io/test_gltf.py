@@ -299,7 +299,7 @@ def test_coarser_solids_are_plain(gable: Building) -> None:
 def test_nothing_to_write_gives_no_file(buildings: list[Building]) -> None:
     assert write_buildings_glb("t", [], FRAME) == b""
     assert write_buildings_glb("t", buildings[-1:], FRAME) == b""
-    assert write_terrain_glb("t", (np.empty((0, 3)), np.empty((0, 3), np.int64)), FRAME) == b""
+    assert write_terrain_glb("t", np.empty((0, 3)), np.empty((0, 3), np.int64), FRAME) == b""
 
 
 def test_terrain_lies_under_its_ortho(terrain: tuple[np.ndarray, np.ndarray], tmp_path: Path) -> None:
@@ -315,7 +315,7 @@ def test_terrain_lies_under_its_ortho(terrain: tuple[np.ndarray, np.ndarray], tm
     drape = Drape(page, (x_0, y_0, x_0 + side, y_0 + side))
     path = tmp_path / FOLDER / "terrain.glb"
     path.parent.mkdir(parents=True)
-    path.write_bytes(write_terrain_glb("t", (vertices, triangles), FRAME, Appearance(FOLDER, drape=drape)))
+    path.write_bytes(write_terrain_glb("t", vertices, triangles, FRAME, Appearance(FOLDER, drape=drape)))
     (mesh,) = _read(path)
     xyz = _zup(mesh.vertices) + FRAME.origin
     assert np.abs(xyz - vertices).max() < 1e-4

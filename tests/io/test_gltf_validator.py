@@ -63,5 +63,5 @@ def test_terrain_has_no_faults(
     paint = painted(neighbours)
     paint.save(tmp_path)
     drape = Drape(paint.textures.pages[0], (84950.0, 447480.0, 85050.0, 447580.0)) if draped else None
-    data = write_terrain_glb("t", terrain, FRAME, Appearance("", drape=drape))
+    data = write_terrain_glb("t", *terrain, FRAME, Appearance("", drape=drape))
     assert _report(data, tmp_path) == {"Errors": 0, "Warnings": 0}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.pixels import ArrayPixels, PixelArray
-from cityflow.matching.grey import TILE_PX, GreyImage, TileStore
+from cityflow.matching.grey import TILE_PX, GreyImage, TileKey, TileStore
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ def test_tiles_are_read_once_and_again_only_when_memory_asked_for_it() -> None:
 def test_the_store_drops_what_was_not_used_longest_and_keeps_its_limit() -> None:
     store, tile = TileStore(300), np.zeros(100, np.uint8)
     for k in range(3):
-        store.put(("a", 0, 0, k), tile)
-    assert store.get(("a", 0, 0, 0)) is not None
-    store.put(("a", 0, 0, 3), tile)
-    assert [store.get(("a", 0, 0, k)) is not None for k in range(4)] == [True, False, True, True]
+        store.put(TileKey("a", 0, 0, k), tile)
+    assert store.get(TileKey("a", 0, 0, 0)) is not None
+    store.put(TileKey("a", 0, 0, 3), tile)
+    assert [store.get(TileKey("a", 0, 0, k)) is not None for k in range(4)] == [True, False, True, True]
     assert store.held == 300
-    store.put(("b", 0, 0, 0), np.zeros(1000, np.uint8))
+    store.put(TileKey("b", 0, 0, 0), np.zeros(1000, np.uint8))
     assert (len(store.tiles), store.held) == (1, 1000)

@@ -11,7 +11,7 @@ from cityflow.core.camera import Camera
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
-from cityflow.surface.ortho_visibility import block_maxima
+from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from ortho_scene import WALL, Blocks, looking, paint, photograph
 
@@ -30,7 +30,7 @@ def _images(count: int = 9, tilt: float = 0.0, camera: Camera | None = None) -> 
 
 
 def _ortho(images: list[ColourImage], grid: Grid = GRID, **parameters: float) -> Ortho:
-    around = (AROUND, STREET.heights(AROUND))
+    around = BlockingSurface(AROUND, STREET.heights(AROUND))
     return true_ortho(grid, STREET.heights(grid), around, images, OrthoParameters(**parameters))
 
 
@@ -97,7 +97,11 @@ def test_tiles_of_any_size_fit_without_seams() -> None:
                 bounds = part.bounds
                 ring = Grid.covering((bounds[0] - 15, bounds[1] - 15, bounds[2] + 15, bounds[3] + 15), 0.5)
                 made = true_ortho(
-                    part, STREET.heights(part), (ring, STREET.heights(ring)), images, OrthoParameters(halo_m=15.0)
+                    part,
+                    STREET.heights(part),
+                    BlockingSurface(ring, STREET.heights(ring)),
+                    images,
+                    OrthoParameters(halo_m=15.0),
                 )
                 place = slice(row, row + rows), slice(col, col + cols)
                 np.testing.assert_array_equal(made.colour, whole.colour[place])
@@ -117,7 +121,7 @@ def test_a_tilted_frame_is_coloured_like_the_ground() -> None:
     fine = Grid(0.0, 50.0, 0.05, 1000, 1000)
     rows, cols = fine.indices(inside[:, 0], inside[:, 1])
     z = STREET.heights(fine)[rows, cols].reshape(grid.shape)
-    made = true_ortho(grid, z - np.float32(5.0), (grid, z - np.float32(5.0)), turned)
+    made = true_ortho(grid, z - np.float32(5.0), BlockingSurface(grid, z - np.float32(5.0)), turned)
     truth = paint(np.column_stack([inside[:, :2], z.ravel()])).reshape(*grid.shape, 3)
     error = np.abs(made.colour[made.mask].astype(float) - truth[made.mask]).max(axis=1)
     assert made.mask.mean() > 0.9
@@ -131,16 +135,16 @@ def test_gains_even_out_and_seams_are_soft() -> None:
     flat = [np.full((500, 600, 3), value, np.uint8) for value in (200, 100)]
     z = plain.heights(grid)
     sources = [ColourImage(v, ArrayPixels(f)) for v, f in zip(views, flat, strict=True)]
-    made = true_ortho(grid, z, (grid, z), sources, OrthoParameters(seam_cells=8.0))
+    made = true_ortho(grid, z, BlockingSurface(grid, z), sources, OrthoParameters(seam_cells=8.0))
     line = made.colour[40, :, 0].astype(int)
     assert line[0] == 200
     assert line[-1] == 100
     assert np.abs(np.diff(line)).max() <= 12
     assert 12 <= np.count_nonzero((line > 100) & (line < 200)) <= 20
     assert abs(int(np.argmin(np.abs(line - 150))) - 80) <= 1
-    even = true_ortho(grid, z, (grid, z), [sources[0], replace(sources[1], gain=(2.0,))])
+    even = true_ortho(grid, z, BlockingSurface(grid, z), [sources[0], replace(sources[1], gain=(2.0,))])
     assert set(np.unique(even.colour)) == {200}
-    curved = true_ortho(grid, z, (grid, z), [replace(sources[0], gamma=(0.5,) * 3)])
+    curved = true_ortho(grid, z, BlockingSurface(grid, z), [replace(sources[0], gamma=(0.5,) * 3)])
     assert set(np.unique(curved.colour[curved.mask])) == {round(255 * (200 / 255) ** 0.5)}
 
 
@@ -148,15 +152,17 @@ def test_unknown_heights_and_unseen_cells_have_no_colour() -> None:
     z = STREET.heights(GRID)
     z[50:60, 50:60] = np.nan
     far = looking("far", (500.0, 500.0, 60.0))
-    made = true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), _images())
+    made = true_ortho(GRID, z, BlockingSurface(AROUND, STREET.heights(AROUND)), _images())
     assert not made.mask[50:60, 50:60].any()
     assert (made.source[50:60, 50:60] == -1).all()
     assert (made.colour[~made.mask] == 0).all()
     assert (made.colour[made.mask] >= 1).all()
-    none = true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [ColourImage(far, photograph(STREET, far))])
+    none = true_ortho(
+        GRID, z, BlockingSurface(AROUND, STREET.heights(AROUND)), [ColourImage(far, photograph(STREET, far))]
+    )
     assert not none.mask.any()
     with pytest.raises(ValueError, match="dtype"):
-        true_ortho(GRID, z, (AROUND, STREET.heights(AROUND)), [])
+        true_ortho(GRID, z, BlockingSurface(AROUND, STREET.heights(AROUND)), [])
 
 
 def test_blocks_keep_walls_thinner_than_themselves_and_lie_on_the_worlds_lattice() -> None:
@@ -186,7 +192,7 @@ def test_slanting_images_colour_what_the_others_do_not_see() -> None:
     aside = [looking(f"s{k}", (95.0, -5.0 + 30 * k, 90.0), 42.0, 270.0) for k in range(3)]
     first = _ortho([ColourImage(above, photograph(STREET, above))])
     slanting = [ColourImage(i, photograph(STREET, i)) for i in aside]
-    around = (AROUND, STREET.heights(AROUND))
+    around = BlockingSurface(AROUND, STREET.heights(AROUND))
     left = np.where(first.mask, np.float32(np.nan), STREET.heights(GRID))
     made = completed(first, true_ortho(GRID, left, around, slanting), 1)
     assert first.mask.mean() < 0.8

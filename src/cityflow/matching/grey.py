@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -15,21 +16,30 @@ TILE_PX = 512
 """Pixels are read in tiles of this edge; no result depends on it."""
 
 
+class TileKey(NamedTuple):
+    """Which tile of which image, on which level of its pyramid."""
+
+    image: str
+    level: int
+    row: int
+    col: int
+
+
 @dataclass
 class TileStore:
     """Tiles of all images of a match, the longest unused ones dropped beyond `limit` bytes."""
 
     limit: int
-    tiles: OrderedDict[tuple[str, int, int, int], ByteArray] = field(default_factory=OrderedDict)
+    tiles: OrderedDict[TileKey, ByteArray] = field(default_factory=OrderedDict)
     held: int = 0
 
-    def get(self, key: tuple[str, int, int, int]) -> ByteArray | None:
+    def get(self, key: TileKey) -> ByteArray | None:
         tile = self.tiles.get(key)
         if tile is not None:
             self.tiles.move_to_end(key)
         return tile
 
-    def put(self, key: tuple[str, int, int, int], tile: ByteArray) -> None:
+    def put(self, key: TileKey, tile: ByteArray) -> None:
         self.tiles[key] = tile
         self.held += tile.nbytes
         while self.held > self.limit and len(self.tiles) > 1:
@@ -72,7 +82,7 @@ class GreyImage:
         return out
 
     def _tile(self, level: int, row: int, col: int) -> ByteArray:
-        key = (self.name, level, row, col)
+        key = TileKey(self.name, level, row, col)
         tile = self.store.get(key)
         if tile is None:
             height, width = self.shape(level)

@@ -22,6 +22,7 @@ from cityflow.handover.depth_reader import DepthInputs, DepthReader
 from cityflow.handover.field_types import FrameField
 from cityflow.handover.rasters import store_layers, store_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
+from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
@@ -117,7 +118,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         replace(i, image=i.image.rotated(frame.frame_from_world, frame.origin))
         for i in given.colours.opened(workspace.store)
     ]
-    made = true_ortho(core, whole_surface[part], (wide, whole_surface), images, parameters.ortho)
+    made = true_ortho(core, whole_surface[part], BlockingSurface(wide, whole_surface), images, parameters.ortho)
     zarr, whole = f"{FRAMES}/{frame.name}", given.grid.bounds
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
     digest += store_ortho(workspace, zarr, whole, core, made)

@@ -19,7 +19,7 @@ from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.rasters import publish_rasters, store_ortho
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.surface.ortho_visibility import block_maxima
+from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
@@ -92,7 +92,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _ortho(
-    grid: Grid, heights: Float32Array, around: tuple[Grid, Float32Array], images: list[ColourImage], slanting: Set[str],
+    grid: Grid, heights: Float32Array, around: BlockingSurface, images: list[ColourImage], slanting: Set[str],
     parameters: OrthoParameters,
 ) -> Ortho:  # fmt: skip
     """Slanting images colour only what no other sees: they look at what hides in streets and beyond the others' edge."""

@@ -52,21 +52,28 @@ def obstacles(
     return Obstacles(columns_over(grid, wide, origin), sharp, radius, float(tolerance_m), float(reach_m))
 
 
-def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> tuple[Grid, Float32Array]:
+class BlockingSurface(NamedTuple):
+    """Heights that may hide what lies behind them, (rows, cols) of `grid`, metres; NaN hides nothing."""
+
+    grid: Grid
+    heights: Float32Array
+
+
+def block_maxima(grid: Grid, heights: Float32Array, factor: int) -> BlockingSurface:
     """A surface on cells `factor` times as wide, each with the greatest height in it, so that walls thinner than a cell still hide.
 
     The cells lie on the world's lattice, whatever the grid: tiles that share ground share cells, but for those cut by the grid's edge.
     NaN only where all is NaN.
     """
     if factor <= 1:
-        return grid, heights
+        return BlockingSurface(grid, heights)
     wide = Grid.covering(grid.bounds, grid.cell * factor)
     above, left = round((wide.y_max - grid.y_max) / grid.cell), round((grid.x_min - wide.x_min) / grid.cell)
     full = np.full((wide.rows * factor, wide.cols * factor), np.float32(LOWEST), np.float32)
     part = full[above : above + grid.rows, left : left + grid.cols]
     np.copyto(part, heights, where=~np.isnan(heights))
     most = full.reshape(wide.rows, factor, wide.cols, factor).max(axis=(1, 3))
-    return wide, np.where(most > LOWEST, most, np.float32(np.nan))
+    return BlockingSurface(wide, np.where(most > LOWEST, most, np.float32(np.nan)))
 
 
 @njit(cache=True, nogil=True)

@@ -24,7 +24,7 @@ from cityflow.core.pixels import PixelArray
 from cityflow.surface.ortho_camera import Cameras, facing, packed
 from cityflow.surface.ortho_choice import BLENDED, Choice, Limits, choose
 from cityflow.surface.ortho_sampling import Wanted, add_colours, rounded
-from cityflow.surface.ortho_visibility import Obstacles, obstacles
+from cityflow.surface.ortho_visibility import BlockingSurface, Obstacles, obstacles
 
 __all__ = ["ColourImage", "Ortho", "OrthoParameters", "true_ortho"]
 
@@ -77,7 +77,7 @@ class Ortho:
 def true_ortho(
     grid: Grid,
     heights: Float32Array,
-    around: tuple[Grid, Float32Array],
+    around: BlockingSurface,
     images: Sequence[ColourImage],
     parameters: OrthoParameters | None = None,
 ) -> Ortho:
@@ -100,7 +100,7 @@ def true_ortho(
     bands, dtype = _kind(images)
     origin = np.array([grid.x_min, grid.y_max, 0.0])
     cameras = packed([i.image for i in images], origin)
-    coarse = around[0].cell
+    coarse = around.grid.cell
     # a cell at the rim of the halo would be widened by what lies beyond
     reach_m = max(asked.halo_m - (asked.widened_cells + 1) * coarse, 0.0)
     blocking = obstacles(*around, origin, asked.widened_cells, TOLERANCE_CELLS * coarse, reach_m)

@@ -85,7 +85,8 @@ def write_buildings_glb(
 
 def write_terrain_glb(
     name: str,
-    tin: tuple[FloatArray, IntArray],
+    vertices: FloatArray,
+    triangles: IntArray,
     frame: TileFrame,
     appearance: Appearance = BARE,
     style: GltfStyle = PLAIN_STYLE,
@@ -94,18 +95,19 @@ def write_terrain_glb(
 
     Parameters
     ----------
-    tin : (V, 3) vertices, world metres; (T, 3) triangles, counter-clockwise seen from above
+    vertices : (V, 3) world metres
+    triangles : (T, 3) vertex numbers, counter-clockwise seen from above
 
     Returns
     -------
     the file; empty where there is no triangle
     """
-    used, triangles = np.unique(tin[1], return_inverse=True)
+    used, triangles = np.unique(triangles, return_inverse=True)
     if not len(used):
         return b""
     buffer, triangles = GltfBuffer(), triangles.reshape(-1, 3)
     materials = Materials(appearance, buffer, style.pictures)
-    vertices = tin[0][used]
+    vertices = vertices[used]
     xyz = frame.local(vertices)
     attributes = {
         "POSITION": buffer.attribute(y_up(xyz).astype(np.float32), bounds=True),

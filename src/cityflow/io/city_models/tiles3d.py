@@ -104,7 +104,7 @@ def tile_files(scene: Scene, frame: TileFrame, about: About) -> Mapping[str, byt
 def _files(scene: Scene, frame: TileFrame, about: About) -> Iterator[tuple[str, bytes]]:
     folder = f"{FOLDER}/{scene.name}"
     style = GltfStyle(attribution=about.attribution)
-    terrain = write_terrain_glb(TERRAIN, scene.terrain, frame, Appearance(folder, drape=scene.drape), style)
+    terrain = write_terrain_glb(TERRAIN, *scene.terrain, frame, Appearance(folder, drape=scene.drape), style)
     if terrain:
         yield f"{folder}/{TERRAIN}", terrain
     sets = [(PORTABLE, BUILDINGS, scene.rectified)]

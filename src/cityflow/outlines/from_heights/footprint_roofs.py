@@ -42,11 +42,11 @@ def roof_outlines(region: Region, parameters: FindParameters) -> list[tuple[Poly
     if not valid:
         return [(shapely.simplify(cells, region.grid.cell), "boundary of the cells")]
 
-    def cost(candidate: tuple[Polygon, str]) -> float:
-        off = shapely.symmetric_difference(candidate[0], cells).area
-        return float(off + CORNER_COST_M2 * shapely.get_num_coordinates(candidate[0]))
+    def cost(polygon: Polygon) -> float:
+        off = shapely.symmetric_difference(polygon, cells).area
+        return float(off + CORNER_COST_M2 * shapely.get_num_coordinates(polygon))
 
-    ranked = sorted(valid, key=cost)
+    ranked = sorted(valid, key=lambda candidate: cost(candidate[0]))
     bias = edge_bias_m(region, parameters)
     other = [c for c in ranked if (c[1] == RECTANGLES) != (ranked[0][1] == RECTANGLES)]
     return [(_moved_inwards(polygon, bias), how) for polygon, how in (ranked[0], *other[:1])]
