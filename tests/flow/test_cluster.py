@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import os
 import time
 from collections.abc import Iterator
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from distributed import Client
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
@@ -177,10 +179,12 @@ def test_an_unreachable_scheduler_is_named(store: Store) -> None:
 
 
 @pytest.mark.parametrize("address", ["nonsense", "http://x:1", "tcp://no.such.host.invalid:8786", "127.0.0.1:99999"])
-def test_an_address_that_is_none_is_named(address: str) -> None:
+def test_an_address_that_is_none_is_named_and_leaves_no_client(address: str) -> None:
+    """A client that is collected later closes itself, and hangs where another one is just starting."""
     with pytest.raises(RunError, match="no scheduler answers") as caught, connect(address, 0, connect_s=1):
         pass
     assert caught.value.where == address
+    assert not [thing for thing in gc.get_objects() if isinstance(thing, Client) and thing.status != "closed"]
 
 
 def test_a_scheduler_without_workers_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

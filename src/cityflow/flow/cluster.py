@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import socket
 import sys
@@ -96,15 +97,24 @@ async def _end_workers(cluster: LocalCluster) -> None:
 @contextmanager
 def _remote(address: str, connect_s: float) -> Iterator[Client]:
     remedy = "check the address and that the scheduler runs (dask scheduler); leave --scheduler out to run locally"
-    try:
-        client = Client(address, timeout=connect_s, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise RunError("no scheduler answers", where=address, remedy=remedy) from error
+    client = _client(address, connect_s)
+    if client is None:
+        # What is left of it closes itself when it is collected; if that happened while another client starts, both would wait for ever
+        gc.collect()
+        raise RunError("no scheduler answers", where=address, remedy=remedy)
     try:
         _check_workers(client, address)
         yield client
     finally:
         client.close(timeout=CLOSE_S)
+
+
+def _client(address: str, connect_s: float) -> Client | None:
+    """One that is connected; None where nobody answers."""
+    try:
+        return Client(address, timeout=connect_s, set_as_default=False)
+    except (OSError, TimeoutError, ValueError):
+        return None
 
 
 def _check_workers(client: Client, address: str) -> None:
