@@ -38,6 +38,7 @@ from cityflow.splitting.split import SplitParameters, split
 from cityflow.stages.synth import SynthSource, run_picture
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
+from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.point_classes import classify_points
 from cityflow.surface.true_ortho import true_ortho
 from cityflow.synthetic.flight_presets import preset
@@ -91,7 +92,7 @@ def match_pictures() -> None:
     surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
-    true_ortho(grid, heights, (grid, heights), images)
+    true_ortho(grid, heights, BlockingSurface(grid, heights), images)
 
 
 def paint_house() -> None:
