@@ -9,17 +9,13 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from cityflow.core.building import Status
+from cityflow.flow.kept import kept
 from cityflow.flow.typed import from_json
 
 Json = Any
 """Anything that `json.dumps` takes."""
 
 T = TypeVar("T")
-
-TEXTS_KEPT = 64
-"""Trees of parameters whose text is kept: a few stages at a time, and units with overrides of their own."""
-
-_TEXTS: dict[int, tuple[Mapping[str, Json], str]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,10 +145,6 @@ def _canonical(value: Json) -> str:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
+@kept
 def _of_parameters(parameters: Mapping[str, Json]) -> str:
-    """The canonical text of a tree that nobody changes: nearly all units of a stage share one, so the last few are kept."""
-    if id(parameters) not in _TEXTS:
-        if len(_TEXTS) >= TEXTS_KEPT:
-            _TEXTS.clear()
-        _TEXTS[id(parameters)] = parameters, _canonical(dict(parameters))
-    return _TEXTS[id(parameters)][1]
+    return _canonical(dict(parameters))

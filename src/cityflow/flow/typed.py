@@ -7,12 +7,11 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
+from cityflow.flow.kept import kept
+
 T = TypeVar("T")
 
-MODELS_KEPT = 64
-
 _ADAPTERS: dict[type, TypeAdapter[Any]] = {}
-_MODELS: dict[int, tuple[BaseModel, dict[str, Any]]] = {}
 
 
 class TaskInputs:
@@ -39,13 +38,9 @@ def as_json(value: object, without: Collection[str] = ()) -> dict[str, Any]:
     return tree
 
 
+@kept
 def _of_model(model: BaseModel) -> dict[str, Any]:
-    """Parameters are frozen, and one object for nearly all units of a stage: what was made of those asked for lately is kept."""
-    if id(model) not in _MODELS:
-        if len(_MODELS) >= MODELS_KEPT:
-            _MODELS.clear()
-        _MODELS[id(model)] = model, model.model_dump(mode="json")
-    return _MODELS[id(model)][1]
+    return model.model_dump(mode="json")
 
 
 def from_json(kind: type[T], tree: Any, where: str) -> T:

@@ -37,7 +37,7 @@ class City:
     ----------
     units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
     outlines, outlines_of : the same of outlines that are split
-    leaves_of : tile → atlas cell → its units, if requested
+    atlas_cells_of : tile → atlas cell → its units, if requested
     refused : outlines that cannot be buildings, or that a person has rejected, with the reason
     """
 
