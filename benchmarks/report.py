@@ -115,7 +115,7 @@ def _spoiled(record: Record, number: int, args: argparse.Namespace) -> Record:
         reason = f"ValueError: no plane in {3 + number % 5} points"
         return replace(record, status=Status.FAILED, reason=reason, outputs={}, result={}, traceback=TRACEBACK)
     if share < args.failed + args.degraded and record.status is Status.DONE:
-        return replace(record, status=Status.DEGRADED, reason="one block with a level top")
+        return replace(record, status=Status.DEGRADED, reason="one block with a flat top")
     return record
 
 

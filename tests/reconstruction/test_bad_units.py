@@ -101,7 +101,7 @@ def test_150_planes_are_bounded_work() -> None:
     """More planes than the bounds allow: a solid with as many as they do, and the reason."""
     choice = modelled(LARGE["150 planes"], "default")
     assert choice.status is Status.DEGRADED
-    assert "bounds" in choice.reason
+    assert "largest number" in choice.reason
     limits = ModelParameters().orientation_histogram
     assert len(choice.candidate.planes) <= limits.max_planes
     assert int(str(choice.candidate.notes["cells"])) <= limits.partition.max_cells

@@ -89,7 +89,7 @@ def _house(i: int, rng: np.random.Generator, count: int) -> UnitRow:
         },
         reaches_m=(0.3, 0.4) if modelled else (),
         verdict=VERDICTS[status],
-        verdict_reason="no point is near 9 % of the roof" if status is Status.DEGRADED else "",
+        verdict_reason="9 % of the roof has no points nearby" if status is Status.DEGRADED else "",
         good_probability={"good": 0.97, "look": 0.5, "poor": 0.0}.get(VERDICTS[status]),
     )
 

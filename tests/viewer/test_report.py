@@ -148,12 +148,12 @@ def test_refused_outlines_are_shown_as_refused_with_their_reason(small_town: Rep
 def test_buildings_that_are_not_good_are_listed_with_why(small_town: ReportData) -> None:
     units = tuple(replace(u, status=Status.DONE, verdict="good") for u in small_town.units)
     bad = replace(
-        units[0], id="bad", verdict="poor", good_probability=0.1, verdict_reason="no point is near 40 % of the roof"
+        units[0], id="bad", verdict="poor", good_probability=0.1, verdict_reason="40 % of the roof has no points nearby"
     )
     doubtful = replace(bad, id="doubtful", verdict="look", good_probability=0.6)
     looks = page_of(replace(small_town, units=(*units, doubtful, bad))).xpath("//ol[@class='looks']/li")
     assert [" ".join(x.text_content().split()) for x in looks] == [
-        "Poor bad no point is near 40 % of the roof", "To look at doubtful no point is near 40 % of the roof"
+        "Poor bad 40 % of the roof has no points nearby", "To look at doubtful 40 % of the roof has no points nearby"
     ]  # fmt: skip
 
 

@@ -106,11 +106,11 @@ def test_a_finished_run_without_buildings_says_so_and_where_to_look() -> None:
 
 
 def test_the_map_is_coloured_by_verdict() -> None:
-    odd = replace(good("odd", 0.9), verdict="poor", verdict_reason="the roof goes on beyond the outline")
+    odd = replace(good("odd", 0.9), verdict="poor", verdict_reason="the roof continues beyond the outline")
     page = page_of(run_of(*(good(f"u{i}") for i in range(40)), odd))
     assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'poor')]")) == 1
     assert len(page.xpath("//*[@id='shapes']/path[contains(@class, 'good')]")) == 40
-    assert "the roof goes on beyond the outline" in page.xpath("//ol[@class='looks']")[0].text_content()
+    assert "the roof continues beyond the outline" in page.xpath("//ol[@class='looks']")[0].text_content()
 
 
 def test_buildings_that_may_be_good_are_expected_though_not_called_so() -> None:

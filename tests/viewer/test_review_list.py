@@ -11,11 +11,11 @@ def unit(name: str, verdict: str, probability: float, rmse: float = 0.1, **more:
 
 def test_the_list_begins_with_the_worst_and_says_why() -> None:
     listed = review_list([
-        unit("doubtful", "look", 0.6, verdict_reason="no point is near 8 % of the roof"), unit("fine", "good", 0.99),
+        unit("doubtful", "look", 0.6, verdict_reason="8 % of the roof has no points nearby"), unit("fine", "good", 0.99),
         unit("wrong", "poor", 0.02, 4.0), unit("wronger", "poor", 0.02, 5.0, reason="a block"),
     ])  # fmt: skip
     assert [s.unit.id for s in listed] == ["wronger", "wrong", "doubtful"]
-    assert [s.reason for s in listed] == ["a block", "no reason given", "no point is near 8 % of the roof"]
+    assert [s.reason for s in listed] == ["a block", "no reason given", "8 % of the roof has no points nearby"]
 
 
 def test_failed_buildings_come_first_and_refused_outlines_are_none() -> None:

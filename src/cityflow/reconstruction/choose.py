@@ -173,7 +173,9 @@ def _climb_down(
         candidate = _attempt(method, attempt, evidence)
         score = scored(name, candidate, evidence, parameters.score)
         if rung and score.valid:
-            candidate = replace(candidate, status=Status.DEGRADED, reason="the full roof gave no valid solid")
+            candidate = replace(
+                candidate, status=Status.DEGRADED, reason="no valid solid from the full roof: a simpler roof is used"
+            )
             score = replace(score, penalty=score.penalty + parameters.score.degraded)
         yield candidate, score
         if score.valid:
@@ -208,7 +210,10 @@ def _ending(
     if candidate.solid is None or not score.valid:
         return Status.FAILED, score.fault or "no method gave a valid solid"
     if len(evidence.points) < parameters.min_points:
-        return Status.DEGRADED, f"{len(evidence.points)} roof points, {parameters.min_points} needed: a block"
+        return (
+            Status.DEGRADED,
+            f"{len(evidence.points)} roof points, {parameters.min_points} are needed: modelled as a block",
+        )
     if candidate.status is not Status.DONE:
         faults = "; ".join(f"{s.method}: {s.fault}" for s in scores if s.fault)
         return Status.DEGRADED, f"{candidate.reason} ({faults})" if faults else candidate.reason

@@ -25,13 +25,15 @@ def reconstruct(evidence: Evidence, parameters: ExtrudedParameters) -> Candidate
     z = evidence.points.xyz[:, 2]
     z = z[np.isfinite(z)]
     if len(z) < parameters.min_points:
-        return Candidate("extruded", None, status=Status.FAILED, reason=f"{len(z)} roof points give no height")
+        return Candidate(
+            "extruded", None, status=Status.FAILED, reason=f"{len(z)} roof points are too few for a height"
+        )
     top = max(float(np.percentile(z, parameters.percentile)), evidence.ground_height + MIN_HEIGHT)
     x0, y0 = evidence.outline.bounds[:2]
     plane = RoofPlane(0.0, 0.0, top, (x0, y0), len(z), float(np.sqrt(np.mean((z - top) ** 2))))
     solid = extrude(evidence.outline, evidence.ground_height, top)
     blocks = {Lod.LOD12: solid, Lod.LOD13: solid}
-    return Candidate("extruded", solid, (plane,), blocks, Status.DEGRADED, "one block with a level top")
+    return Candidate("extruded", solid, (plane,), blocks, Status.DEGRADED, "one block with a flat top")
 
 
 def extrude(outline: Polygon, floor: float, top: float) -> Polyhedron:

@@ -39,7 +39,7 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
         best = _with_eaves(best, evidence, parameters.overhangs)
     unseen = best.notes.get("unseen_share")
     if choice.status is Status.DONE and isinstance(unseen, float) and unseen > parameters.max_unseen:
-        reason = f"{100 * unseen:.0f} % of the roof was not seen: its planes are extended"
+        reason = f"{100 * unseen:.0f} % of the roof has no points: the planes around are extended over it"
         return replace(choice, candidate=best, status=Status.DEGRADED, reason=reason)
     return replace(choice, candidate=best)
 

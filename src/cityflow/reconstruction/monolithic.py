@@ -110,7 +110,10 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     unseen = float(notes["unseen"] or 0.0)
     status, reason = Status.DONE, ""
     if unseen > MOST_UNSEEN:
-        status, reason = Status.DEGRADED, f"surfaces extended over {100 * unseen:.0f} % of the roof that was not seen"
+        status, reason = (
+            Status.DEGRADED,
+            f"{100 * unseen:.0f} % of the roof has no points: the surfaces around are extended over it",
+        )
     return Candidate(METHOD, solid, _roof_planes(planes, roof.sums, origin), blocks, status, reason, notes)
 
 
@@ -121,7 +124,7 @@ def _check_floor(solid: Polyhedron, floor: float) -> None:
         any(face.plane < 0 for face in roofs)
         or min(solid.ring(f.rings[0])[:, 2].min() for f in roofs) < floor + MIN_HEIGHT - 1e-3
     ):
-        raise Inconsistency("a roof that comes down to the floor")
+        raise Inconsistency("the roof reaches the ground")
 
 
 def find_contour(

@@ -100,10 +100,10 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
     }
     status, reason = Status.DONE, ""
     if roof.simplified:
-        status, reason = Status.DEGRADED, f"edges made dearer {roof.simplified} times until the solid was valid"
+        status, reason = Status.DEGRADED, f"roof simplified {roof.simplified} times until the solid was valid"
     elif found >= parameters.max_planes:
         status = Status.DEGRADED
-        reason = f"{found} planes found, {len(segments)} used: no more were sought, by the bounds of the work"
+        reason = f"{found} planes found, the largest number allowed; {len(segments)} used"
     return Candidate(METHOD, roof.solid, segments.roof_planes(), blocks, status, reason, notes)
 
 

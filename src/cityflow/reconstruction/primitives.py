@@ -57,7 +57,10 @@ def reconstruct(evidence: Evidence, parameters: PrimitivesParameters) -> Candida
     points = points[np.lexsort(points.T)]
     if not 1 <= len(points) <= parameters.most_points:
         return Candidate(
-            METHOD, None, status=Status.FAILED, reason=f"{len(points)} points: made for 1 to {parameters.most_points}"
+            METHOD,
+            None,
+            status=Status.FAILED,
+            reason=f"{len(points)} points: the method takes 1 to {parameters.most_points}",
         )
     outline = moved(evidence.outline, -origin[0], -origin[1])
     floor = evidence.ground_height - origin[2]

@@ -81,7 +81,7 @@ def _first_valid(
     if tried == 1:
         return replace(candidate, notes=notes)
     return replace(
-        candidate, notes=notes, status=Status.DEGRADED, reason=f"{tried - 1} better roofs gave no valid solid"
+        candidate, notes=notes, status=Status.DEGRADED, reason=f"{tried - 1} roofs that fit better gave no valid solid"
     )
 
 

@@ -151,7 +151,7 @@ class _Scene:
                 break
         if faults:
             return str(faults[0])
-        reason = f"edges made dearer {attempt} times until the solid was valid" if attempt else ""
+        reason = f"roof simplified {attempt} times until the solid was valid" if attempt else ""
         return self._with_voids(_Hull(solid, partition, 0, attempt, reason), parameters)
 
     def _with_voids(self, hull: _Hull, parameters: VolumetricParameters) -> _Hull:
@@ -166,5 +166,5 @@ class _Scene:
         frame = self.evidence.ground_height, self.segments.origin, self.evidence.outline
         solid = build_hull(division, columns, *frame)
         if check_polyhedron(solid):
-            return replace(hull, reason="the hull over a void was not valid: closed down to the ground")
+            return replace(hull, reason="the hull above a passage was not valid: it is closed down to the ground")
         return replace(hull, solid=solid, voids=sum(c.bottom is not None for c in columns.values()))

@@ -36,7 +36,7 @@ METHOD_TEXTS = {
     "volumetric": "surfaces intersected in space; steps, passages and set-backs",
     "roof_types": "known shapes of roofs fitted to edges in the picture and to heights",
     "primitives": "straight cuts and simple shapes, for few points",
-    "extruded": "a block with a level top",
+    "extruded": "a block with a flat top",
 }
 
 

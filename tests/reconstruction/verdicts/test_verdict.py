@@ -39,7 +39,7 @@ def test_a_block_in_the_place_of_a_gable_is_poor() -> None:
     judged = judged_model(scan(SCENES["gable"][0], OUTLINE, 8.0, 0.02, 1), BLOCK)
     told = attributes_of(judged)
     assert told["verdict"] == Verdict.POOR
-    assert "more than 20 cm off it" in str(told["verdict_reason"])
+    assert "more than 20 cm away from" in str(told["verdict_reason"])
 
 
 def test_an_upper_storey_that_is_missed_is_not_good() -> None:
@@ -152,8 +152,8 @@ def test_a_building_at_the_end_of_the_survey_says_so() -> None:
     told = attributes_of(judged_model(cut, PARAMETERS))
     assert told["verdict"] != Verdict.GOOD
     assert str(told["verdict_reason"]).startswith("the survey ends here: ")
-    assert "outside the outline" not in str(told["verdict_reason"])
-    assert "out of place" not in str(told["verdict_reason"])
+    assert "outline and roof differ" not in str(told["verdict_reason"])
+    assert "displaced" not in str(told["verdict_reason"])
 
 
 def test_verdicts_are_counted() -> None:

@@ -54,7 +54,7 @@ def cut_in_faces(skeleton: Skeleton, frame: Frame) -> RoofPartition:
             continue
         u, v = vertex[edge.start], vertex[edge.end]
         if u == v or (u, v) in chords or (u, v) in division.left or (v, u) in division.left:
-            raise Inconsistency("a face that has no area")
+            raise Inconsistency("a face without area")
         chords[u, v], chords[v, u] = edge.left, edge.right
     surfaces = sorted(
         {s for e in topology.edges for s in (e.left, e.right) if s >= 0}
@@ -118,7 +118,7 @@ def _surface_of(division: Subdivision, part: int, chords: dict[Edge, int], surfa
         raise Inconsistency("a face whose edges belong to several surfaces")
     ring = division.polygon(part)
     if not ring.is_valid or ring.area < 0.05:
-        raise Inconsistency("a face that is not simple")
+        raise Inconsistency("a face is not a simple polygon")
     return sides.pop()
 
 
@@ -131,7 +131,7 @@ def _check_heights(division: Subdivision, planes: dict[int, int], coefficients: 
             heights.setdefault(v, []).append(a * division.xy[v][0] + b * division.xy[v][1] + c)
     for z in heights.values():
         if max(z) - min(z) > SAME_HEIGHT:
-            raise Inconsistency(f"faces {max(z) - min(z):.2f} m apart in a vertex")
+            raise Inconsistency(f"faces are {max(z) - min(z):.2f} m apart in a vertex")
 
 
 def check_faces(
@@ -183,5 +183,7 @@ def _explained(
     _, _, stats, _ = cv2.connectedComponentsWithStats(image.reshape(cells.grid.shape), connectivity=8)
     patch = float(stats[1:, cv2.CC_STAT_AREA].max(initial=0)) * cells.grid.cell**2
     if explained < parameters.min_explained or patch > INSTALLATION_M2:
-        raise Inconsistency(f"{100 * explained:.0f} % of the roof explained, {patch:.1f} m² in one place not")
+        raise Inconsistency(
+            f"{100 * explained:.0f} % of the cells lie on the roof; the largest patch off it has {patch:.1f} m²"
+        )
     return {"explained": round(explained, 3), "largest_off_m2": round(patch, 2)}

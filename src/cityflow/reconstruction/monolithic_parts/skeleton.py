@@ -40,7 +40,7 @@ def build_skeleton(topology: Topology, planes: FloatArray, frame: Frame) -> Skel
     Inconsistency
     """
     if any(min(pair) >= 0 for pair in topology.loops):
-        raise Inconsistency("an edge without ends: one surface stands within another")
+        raise Inconsistency("an edge without ends: one surface lies inside another")
     skeleton = Skeleton(topology, planes)
     builder = _Builder(skeleton, frame)
     for edge in topology.edges:
@@ -77,7 +77,7 @@ class _Builder:
             near = (away <= allowed) | (step <= max(LEVEL_M, 2 * self.frame.sigma))
             if np.mean(near) >= 0.75:
                 return
-        raise Inconsistency(f"a step of {np.median(step):.2f} m that no intersection of planes explains")
+        raise Inconsistency(f"a step of {np.median(step):.2f} m without an intersection of planes")
 
     def place_all(self) -> None:
         for node in sorted(self.skeleton.topology.nodes):
@@ -97,9 +97,9 @@ class _Builder:
         lines = [line for edge in inner if (line := self.line(edge)) is not None]
         met = meeting_point(lines)
         if met is None:
-            raise Inconsistency("edges that end in one node are parallel")
+            raise Inconsistency("parallel edges in one node")
         if met[1] > SPREAD_M:
-            raise Inconsistency(f"lines miss each other by {met[1]:.2f} m in a node")
+            raise Inconsistency(f"the lines of a node are {met[1]:.2f} m apart")
         s.place[node] = met[0][:2]
         self._check_distance(node)
 
@@ -107,7 +107,7 @@ class _Builder:
         rough = self.frame.grid.corners(np.array([self.skeleton.topology.nodes[node]], np.float64))[0]
         away = float(np.hypot(*(self.skeleton.place[node] - rough)))
         if away > NODE_CELLS * self.frame.grid.cell:
-            raise Inconsistency(f"a node {away:.1f} m from where the cells meet")
+            raise Inconsistency(f"a node is {away:.1f} m from its cells")
 
     def _on_wall(self, node: int, inner: list[TopologicalEdge]) -> None:
         """Where the edge's line meets the wall that the contour's scan saw it on, or the corner."""
@@ -160,11 +160,11 @@ class _Builder:
             wrong = s.topology.edges[min(twisted)[1]]
             nodes = wrong.start, wrong.end
             if not flipped(s.topology, wrong):
-                raise Inconsistency("edges cross that cannot be put right")
+                raise Inconsistency("edges cross and cannot be flipped")
             s.flips += 1
             for node in nodes:
                 self.set_place(node)
-        raise Inconsistency("edges that cross whatever their order")
+        raise Inconsistency("edges cross in every order")
 
     def _twisted(self, edge: TopologicalEdge) -> bool:
         s = self.skeleton
@@ -203,7 +203,7 @@ class _Builder:
             edge = s.topology.edges[min(near)[1]]
             self._contract(edge)
             s.merged += 1
-        raise Inconsistency("nodes that cannot be told apart everywhere")
+        raise Inconsistency("too many nodes are too close to each other")
 
     def _length(self, edge: TopologicalEdge) -> float:
         s = self.skeleton
@@ -258,7 +258,9 @@ class _Builder:
                 k = s.topology.plane_of[surface]
                 change = s.planes[k] - before[k]
                 if abs(float(change[:2] @ xy + change[2])) > TIE_M:
-                    raise Inconsistency(f"surfaces {abs(float(change[:2] @ xy + change[2])):.2f} m apart in a node")
+                    raise Inconsistency(
+                        f"the surfaces of a node are {abs(float(change[:2] @ xy + change[2])):.2f} m apart"
+                    )
 
 
 def _cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:

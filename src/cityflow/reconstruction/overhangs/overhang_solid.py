@@ -137,7 +137,7 @@ def _rims(
     reach = _reaches(ends, party, overhangs, chosen)
     rims = rim_edges(plan, [float(r) for r in reach], [bool(b) for b in party], edges)
     if any(r.reach > 0 and min(r.tops) < plan.floor + p.slab_m + WALL_LEFT_M for r in rims):
-        raise UnfitRoof("a wall is too low for a roof that stands out")
+        raise UnfitRoof("a wall is too low for an overhang")
     return rims
 
 
@@ -150,7 +150,7 @@ def _reaches(
     nearest = np.argmin(apart, axis=0)
     beside = (np.min(apart, axis=0) <= BESIDE_M) & ~party
     if any(not (beside & (nearest == k)).any() for k in chosen):
-        raise UnfitRoof("an overhang stands beside no wall of the solid")
+        raise UnfitRoof("an overhang has no wall of the solid")
     reaches = np.array([o.reach_m if k in chosen else 0.0 for k, o in enumerate(overhangs)])
     return np.where(beside, reaches[nearest], 0.0)
 
@@ -179,7 +179,7 @@ def _give_faces(plan: RoofPlan, cells: Sequence[PlanCell]) -> None:
             break
         waiting = left
     if any(c.face < 0 for c in cells):
-        raise UnfitRoof("a strip beyond the walls touches no roof")
+        raise UnfitRoof("a strip beyond the walls does not touch the roof")
 
 
 def _give_heights(plan: RoofPlan, cell: PlanCell) -> None:

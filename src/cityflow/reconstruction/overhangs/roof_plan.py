@@ -96,7 +96,7 @@ class RoofPlan:
         for ring in face.rings:
             plan = [self._vertex(solid, v) for v in ring]
             if len(set(plan)) < len(plan):
-                raise UnfitRoof("a roof face is upright")
+                raise UnfitRoof("a roof face is vertical")
             tops |= {p: float(solid.vertices[v, 2]) for p, v in zip(plan, ring, strict=True)}
             rings.append(plan)
         return PlanCell(rings, number, tops)

@@ -13,7 +13,7 @@ AROUND_M, STEP_M = 1.0, 0.25
 """The survey has to go on so far beyond an outline; looked at every so many metres; set by hand, as are those below."""
 LEAST_M = 2.0
 """Of the outline's border, beyond which the survey ends: less is a corner."""
-ENDS = "the survey ends here: of {:.0f} m around the outline nobody has seen {:.0f} m"
+ENDS = "the survey ends here: {:.0f} m of the {:.0f} m around the outline were not surveyed"
 
 
 def survey_end(outline: Polygon, heights: HeightRaster | None) -> str:
@@ -26,7 +26,7 @@ def survey_end(outline: Polygon, heights: HeightRaster | None) -> str:
     border = shapely.get_coordinates(shapely.segmentize(shapely.buffer(outline, AROUND_M).exterior, STEP_M))[:-1]
     share = 1.0 - float(_surveyed(heights, border[:, 0], border[:, 1]).mean())
     length = outline.exterior.length
-    return ENDS.format(length, share * length) if share * length >= LEAST_M else ""
+    return ENDS.format(share * length, length) if share * length >= LEAST_M else ""
 
 
 def _surveyed(heights: HeightRaster, x: np.ndarray, y: np.ndarray) -> BoolArray:

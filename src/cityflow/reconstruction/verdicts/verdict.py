@@ -89,25 +89,31 @@ def _percent(share: float) -> str:
 
 WORDS: Mapping[str, Callable[[Figures], str]] = {
     "off": lambda f: (
-        f"the points around {_percent(f.off)} of the roof are more than 20 cm off it: a part is missing or at a wrong height"
+        f"{_percent(f.off)} of the roof is more than 20 cm away from the points there: a part is missing or has a wrong height"
     ),
-    "worst": lambda f: f"{_percent(f.worst)} of the points on one roof plane are more than 20 cm off it",
-    "unseen": lambda f: f"no point is near {_percent(f.unseen)} of the roof",
-    "loose": lambda f: f"{_percent(f.loose)} of the points held back are more than 20 cm off the roof",
-    "strange": lambda f: f"{_percent(f.strange)} of the points held back are further off than three times their noise",
-    "unsure": lambda f: f"{_percent(f.unsure)} of the roof come out elsewhere when a quarter of the points is left out",
+    "worst": lambda f: f"{_percent(f.worst)} of the points of one roof plane are more than 20 cm away from it",
+    "unseen": lambda f: f"{_percent(f.unseen)} of the roof has no points nearby",
+    "loose": lambda f: (
+        f"{_percent(f.loose)} of the points held back from the fit are more than 20 cm away from the roof"
+    ),
+    "strange": lambda f: (
+        f"{_percent(f.strange)} of the points held back from the fit are farther from the roof than three times their noise"
+    ),
+    "unsure": lambda f: f"{_percent(f.unsure)} of the roof changes when a quarter of the points is left out",
     "missed": lambda f: (
-        f"{_percent(f.missed)} of the roof may be outside the outline, or of the outline outside the roof, by the ends of the roof and by façades"
+        f"roof edges and façades indicate that outline and roof differ on up to {_percent(f.missed)} of the area"
     ),
     "misplaced": lambda f: (
-        f"the outline is out of place with a probability of {_percent(f.misplaced)}, by the ends of the roof and by façades"
+        f"roof edges and façades indicate a displaced outline, with a probability of {_percent(f.misplaced)}"
     ),
-    "beside": lambda f: f"the roof goes on beyond the outline: {100 * f.beside:.0f} points there for every 100 on it",
-    "error_m": lambda f: f"the model itself expects an error of {100 * f.error_m:.0f} cm",
-    "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, much for planes as small as these",
-    "steps": lambda f: f"{_percent(f.steps)} of the roof are nearer to a step of it than the points are to each other",
+    "beside": lambda f: (
+        f"the roof continues beyond the outline: {100 * f.beside:.0f} roof points outside for every 100 inside"
+    ),
+    "error_m": lambda f: f"the expected error of the model is {100 * f.error_m:.0f} cm",
+    "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, which is much for roof planes of this size",
+    "steps": lambda f: f"{_percent(f.steps)} of the roof is closer to a height step than the spacing of the points",
     "shared": lambda f: (
-        f"{_percent(f.shared / f.few)} of the outline touch others, and few points tell whose roof is on top there"
+        f"{_percent(f.shared / f.few)} of the outline touches neighbours, and few points show which roof is higher there"
     ),
-    "few": lambda f: f"only some {round(1 / f.few**2)} points speak for a roof plane",
+    "few": lambda f: f"a roof plane is supported by only about {round(1 / f.few**2)} points",
 }
