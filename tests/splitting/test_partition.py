@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from shapely import LineString, Polygon, affinity, box
 
 from cityflow.geometry.ring_vertices import on_lattice
-from cityflow.splitting.partition import IDLE, TOO_SMALL, Partition, partition
+from cityflow.splitting.partition import IDLE, SLIVER, TOO_SMALL, Partition, partition
 
 X0, Y0 = 450_000.123, 5_800_000.77
 
@@ -127,7 +127,7 @@ def test_slivers_go() -> None:
     outline = _polygon((0, 0), (80, 0), (80, 10), (0, 10))
     result = partition(outline, [_line((0, 9.3), (80, 9.3))])
     assert result.used == ()
-    assert result.dropped[0][1] == "leaves a sliver"
+    assert result.dropped[0][1] == SLIVER
 
 
 def test_crossing_cuts_share_their_crossing(row: Polygon) -> None:

@@ -115,4 +115,4 @@ def test_a_drawn_cut_splits_a_given_outline_and_no_other(city: SmallCity, tmp_pa
     assert sum(i.startswith(f"{name}.") for i in found.index) == 2
     assert len(found) == len(given) + 1
     reasons = {r.reason for (stage, unit), r in records.items() if stage == "split" and unit != name}
-    assert reasons == {"a unit as it is"}
+    assert reasons == {"a single unit already"}

@@ -22,8 +22,8 @@ _NARROWEST_M = 1.0
 _DETAIL_M = 0.05
 _ON_LINE_M = 3 * LATTICE_M
 
-TOO_SMALL = "leaves a piece below the minimum area"
-SLIVER = "leaves a sliver"
+TOO_SMALL = "a part would be smaller than the minimum area"
+SLIVER = "a part would be too narrow"
 IDLE = "separates nothing"
 
 

@@ -82,12 +82,12 @@ def principal_directions(segments: Segments, parameters: PrincipalParameters) ->
     """
     chosen = np.flatnonzero(segments.slope_deg <= UPRIGHT_DEG)
     if len(chosen) < parameters.least_segments:
-        return Principal((), (), False, "too few segments to tell directions")
+        return Principal((), (), False, "too few segments for main directions")
     part = segments.take(chosen)
     weight = part.length * np.cos(np.radians(part.slope_deg))
     sigma, peaks = _orientations(part, weight, parameters)
     if not peaks:
-        return Principal((), (), False, "no direction stands out")
+        return Principal((), (), False, "no main direction found")
     peaks, belongs = mixture(_folded(part, weight, sigma), peaks)
     aspects, of = _aspects(part.aspect_deg, weight, sigma, peaks, belongs)
     follows = belongs.sum(axis=0) >= 0.5
@@ -199,13 +199,13 @@ def _doubt(aspects: tuple[Direction, ...], of: tuple[int, ...], share: float, pa
     """Why the directions should not be trusted; empty where they may."""
     main = [a.degrees for a, k in zip(aspects, of, strict=True) if k == 0]
     if len(main) < 2:
-        return "no aspect has a perpendicular one"
+        return "no two main directions are perpendicular"
     off = abs(abs(float(deviation_deg(np.array(main[0]), main[1], 180.0))) - RIGHT_DEG)
     if off > parameters.right_deg:
-        return f"the main aspects are {off:.1f}° off a right angle"
+        return f"the main directions differ from a right angle by {off:.1f}°"
     if share < parameters.least_weight:
-        return f"only {share:.0%} of the segments' length follows principal aspects"
+        return f"only {share:.0%} of the segments' length follows the main directions"
     first = sum(a.weight for a, k in zip(aspects, of, strict=True) if k == 0) / sum(a.weight for a in aspects)
     if first < parameters.main_weight and len(set(of)) > 3:
-        return f"{len(set(of))} orientations, none of them the main one: a curved row"
+        return f"{len(set(of))} directions without a main one: a curved row"
     return ""

@@ -90,7 +90,7 @@ def _unsplittable(evidence: SplitEvidence, parameters: SplitParameters) -> str:
     if outline.is_empty or not outline.is_valid:
         return "the outline is not valid"
     if outline.area < 2 * parameters.minimum_area_m2:
-        return f"{outline.area:.1f} m² are too small for two units of {parameters.minimum_area_m2:g} m²"
+        return f"{outline.area:.1f} m² are too few for two units of {parameters.minimum_area_m2:g} m²"
     if not evidence.frames:
         return "no rasters"
     if is_round(outline):
@@ -278,5 +278,5 @@ def _splitting(
 
 def _why_whole(found: Sequence[Candidate], principal: Principal) -> str:
     if not principal.aspects:
-        return "no principal directions"
-    return "no border is likely enough" if found else "nothing hints at a border"
+        return "no main directions"
+    return "no border has enough evidence" if found else "no evidence of a border"

@@ -33,14 +33,14 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = "split"
-VERSION = 2
+VERSION = 3
 SPLIT = "split.json"
 NADIR = LocalFrame("nadir", np.eye(3), np.zeros(3))
 AROUND_M = 2.0
 """What is read around an outline, m; set by hand."""
 GROUND_SAMPLING_M = 1.0
 """Spacing of the places along an outline whose terrain is the ground."""
-GIVEN = "a unit as it is"
+GIVEN = "a single unit already"
 NO_SURFACE = "no surface along the outline"
 
 
