@@ -10,7 +10,7 @@ from cityflow.core.texture import FaceKey
 
 OpeningKind = Literal["window", "door"]
 
-TOO_LITTLE = "too little of the wall is seen to say what share of it is windows"
+TOO_LITTLE = "too little of the wall is seen for a window-to-wall ratio"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

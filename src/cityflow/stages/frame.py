@@ -31,8 +31,8 @@ from cityflow.survey.source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 3
-EMPTY = "no view of this direction has a depth here"
+VERSION = 4
+EMPTY = "no image of this direction has depths here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 
 

@@ -28,7 +28,7 @@ from cityflow.windows.find import find_unit_windows
 from cityflow.windows.window_parameters import WindowParameters
 
 NAME = "windows"
-VERSION = 8
+VERSION = 9
 WINDOWS = "windows.json"
 UPRIGHT = 0.1
 """Sine of the tilt up to which a face is a wall; set by hand."""

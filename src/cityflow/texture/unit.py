@@ -42,9 +42,9 @@ from cityflow.texture.visibility.visibility_parameters import VisibilityParamete
 COARSE_CELLS = 1500
 """Cells of a face, at most, on which all images are tried before a few are kept; set by hand, to save time."""
 
-NO_IMAGE = "no image has it in its frame"
-HIDDEN = "no image sees it: something stands between"
-DOUBTFUL = "images only graze it: what they show of it may as well be something else"
+NO_IMAGE = "no image shows it"
+HIDDEN = "it is hidden in all images"
+DOUBTFUL = "all images see it too obliquely and may show something else"
 USUAL: Mapping[Semantic, Colour] = {
     Semantic.ROOF: (150, 110, 95), Semantic.WALL: (190, 183, 172), Semantic.OUTER_CEILING: (160, 150, 138),
 }  # fmt: skip

@@ -21,9 +21,9 @@ MOST_GLASS = 0.6
 """Share of a wall covered by openings from which it is a glass façade; set by hand on drawn façades."""
 
 TOO_COARSE = "the texture is too coarse for windows"
-UNSEEN = "no image sees enough of it"
-GLASS = "a façade of glass: what it mirrors is no row of windows"
-PANELS = "panes, panels or beams from end to end: no wall between them"
+UNSEEN = "too little of the wall is seen in images"
+GLASS = "a glass façade: windows cannot be told from reflections"
+PANELS = "a façade of panels, panes or beams: windows cannot be separated"
 SURE, FEW, LIKELY, MANY = 0.9, 4, 0.7, 8
 """Confidence and number of windows from which a wall with bars over its whole length is no glass; of likely ones also at least half; set by hand."""
 LEAST_SEEN_M2 = 0.5

@@ -42,7 +42,7 @@ from cityflow.survey.textures import atlas_cells_of, tiles_around, windows_are_w
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
-VERSION = 9
+VERSION = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     workspace.write(ROWS, encode_rows(rows))
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
-        f"no picture on the terrain: {draped.lost}" if draped.lost else "",
+        f"terrain without ortho: {draped.lost}" if draped.lost else "",
         {"buildings": len(own), "unlike_walls": unlike, "terrain_triangles": len(terrain.triangles)},
     )
 

@@ -23,7 +23,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.geometry.polyhedron import face_areas
 from cityflow.handover.texture_files import Rings, faces_of, rings_of
 
-CUT_OTHERWISE = "the face was cut in another way when it was textured"
+CUT_OTHERWISE = "the face has changed since it was textured"
 CUT_COLOUR = (170, 165, 158)
 """Grey of faces that were cut otherwise than their texture; set by hand."""
 

@@ -225,4 +225,4 @@ def _scaled(cell_m: float, front: Canvas) -> tuple[str, ...]:
     """What to say of a face that is larger than a patch may be."""
     if front.gsd_m <= cell_m * 1.001:
         return ()
-    return (f"pixels of {cell_m:.3f} m became {front.gsd_m:.3f} m, as a patch may be no larger",)
+    return (f"pixels of {cell_m:.3f} m became {front.gsd_m:.3f} m: a patch has reached its largest size",)
