@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import cityflow
+from cityflow.core.kernels import njit
 
 PACKAGE = Path(cityflow.__file__).parent
 
@@ -66,3 +67,25 @@ def test_a_kernel_is_compiled_anew_where_one_that_it_calls_has_changed(
     for more, step, kept in ((0, 0, 0), (0, 0, 1), (0, 5, 0), (3, 5, 0), (3, 5, 1)):
         (tmp_path / "called.py").write_text(called.format(more, step))
         assert loaded(tmp_path) == (2 * (1 + step) + more, kept)
+
+
+@njit(cache=False)  # type: ignore[untyped-decorator]
+def halved(x: float, often: int, whole: bool) -> float:
+    for _ in range(often):
+        x = x // 2 if whole else x / 2
+    return x
+
+
+@njit(cache=False)  # type: ignore[untyped-decorator]
+def halves(x: float) -> float:
+    often = 0
+    while halved(x, often, False) > 1:
+        often += 1
+    total: float = halved(x, 1, True) + halved(x, often=2, whole=False)
+    return total
+
+
+def test_constants_are_numbers_like_others() -> None:
+    """numba would compile a kernel for every constant that others call it with."""
+    assert halves(9.0) == 4 + 2.25
+    assert len(halved.signatures) == 1

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numba
+from numba.core import types
 from numba.core.registry import CPUDispatcher
 
 CONSTANTS = (int, float, str, tuple)
@@ -15,11 +17,13 @@ CONSTANTS = (int, float, str, tuple)
 def njit(**options: Any) -> Any:
     """`numba.njit`, whose cache knows the functions and constants that come from other files.
 
-    numba compares the function's own file alone: an old kernel that calls a changed one crashes or counts wrongly.
+    numba compares the function's own file alone: an old kernel that calls a changed one crashes or counts wrongly. And a call with
+    a constant is like any other here: numba would compile the kernel once more for it.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
+        kernel.get_call_template = partial(_template_by_types, kernel.get_call_template)
         if options.get("cache"):
             kept = kernel._cache._cache_file
             parts = [repr(kept._source_stamp), *sorted(_parts(function))]
@@ -27,6 +31,11 @@ def njit(**options: Any) -> Any:
         return kernel
 
     return compiled
+
+
+def _template_by_types(template: Callable[..., Any], args: Iterable[Any], kws: Mapping[str, Any]) -> Any:
+    """What a kernel is to another that calls it: of a constant, only its type counts."""
+    return template([types.unliteral(a) for a in args], {name: types.unliteral(a) for name, a in kws.items()})
 
 
 def _parts(function: Callable[..., Any]) -> set[str]:

@@ -34,7 +34,7 @@ def meeting_groups(
     for k in range(1, 3):
         if upper[:, k].max() - lower[:, k].min() > upper[:, axis].max() - lower[:, axis].min():
             axis = k
-    order = np.argsort(lower[:, axis], kind="mergesort")
+    order = np.argsort(lower[:, axis].copy(), kind="mergesort")
     normals = _normals(vertices, triangles)
     found = [(0, 0) for _ in range(0)]
     for m in range(len(order)):

@@ -46,7 +46,7 @@ def cell_points(points: ImagePoints, grid: Grid, expected: Expected) -> CellPoin
     x_0, y_0 = _lattice(grid.x_min, grid.cell), _lattice(grid.y_max, grid.cell)
     cell, u, v = _places(points.xyz, (x_0[1], y_0[1]), (x_0[0], y_0[0]), grid.cell, grid.shape)
     start, order = _by_cell(cell, grid.rows * grid.cols)
-    z = points.xyz[:, 2]
+    z = np.ascontiguousarray(points.xyz[:, 2])
     quality, trust, sigma = expected
     _sort_cells(start, order, z, u, v, quality, points.image)
     return CellPoints(
