@@ -56,5 +56,25 @@ def test_plans_that_meet_a_box_come_in_order_with_their_heights() -> None:
     bounds = (100.0, 80.0, 110.0, 95.0)
     found = index.over(bounds)
     assert found.tolist() == [k for k, plan in enumerate(plans) if plan.intersects(shapely.box(*bounds))]
-    assert index.heights(found) == (40.0 - found.max(), 70.0 + found.max())
-    assert index.heights(index.over((1e6, 1e6, 1e6 + 1, 1e6 + 1))) == (41.0 - len(known), 69.0 + len(known))
+    assert index.heights == (41.0 - len(known), 69.0 + len(known))
+
+
+def test_many_boxes_have_the_answers_of_each_alone() -> None:
+    known = [View(v.image, (40.0 - k, 70.0 + k)) for k, v in enumerate(views())]
+    index = ViewIndex(known, sights(known))
+    rng = np.random.default_rng(5)
+    low = np.vstack([rng.uniform((-50, -50), (350, 250), (20, 2)), [[1e6, 1e6]]])
+    boxes = np.hstack([low, low + 12.0])
+    box, view = index.over_each(boxes)
+    heights = index.heights_over_each(boxes)
+    for k, bounds in enumerate(boxes.tolist()):
+        found = index.over(tuple(bounds))
+        assert view[box == k].tolist() == found.tolist()
+        if len(found):
+            assert heights[k].tolist() == [40.0 - found.max(), 70.0 + found.max()]
+        else:
+            assert np.isnan(heights[k]).all()
+    x, y, near = low[3, 0], low[3, 1], view[box == 3]
+    corners = np.array([(a, b, z) for a in (x, x + 12) for b in (y, y + 12) for z in (40.0, 70.0)])
+    each = np.repeat(corners[None], len(near), axis=0)
+    assert index.have_in_frame(near, each).tolist() == index.have_in_frame(near, corners).tolist()

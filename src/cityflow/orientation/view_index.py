@@ -39,14 +39,33 @@ class ViewIndex:
         """(K,) the views whose plan meets a box, ascending."""
         return np.sort(self._tree.query(shapely.box(*bounds), predicate="intersects"))
 
-    def heights(self, which: IntArray) -> tuple[float, float]:
-        """Lowest ground and highest object that these views expect, of all where there are none, metres."""
-        chosen = self._heights[which] if len(which) else self._heights
-        return float(chosen[:, 0].min()), float(chosen[:, 1].max())
+    def over_each(self, boxes: FloatArray) -> tuple[IntArray, IntArray]:
+        """(P,) numbers of (N, 4) boxes, and of the views whose plan meets them, both ascending."""
+        box, view = self._tree.query(shapely.box(*boxes.T), predicate="intersects")
+        order = np.lexsort((view, box))
+        return box[order], view[order]
+
+    def heights_over_each(self, boxes: FloatArray) -> FloatArray:
+        """(N, 2) lowest ground and highest object that the views over (N, 4) boxes expect, metres; NaN where none looks."""
+        box, view = self.over_each(boxes)
+        seen, first = np.unique(box, return_index=True)
+        found = np.full((len(boxes), 2), np.nan)
+        if len(seen):
+            low, high = self._heights[view].T
+            found[seen] = np.column_stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)])
+        return found
+
+    @property
+    def heights(self) -> tuple[float, float]:
+        """Lowest ground and highest object that any view expects, metres."""
+        return float(self._heights[:, 0].min()), float(self._heights[:, 1].max())
 
     def have_in_frame(self, which: IntArray, corners: FloatArray) -> BoolArray:
-        """(K,) whether the image of (8, 3) corners of a box may meet the frame: corners behind the camera count as inside."""
-        local = (corners[None] - self.centres[which, None]) @ self._rotations[which].transpose(0, 2, 1)
+        """(K,) whether the image of a box may meet the frame; its corners are (8, 3), or (K, 8, 3) where each view has a box of its own.
+
+        Corners behind the camera count as inside.
+        """
+        local = (corners - self.centres[which, None]) @ self._rotations[which].transpose(0, 2, 1)
         depth = local[..., 2]
         normal = local[..., :2] / np.where(np.abs(depth) < LEAST_DEPTH_M, LEAST_DEPTH_M, depth)[..., None]
         meets = np.zeros(len(which), bool)

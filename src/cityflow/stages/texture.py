@@ -34,13 +34,11 @@ from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
 from cityflow.survey.source import ZARR
 from cityflow.survey.survey import Survey
+from cityflow.survey.texture_needs import texture_needs
 from cityflow.survey.textures import (
     STAGE_TEXTURE,
-    hulls_around,
-    images_of,
     surfaces_around,
     texture_parameters,
-    tiles_around,
 )
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.doubtful import wall_sigma
@@ -90,9 +88,8 @@ class TextureInputs(TaskInputs):
     white: float
 
 
-def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry]) -> Task:
-    """One unit, between the units `around` it; where a neighbour has failed, its block stands there, as in the export."""
-    known = images_of(survey, unit)
+def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Sequence[str]) -> Task:
+    """One unit, between the units `around` it, that the images `known` show; where a neighbour has failed, its block stands there, as in the export."""
     colours = colour_inputs(survey, known)
     blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
     tiles = sorted(
@@ -229,19 +226,14 @@ def _covers(colours: FloatArray, grid: Grid, bounds: Bounds) -> bool:
     return bool(np.isfinite(colours[(slice(None), *grid.slices(part))]).all())
 
 
-def _around(city: City, unit: UnitEntry) -> list[str]:
-    """Units near this one, whatever tiles they are in: these tiles' units are all known."""
-    indexes = [city.units_of[t] for t in tiles_around(city.survey, unit) if t in city.units_of]
-    return [u for u in hulls_around(city.survey, unit, indexes) if u in city.units]
-
-
 def _models_surfaces_images(city: City, name: str) -> Iterable[Node]:
     """The models and surfaces that may stand between a unit and the cameras, and the images."""
-    survey, unit = city.survey, city.units[name]
+    unit = city.units[name]
+    needs = texture_needs(city, unit)
     return [
-        *(("reconstruct", u) for u in (name, *_around(city, unit))),
-        *(("surface", t) for t in surfaces_around(survey, unit)),
-        *(("ingest", n) for n in images_of(survey, unit)),
+        *(("reconstruct", u) for u in (name, *needs.around)),
+        *(("surface", t) for t in surfaces_around(city.survey, unit)),
+        *(("ingest", n) for n in needs.images),
     ]
 
 
@@ -250,7 +242,8 @@ def _task(city: City, name: str) -> Task | None:
     if not city.survey.results.hull(name).path:
         return None
     unit = city.units[name]
-    return task(city.survey, unit, [city.units[u] for u in _around(city, unit)])
+    needs = texture_needs(city, unit)
+    return task(city.survey, unit, [city.units[u] for u in needs.around], needs.images)
 
 
 STAGE = Stage(

@@ -20,8 +20,8 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.texture_files import Rings, decode_unit
 from cityflow.handover.window_files import encode_openings
 from cityflow.survey.city import City
-from cityflow.survey.survey import Survey
-from cityflow.survey.textures import images_of, windows_are_wanted
+from cityflow.survey.texture_needs import texture_needs
+from cityflow.survey.textures import windows_are_wanted
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows
@@ -41,10 +41,11 @@ class WindowInputs(TaskInputs):
     texture: str
 
 
-def task(survey: Survey, unit: UnitEntry) -> Task | None:
+def task(city: City, unit: UnitEntry) -> Task | None:
     """The windows of one unit; None where it has no textures, or where only an ortho can have shown it."""
+    survey = city.survey
     textures = survey.results.outputs_of("texture", unit.id)
-    if not textures or not images_of(survey, unit):
+    if not textures or not texture_needs(city, unit).images:
         return None
     path, digest = next(iter(textures.items()))
     return Task(
@@ -104,7 +105,7 @@ STAGE: Stage[City] = Stage(
     unit="building that photographs show",
     text="rectified patches of its walls → windows and doors with a confidence, per wall their share, rows and the reason where nobody could look",
     needs=(lambda _, name: [("texture", name)],),
-    task=lambda city, name: task(city.survey, city.units[name]),
+    task=lambda city, name: task(city, city.units[name]),
     count=lambda city: city.count_units() if windows_are_wanted(city.survey) else 0,
     parameters=(WindowParameters,),
     cost=Cost(0.5, 500.0, 0.05),

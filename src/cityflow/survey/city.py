@@ -114,7 +114,7 @@ class City:
         """
         if not self.area.is_everywhere or (node[0] not in (OUTLINE, UNITS) and node != (INGEST, OUTLINES)):
             return {}
-        return {str(unit): str(reason) for unit, reason in self.survey.results.records[node].result.get("refused", [])}
+        return self.survey.results.refused_by(node)
 
     def count_units(self) -> int | None:
         """Units of the area: from the records, once they name all, else from the number of given outlines; None if unknown yet."""

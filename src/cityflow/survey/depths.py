@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from cityflow.core.building import Status
 from cityflow.flow.stage import Node
 from cityflow.flow.task import digest_of
 from cityflow.flow.typed import as_json
@@ -50,12 +49,11 @@ def matches_over(survey: Survey, tiles: Iterable[str]) -> list[Node]:
 def depth_maps(survey: Survey, tiles: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Flight tile → path and digest of the depth map, of those over `tiles` that left one."""
     units = [f.name for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t])]
-    found = {u: survey.results.records[MATCH, u].outputs for u in units if (MATCH, u) in survey.results.records}
+    found = {u: survey.results.outputs_of(MATCH, u) for u in units}
     return {u: next(iter(outputs.items())) for u, outputs in sorted(found.items()) if outputs}
 
 
 def unmatched(survey: Survey, tiles: Iterable[str]) -> list[str]:
     """Flight tiles over `tiles` that have failed."""
-    units = sorted(f.name for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t]))
-    found = {u: survey.results.records.get((MATCH, u)) for u in units}
-    return [u for u, record in found.items() if record is not None and record.status is Status.FAILED]
+    units = dict.fromkeys(sorted(f.name for t in tiles for f in survey.images.flight_tiles(survey.lattice.tiles[t])))
+    return [u for u in units if survey.results.has_failed(MATCH, u)]

@@ -199,13 +199,27 @@ class ImageSurvey:
 
     def showing(self, bounds: Bounds, heights: tuple[float, float], most: int) -> list[str]:
         """Images whose frame meets a box over `bounds` between two heights, the nearest `most` of them; their names, sorted."""
-        x_0, y_0, x_1, y_1 = bounds
-        box = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in heights])
-        near = self._shown.over(bounds)
-        near = near[self._shown.have_in_frame(near, box)]
-        away = np.linalg.norm(self._shown.centres[near] - box.mean(axis=0), axis=1)
-        chosen = np.sort(near[np.argsort(away, kind="stable")[:most]])
-        return [self._shown.views[i].name for i in chosen.tolist()]
+        return self.showing_each(np.array([bounds]), np.array([heights]), [most])[0]
+
+    def showing_each(self, bounds: FloatArray, heights: FloatArray, most: Sequence[int]) -> list[list[str]]:
+        """The same for (N, 4) bounds, (N, 2) heights and as many numbers of images at most."""
+        x_0, y_0, x_1, y_1 = bounds.T
+        low, high = heights.T
+        corners = [np.column_stack([x, y, z]) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)]
+        boxes = np.stack(corners, axis=1)
+        box, view = self._shown.over_each(bounds)
+        inside = self._shown.have_in_frame(view, boxes[box])
+        box, view = box[inside], view[inside]
+        away = np.linalg.norm(self._shown.centres[view] - boxes.mean(axis=1)[box], axis=1)
+        nearest = np.lexsort((view, away, box))
+        first = np.searchsorted(box, np.arange(len(bounds)))
+        rank = np.empty(len(box), np.int64)
+        rank[nearest] = np.arange(len(box)) - first[box]
+        kept = rank < np.asarray(most)[box]
+        names: list[list[str]] = [[] for _ in range(len(bounds))]
+        for k, i in zip(box[kept].tolist(), view[kept].tolist(), strict=True):
+            names[k].append(self._shown.views[i].name)
+        return names
 
     def _views_over(self, bounds: Bounds) -> list[View]:
         return [self._seen.views[i] for i in self._seen.over(bounds).tolist()]
@@ -282,8 +296,13 @@ class ImageSurvey:
 
     def heights_over(self, bounds: Bounds) -> tuple[float, float]:
         """Lowest ground and highest object that images over `bounds` expect, metres."""
-        near = self._seen.over(bounds)
-        return self._seen.heights(near) if len(near) else self._shown.heights(near)
+        low, high = self.heights_over_each(np.array([bounds]))[0].tolist()
+        return low, high
+
+    def heights_over_each(self, boxes: FloatArray) -> FloatArray:
+        """(N, 2) the same for (N, 4) boxes; where no image looks, those of all."""
+        heights = self._seen.heights_over_each(boxes)
+        return np.where(np.isnan(heights), self._shown.heights, heights) if np.isnan(heights).any() else heights
 
 
 def _reduced(view: View, level: int) -> View:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from sys import intern
 
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
@@ -11,91 +13,152 @@ from cityflow.handover.hull import Hull
 
 HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""
+RECONSTRUCT = "reconstruct"
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What later tasks ask of a task that has ended, and no more: a city has millions.
+
+    Attributes
+    ----------
+    digest : of its contents, as its result says; empty where it does not
+    paths, sums : RUN-relative paths that it left, and the digests of their contents
+    """
+
+    status: Status
+    reason: str
+    digest: str
+    paths: tuple[str, ...]
+    sums: tuple[str, ...]
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """Path → digest."""
+        return dict(zip(self.paths, self.sums, strict=True))
+
+    @property
+    def contents(self) -> str:
+        """What downstream digests take in of it: its contents, or how it failed."""
+        return self.digest or f"{self.status}: {self.reason}"
 
 
 class Results:
-    """Records by stage and unit, as far as later tasks ask for them."""
+    """What tasks have left, by stage and unit."""
 
     def __init__(self) -> None:
-        self.records: dict[Node, Record] = {}
+        self._left: dict[str, dict[str, Left]] = {}
+        self._refused: dict[Node, dict[str, str]] = {}
+        self._given_outlines: dict[str, dict[str, str]] = {}
 
     def learn(self, record: Record) -> None:
-        """Keep what later tasks ask of a record, and no more: a city has very many."""
-        kept = {k: v for k, v in record.result.items() if k in ("digest", "refused")}
-        inputs = record.inputs if record.stage == "outline" else {}
-        self.records[record.stage, record.unit] = replace(
-            record, result=kept, parameters={}, inputs=inputs, traceback=""
-        )
+        """Keep what later tasks ask of a record."""
+        node = record.stage, record.unit
+        outputs = record.outputs
+        if record.stage == RECONSTRUCT:
+            outputs = {p: d for p, d in outputs.items() if p.endswith(HULL)}
+        digest = str(record.result.get("digest") or "")
+        left = Left(record.status, record.reason, digest, tuple(outputs), tuple(outputs.values()))
+        self._left.setdefault(record.stage, {})[intern(record.unit)] = left
+        self._refused.pop(node, None)
+        if refused := record.result.get("refused"):
+            self._refused[node] = {str(unit): str(reason) for unit, reason in refused}
+        if record.stage == "outline":
+            self._given_outlines[record.unit] = {p: d for p, d in sorted(record.inputs.items()) if _holds_outlines(p)}
+
+    def of(self, stage: str, unit: str) -> Left | None:
+        """What a task has left; None where it has not ended."""
+        found = self._left.get(stage)
+        return None if found is None else found.get(unit)
+
+    def of_stage(self, stage: str) -> dict[str, Left]:
+        """Unit → what its task has left. Nobody changes it."""
+        return self._left.get(stage, {})
+
+    def __iter__(self) -> Iterator[tuple[Node, Left]]:
+        """All of them, stage by stage."""
+        return (((stage, unit), left) for stage, found in self._left.items() for unit, left in found.items())
+
+    def __contains__(self, node: Node) -> bool:
+        return self.of(*node) is not None
 
     def digest_of(self, stage: str, unit: str) -> str:
         """What downstream digests take in of an upstream unit: its contents, or how it failed."""
-        record = self.records.get((stage, unit))
-        if record is None:
-            return "missing"
-        return str(record.result.get("digest") or f"{record.status}: {record.reason}")
+        left = self.of(stage, unit)
+        return "missing" if left is None else left.contents
 
     def outputs_of(self, stage: str, unit: str) -> dict[str, str]:
         """Path → digest of what a task left; nothing where it has not run or failed."""
-        record = self.records.get((stage, unit))
-        return dict(record.outputs) if record is not None else {}
+        left = self.of(stage, unit)
+        return {} if left is None else left.outputs
 
     def products_of(self, stage: str, unit: str) -> dict[str, str]:
         """Path → digest of the products of a task."""
-        record = self.records.get((stage, unit))
-        return {p: d for p, d in record.outputs.items() if p.startswith("products/")} if record else {}
+        return {p: d for p, d in self.outputs_of(stage, unit).items() if p.startswith("products/")}
 
     def reason_of(self, stage: str, unit: str) -> str:
         """Why a task did less than it should; empty where all is well."""
-        record = self.records.get((stage, unit))
-        return record.reason if record is not None and record.status is not Status.DONE else ""
+        left = self.of(stage, unit)
+        return left.reason if left is not None and left.status is not Status.DONE else ""
+
+    def has_failed(self, stage: str, unit: str) -> bool:
+        """Whether a task has ended without a result."""
+        left = self.of(stage, unit)
+        return left is not None and left.status is Status.FAILED
 
     def failure_of(self, stage: str, unit: str) -> str:
         """Why a task failed; empty where it has not."""
-        record = self.records.get((stage, unit))
-        return record.reason if record is not None and record.status is Status.FAILED else ""
+        left = self.of(stage, unit)
+        return left.reason if left is not None and left.status is Status.FAILED else ""
 
     def tiled_image(self, name: str) -> str | None:
         """Where the ingested image is written; None where it could not be read."""
-        record = self.records.get(("ingest", name))
-        return next(iter(record.outputs), None) if record and record.status is not Status.FAILED else None
+        left = self.of("ingest", name)
+        return next(iter(left.paths), None) if left and left.status is not Status.FAILED else None
 
     def hull(self, unit: str) -> Hull:
         """Where a unit's hull is written, or why there is none."""
-        record = self.records.get(("reconstruct", unit))
-        if record is None:
+        left = self.of(RECONSTRUCT, unit)
+        if left is None:
             return Hull(None, Status.FAILED, "was not reconstructed")
-        path = next((p for p in record.outputs if p.endswith(HULL)), None)
-        return Hull(path, record.status, record.reason)
+        return Hull(left.paths[0] if left.paths else None, left.status, left.reason)
 
     def digest_of_hull(self, unit: str) -> str:
         """Of the hull's contents, or of how the unit failed."""
-        record = self.records.get(("reconstruct", unit))
-        if record is None:
+        left = self.of(RECONSTRUCT, unit)
+        if left is None:
             return "missing"
-        hulls = (digest for path, digest in record.outputs.items() if path.endswith(HULL))
-        return next(hulls, f"{record.status}: {record.reason}")
+        return left.sums[0] if left.sums else f"{left.status}: {left.reason}"
 
     def outlines_of(self, stage: str, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines or the units of a tile, as the stage ``outline`` or ``units`` left them; none where it has none."""
-        record = self.records.get((stage, tile))
-        known = (record.outputs, record.inputs if stage == "outline" else {}) if record else ()
-        files = ({p: d for p, d in sorted(paths.items()) if p.endswith(".jsonl")} for paths in known)
-        return next(filter(None, files), {})
+        own = {p: d for p, d in sorted(self.outputs_of(stage, tile).items()) if _holds_outlines(p)}
+        return own or (self._given_outlines.get(tile, {}) if stage == "outline" else {})
 
     def split_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that says how the outlines of a tile were split."""
         return {p: d for p, d in self.outputs_of("units", tile).items() if p.endswith(".ndjson")}
 
+    def refused_by(self, node: Node) -> dict[str, str]:
+        """Outlines that a task has refused, with the reason."""
+        return self._refused.get(node, {})
+
     def refused_outlines(self) -> dict[str, str]:
         """Outlines and units that cannot be buildings, or that a person has rejected, with the reason."""
-        return {str(u): str(why) for r in self._refusing() for u, why in r.result.get("refused", [])}
+        return {unit: why for node in self._refusing() for unit, why in self.refused_by(node).items()}
 
     def refused_files(self) -> dict[str, str]:
         """Path → digest of the files that hold their polygons."""
-        return {p: d for r in self._refusing() for p, d in r.outputs.items() if p.endswith("/refused.json")}
+        return {
+            p: d for node in self._refusing() for p, d in self.outputs_of(*node).items() if p.endswith("/refused.json")
+        }
 
-    def _refusing(self) -> list[Record]:
-        """What the tasks that may refuse outlines have left."""
-        given = self.records.get(("ingest", "outlines"))
-        others = [r for (stage, _), r in sorted(self.records.items()) if stage in ("outline", "units")]
-        return others if given is None else [given, *others]
+    def _refusing(self) -> list[Node]:
+        """The tasks that may refuse outlines, and have ended."""
+        given = ("ingest", "outlines")
+        others = [(stage, tile) for stage in ("outline", "units") for tile in sorted(self.of_stage(stage))]
+        return [given, *others] if given in self else others
+
+
+def _holds_outlines(path: str) -> bool:
+    return path.endswith(".jsonl")

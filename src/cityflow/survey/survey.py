@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TypeVar
 
-from cityflow.core.building import OUTLINE_SIGMA_M, Status
+from cityflow.core.building import OUTLINE_SIGMA_M
 from cityflow.core.edits import Edits
 from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters, merged
@@ -46,7 +46,6 @@ class Survey:
     lidar : files, none where the surface has another source;  images : all that the catalog has, for textures at least
     source : of the surface;  lattice : how the world is cut
     results, given, index : what tasks have left: records, given outlines, points of buildings
-    images_of_units : unit → names of the images that have it in their frame, of those asked for lately
     """
 
     def __init__(
@@ -61,7 +60,6 @@ class Survey:
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
         self.results, self.given = Results(), GivenOutlines()
         self._model: ModelParameters | None = None
-        self.images_of_units: dict[str, list[str]] = {}
         self.index = PointIndex(self.source, parameters.tiles)
 
     def learn(self, record: Record) -> None:
@@ -178,9 +176,8 @@ class Survey:
         """Name → why: the files that should hold points within `bounds` but could not be read."""
         found = {}
         for asset in self.lidar.assets_over(bounds):
-            record = self.results.records.get(("ingest", asset.name))
-            if record is not None and record.status is Status.FAILED:
-                found[asset.name] = record.reason
+            if self.results.has_failed("ingest", asset.name):
+                found[asset.name] = self.results.reason_of("ingest", asset.name)
         return found
 
     def unit_files(self, tile: str) -> dict[str, str]:

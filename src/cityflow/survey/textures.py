@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from cityflow.core.grid import grown
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
-from cityflow.survey.unit_index import UnitIndex
 from cityflow.texture.unit import TextureParameters
 
 STAGE_TEXTURE = "texture"
-UNITS_KEPT = 50_000
-"""Units whose images are kept, some hundred bytes each."""
-
 LONGEST_M = 60.0
 """From where a building is counted to where it ends, mostly."""
 
@@ -25,32 +21,14 @@ def texture_parameters(survey: Survey, unit: UnitEntry) -> TextureParameters:
     return asked if asked is survey.fitting_textures else survey.fitted(asked)
 
 
-def hulls_around(survey: Survey, unit: UnitEntry, known: Sequence[UnitIndex]) -> list[str]:
-    """Units whose models may stand between this one and a camera, or share a wall with it."""
-    near = grown(unit.bounds, texture_parameters(survey, unit).around_m)
-    return sorted({*(u for index in known for u in index.meeting(near)), *unit.neighbours} - {unit.id})
-
-
 def tiles_around(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Tiles that may own such units: how the ground is cut must not tell which models stand around."""
+    """Tiles that may own units whose models stand before this one: how the ground is cut must not tell which."""
     return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).around_m + LONGEST_M))
 
 
 def surfaces_around(survey: Survey, unit: UnitEntry) -> list[str]:
     """Tiles whose surface may stand between."""
     return survey.lattice.tiles_over(grown(unit.bounds, texture_parameters(survey, unit).halo_m))
-
-
-def images_of(survey: Survey, unit: UnitEntry) -> list[str]:
-    """Images that have the unit in their frame; asked for by the stages that texture it one after the other, so that the last ones are kept."""
-    if not survey.images.assets:
-        return []
-    if unit.id not in survey.images_of_units:
-        if len(survey.images_of_units) >= UNITS_KEPT:
-            survey.images_of_units.clear()
-        heights, most = survey.images.heights_over(unit.bounds), texture_parameters(survey, unit).most_images
-        survey.images_of_units[unit.id] = survey.images.showing(unit.bounds, heights, most)
-    return survey.images_of_units[unit.id]
 
 
 def windows_are_wanted(survey: Survey) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cityflow.core.grid import Bounds
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.survey.unit_entry import UnitEntry
 
 
@@ -14,11 +14,10 @@ class UnitIndex:
     """Names and (N, 4) bounds of units, in their order."""
 
     def __init__(self, units: Sequence[UnitEntry]) -> None:
-        self._names = [u.id for u in units]
-        self._bounds = np.array([u.bounds for u in units]).reshape(-1, 4)
+        self.names = [u.id for u in units]
+        self.bounds: FloatArray = np.array([u.bounds for u in units]).reshape(-1, 4)
 
-    def meeting(self, bounds: Bounds) -> list[str]:
-        """Names of those whose bounds have an area in common with a box."""
-        x_min, y_min, x_max, y_max = self._bounds.T
-        meets = (x_min < bounds[2]) & (x_max > bounds[0]) & (y_min < bounds[3]) & (y_max > bounds[1])
-        return [self._names[i] for i in np.flatnonzero(meets).tolist()]
+    def meeting(self, boxes: FloatArray) -> BoolArray:
+        """(K, N) whether the bounds of a unit have an area in common with one of (K, 4) boxes."""
+        (x_0, y_0, x_1, y_1), own = boxes.T[:, :, None], self.bounds.T
+        return np.asarray((own[0] < x_1) & (own[2] > x_0) & (own[1] < y_1) & (own[3] > y_0))

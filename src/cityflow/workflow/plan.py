@@ -85,7 +85,7 @@ def plan_of(source: CitySource, ledger: Ledger | None) -> dict[str, StagePlan]:
             plan.reasons[why(task, state, record)] += 1
         if record is not None:
             queue.extend(source.after(task, record))
-    if (source.survey.results.records.keys() >= {("export", "city")}) and all(p.is_known for p in plans.values()):
+    if ("export", "city") in source.survey.results and all(p.is_known for p in plans.values()):
         return {stage: plans[stage] for stage in in_flow_order(plans)}  # the whole graph was walked
     for stage, expected in source.expected_units().items():
         plans[stage].is_known = expected is not None

@@ -30,9 +30,9 @@ def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
     Tiles beyond the area of interest keep theirs as long as they were made as they would be now. A run that did not come
     to its last export has replaced nothing, so all stays.
     """
-    if (export.NAME, CITY) not in survey.results.records:
+    if (export.NAME, CITY) not in survey.results:
         return 0
-    kept = {path for record in survey.results.records.values() for path in record.outputs}
+    kept = {path for _, left in survey.results for path in left.paths}
     kept |= {path for record in _before_they_failed(ledger, survey) for path in record.outputs}
     kept |= {path for record in _beyond_the_area(ledger, survey) for path in record.outputs}
     stale = [path for path in store.find(PRODUCTS) if path not in kept]
@@ -49,14 +49,14 @@ def _folder(path: str) -> str:
 
 def _before_they_failed(ledger: Ledger, survey: Survey) -> Iterator[Record]:
     """What stands of tasks that failed this time."""
-    for (stage, unit), record in survey.results.records.items():
-        if record.status is Status.FAILED and (good := ledger.last_good(stage, unit)) is not None:
+    for (stage, unit), left in survey.results:
+        if left.status is Status.FAILED and (good := ledger.last_good(stage, unit)) is not None:
             yield good
 
 
 def _beyond_the_area(ledger: Ledger, survey: Survey) -> Iterator[Record]:
     for name in survey.lattice.tiles:
-        if (surface.NAME, name) in survey.results.records and (export.NAME, name) in survey.results.records:
+        if (surface.NAME, name) in survey.results and (export.NAME, name) in survey.results:
             continue
         heights, city = ledger.latest(surface.NAME, name), ledger.latest(export.NAME, name)
         if heights is None or not surface.is_made_alike(survey, heights):

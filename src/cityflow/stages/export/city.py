@@ -108,7 +108,7 @@ def task(survey: Survey, atlas_cells: Mapping[str, Sequence[str]], refused: Mapp
     products = {
         t: TileProducts(
             survey.lattice.tiles[t].bounds,
-            survey.results.records[NAME, t].outputs,
+            survey.results.outputs_of(NAME, t),
             {**survey.results.products_of("surface", t), **survey.results.products_of("ortho", t), **pages.get(t, {})},
         )
         for t in tiles
@@ -133,9 +133,8 @@ def task(survey: Survey, atlas_cells: Mapping[str, Sequence[str]], refused: Mapp
 def _pages(survey: Survey) -> dict[str, dict[str, str]]:
     """Tile → the pages of its atlas cells, path → digest."""
     found: dict[str, dict[str, str]] = {}
-    for stage, atlas_cell in sorted(survey.results.records):
-        if stage == ATLAS:
-            found.setdefault(atlas_cell.rpartition(".")[0], {}).update(survey.results.products_of(stage, atlas_cell))
+    for atlas_cell in sorted(survey.results.of_stage(ATLAS)):
+        found.setdefault(atlas_cell.rpartition(".")[0], {}).update(survey.results.products_of(ATLAS, atlas_cell))
     return found
 
 

@@ -73,10 +73,10 @@ def _corrections(survey: Survey, name: str) -> tuple[tuple[str, ...], str]:
     if survey.parameters.raw.calibration is None:
         return (), ""
     unit = unit_of(survey, name)
-    record = survey.results.records.get((NAME, unit)) if unit else None
-    if record is not None and record.status is not Status.FAILED:
-        return tuple(record.outputs), ""
-    return (), f"{unit} has failed: {record.reason}" if record else "the image's name tells no camera"
+    left = survey.results.of(NAME, unit) if unit else None
+    if left is not None and left.status is not Status.FAILED:
+        return left.paths, ""
+    return (), f"{unit} has failed: {left.reason}" if left else "the image's name tells no camera"
 
 
 def infrared_of(survey: Survey, name: str) -> str | None:

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.building import Outline, Status
+from cityflow.core.building import Outline
 from cityflow.core.grid import Grid, grown
 from cityflow.core.points import (
     BUILDING,
@@ -99,9 +99,7 @@ def inputs_of(survey: Survey, unit: UnitEntry) -> dict[str, str]:
 def evidence_inputs(survey: Survey, unit: UnitEntry) -> EvidenceInputs:
     """Where `read_evidence` finds it."""
     around = grown(unit.bounds, AROUND_M)
-    failed = (
-        t for t in survey.lattice.tiles_under(unit) if survey.results.records["surface", t].status is Status.FAILED
-    )
+    failed = (t for t in survey.lattice.tiles_under(unit) if survey.results.has_failed("surface", t))
     return EvidenceInputs(
         tuple(survey.index.over(around)), tuple(survey.unread(around)), tuple(_walls(survey, unit)), tuple(failed), survey.surfaces,
         survey.reads_own_orthos, survey.ortho_inputs, survey.catalog.reference.code, survey.lidar.has_building_class, _uneven(survey),

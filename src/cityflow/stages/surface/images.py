@@ -110,11 +110,7 @@ def task(survey: Survey, name: str) -> Task:
     inputs, depths = depths_over(survey, survey.lattice.near(name, reach_of(survey, 0.0)))
     sights = sights_of(survey, ring, survey.lattice.tiles[name].buffered(survey.parameters.image_surface.context_m))
     dtm = survey.catalog.rasters.get("dtm")
-    missing = {
-        t: survey.results.records["fuse", t].reason
-        for t in ring
-        if survey.results.records["fuse", t].status is Status.FAILED
-    }
+    missing = {t: survey.results.reason_of("fuse", t) for t in ring if survey.results.has_failed("fuse", t)}
     given = as_json(ImageSurfaceInputs(
         depths, survey.lattice.tiles[name].bounds, survey.surfaces, tuple(fused), tuple(missing), survey.results.reason_of("fuse", name), sights,
         survey.parameters.tiles.index_cell_m, dtm.href if dtm else None, survey.catalog.reference.code,
