@@ -109,9 +109,9 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
         own = task.unit.removeprefix("house ")
         assert all(place[stage, own] < place["split", task.unit] for stage in ("surface", "ortho", "outline"))
         assert {tree["frame"]["name"] for tree in task.arguments["frames"]} == {
-            f.name for f in SOURCE.survey.images.oblique_frames
+            f.name for f in SOURCE.survey.images.tilted.frames
         }
-        over = SOURCE.survey.images.frame_units_over([own])
+        over = SOURCE.survey.images.tilted.units_over([own])
         assert over
         assert all(place["frame", u] < place["split", task.unit] for u in over)
     assert (

@@ -89,6 +89,6 @@ class CitySource:
         """The tasks that follow from the catalog alone: those for outlines of the tiles and of all that touch them."""
         city, images = self.city, self.survey.source.kind == IMAGES
         ring = city.ring_of(city.tiles)
-        frames = self.survey.images.frame_units_over(city.tiles) if images else []
+        frames = self.survey.images.tilted.units_over(city.tiles) if images else []
         pictures = [(s, t) for s in ("ortho", "walls") for t in city.tiles] if images else []
         return [*((s, t) for s in ("surface", "outline") for t in ring), *pictures, *(("frame", u) for u in frames)]

@@ -132,15 +132,15 @@ def frame_pictures(store: Store, survey: Survey, records: CurrentRecords) -> Ite
     if survey.source.kind != IMAGES:
         return
     done = {r.unit for r in records.of(frame.NAME) if r.result.get("points")}
-    for shown in survey.images.oblique_frames[:MOST_FRAMES]:
+    for shown in survey.images.tilted.frames[:MOST_FRAMES]:
         tiles = tuple(
             f.tile.bounds
-            for unit, f in survey.images.frame_tiles.items()
+            for unit, f in survey.images.tilted.tiles.items()
             if unit in done and f.frame.name == shown.name
         )
         if not tiles:
             continue
-        part = Part(store, f"{FRAMES}/{shown.name}", survey.images.frame_grid(shown), tiles)
+        part = Part(store, f"{FRAMES}/{shown.name}", survey.images.tilted.grid(shown), tiles)
         raster = part.mosaic(["ortho", "ortho_seen"], _colours, survey.images.bands, FRAME_PIXELS)
         if np.isfinite(raster[1]).any():
             text = f"The city as seen by the {len(shown.images)} images that look there, without perspective"

@@ -63,7 +63,7 @@ class FrameInputs(TaskInputs):
 
 def task(survey: Survey, unit: str) -> Task:
     """One tile of one local frame, from the depth maps of its direction over the ground tiles that it looks at."""
-    place = survey.images.frame_tile(unit)
+    place = survey.images.tilted.tiles[unit]
     own = {
         u: m
         for u, m in depth_maps(survey, place.ground_tiles).items()
@@ -77,7 +77,7 @@ def task(survey: Survey, unit: str) -> Task:
     # a small cluster's images may be reference images for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
     colours = colour_inputs(survey, (n for n in seen if n in shown_here))
-    grid = survey.images.frame_grid(place.frame)
+    grid = survey.images.tilted.grid(place.frame)
     given = as_json(FrameInputs(depths, place.frame, place.tile.bounds, grid, colours))
     asked = FrameParameters(fuse=survey.parameters.image_surface.fuse, ortho=survey.parameters.ortho)
     return Task(
@@ -98,7 +98,7 @@ def task(survey: Survey, unit: str) -> Task:
 def ground_around(survey: Survey, unit: str) -> list[str]:
     """Ground tiles whose depth maps a local frame's tile needs: those that it looks at, and what looks past their points."""
     reach = reach_of(survey, 0.0)
-    found = {n for t in survey.images.frame_tile(unit).ground_tiles for n in survey.lattice.near(t, reach)}
+    found = {n for t in survey.images.tilted.tiles[unit].ground_tiles for n in survey.lattice.near(t, reach)}
     return [n for n in survey.lattice.tiles if n in found]
 
 
@@ -150,7 +150,7 @@ def _depth_maps(city: City, unit: str) -> Iterable[Node]:
 def _starts(city: City, ended: Node) -> Iterable[str]:
     """The tiles of local frames that look at the ground tiles to export."""
     return (
-        city.survey.images.frame_units_over(city.tiles) if ended == START and city.survey.source.kind == IMAGES else []
+        city.survey.images.tilted.units_over(city.tiles) if ended == START and city.survey.source.kind == IMAGES else []
     )
 
 

@@ -91,7 +91,7 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
         inputs={
             "outline": outline.digest, **{f"{stage} {unit}": survey.results.digest_of(stage, unit) for stage, unit in read}, **pieces,
             **({"edits": edits} if edits else {}), **({} if survey.looks_for_borders else {"borders": "drawn ones only"}),
-            "frames": digest_of(sorted({survey.images.frame_tile(u).frame.name for u in frames})),
+            "frames": digest_of(sorted({survey.images.tilted.tiles[u].frame.name for u in frames})),
         },
         arguments=as_json(SplitInputs(
             outline.at, survey.surfaces, tuple(pieces), survey.source.kind == IMAGES, _frames(survey, frames), survey.edits.near(place),
@@ -103,14 +103,14 @@ def task(survey: Survey, outline: UnitEntry) -> Task:
 
 def frame_units(survey: Survey, outline: UnitEntry) -> list[str]:
     """Local frame tiles that show something of the tiles under the outline."""
-    return survey.images.frame_units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
+    return survey.images.tilted.units_over(survey.lattice.tiles_under(outline)) if survey.source.kind == IMAGES else []
 
 
 def _frames(survey: Survey, units: Sequence[str]) -> tuple[FrameRaster, ...]:
     """Each local frame once, in the order of the survey."""
     images = survey.images
-    found = {images.frame_tile(u).frame.name: images.frame_tile(u).frame for u in units}
-    return tuple(FrameRaster(found[name], images.frame_grid(found[name])) for name in sorted(found))
+    found = {images.tilted.tiles[u].frame.name: images.tilted.tiles[u].frame for u in units}
+    return tuple(FrameRaster(found[name], images.tilted.grid(found[name])) for name in sorted(found))
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

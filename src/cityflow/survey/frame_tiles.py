@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
-from cityflow.core.grid import Tile
+import numpy as np
+import shapely
+from shapely import MultiPoint
+
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
 from cityflow.core.local_frame import LocalFrame
+from cityflow.orientation.views import View, gsd
+from cityflow.survey.parameters import FRAME_HALO_M, nearest_cell
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,5 +26,77 @@ class FrameTile:
     ground_tiles: tuple[str, ...]
 
 
-def frame_unit(frame: LocalFrame, tile: Tile) -> str:
+class Flown(Protocol):
+    """What local frames ask of a survey of images."""
+
+    @property
+    def flown(self) -> Mapping[str, View]: ...
+
+    @property
+    def tiles(self) -> Mapping[str, Tile]: ...
+
+    def heights_over(self, bounds: Bounds) -> tuple[float, float]: ...
+
+
+class FrameTiles:
+    """Local reference frames, their tiles and grids.
+
+    Parameters
+    ----------
+    frames : in the order of the survey
+    images : the survey, with its ground tiles
+    """
+
+    def __init__(self, frames: Sequence[LocalFrame], images: Flown) -> None:
+        self.frames, self._images = tuple(frames), images
+
+    @cached_property
+    def tiles(self) -> dict[str, FrameTile]:
+        """All tiles of all frames by unit name."""
+        found: dict[str, FrameTile] = {}
+        for frame in self.frames:
+            over: dict[Tile, list[str]] = {}
+            for name, tile in self._images.tiles.items():
+                for frame_tile in self._over(frame, tile):
+                    over.setdefault(frame_tile, []).append(name)
+            found.update(
+                {_unit(frame, t): FrameTile(frame, t, tuple(sorted(names))) for t, names in sorted(over.items())}
+            )
+        return found
+
+    def units_over(self, tiles: Iterable[str]) -> list[str]:
+        """Units that show something of these ground tiles, in the order of `tiles`."""
+        return [unit for _, unit in sorted({n for t in tiles for n in self._units.get(t, ())})]
+
+    @cached_property
+    def _units(self) -> dict[str, list[tuple[int, str]]]:
+        """Ground tile → numbers and names of the units that show something of it."""
+        found: dict[str, list[tuple[int, str]]] = {}
+        for number, (unit, frame_tile) in enumerate(self.tiles.items()):
+            for tile in frame_tile.ground_tiles:
+                found.setdefault(tile, []).append((number, unit))
+        return found
+
+    def grid(self, frame: LocalFrame) -> Grid:
+        """The grid over all tiles of a frame; its cell is what the frame's images resolve."""
+        return self._grids[frame.name]
+
+    @cached_property
+    def _grids(self) -> dict[str, Grid]:
+        tiles: dict[str, list[Tile]] = {}
+        for frame_tile in self.tiles.values():
+            tiles.setdefault(frame_tile.frame.name, []).append(frame_tile.tile)
+        cells = {f.name: float(np.median([gsd(self._images.flown[n]) for n in f.images])) for f in self.frames}
+        return {name: grid_over(of, nearest_cell(cells[name])) for name, of in tiles.items()}
+
+    def _over(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
+        """Tiles of a frame that a ground tile with all that stands on it falls on."""
+        x_0, y_0, x_1, y_1 = tile.buffered(FRAME_HALO_M)
+        low, high = self._images.heights_over(tile.bounds)
+        corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
+        hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull
+        return [t for t in tiles_over(hull.bounds, tile.size) if hull.intersects(shapely.box(*t.bounds))]
+
+
+def _unit(frame: LocalFrame, tile: Tile) -> str:
     return f"{frame.name}.{tile.name}"

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import shapely
-from shapely import MultiPoint, STRtree
+from shapely import STRtree
 from shapely.geometry.base import BaseGeometry
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
+from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.handover.colour_images import ShownImage
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
@@ -23,8 +23,8 @@ from cityflow.orientation.surveyed_ground import MatchedGround, images_of_ground
 from cityflow.orientation.view_index import ViewIndex
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
-from cityflow.survey.frame_tiles import FrameTile, frame_unit
-from cityflow.survey.parameters import FRAME_HALO_M, SurveyParameters, nearest_cell
+from cityflow.survey.frame_tiles import FrameTiles
+from cityflow.survey.parameters import SurveyParameters, nearest_cell
 from cityflow.survey.source import IMAGES, OVERVIEW
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
@@ -235,64 +235,16 @@ class ImageSurvey:
         return ViewIndex(views, sights(views))
 
     @cached_property
-    def oblique_frames(self) -> tuple[LocalFrame, ...]:
-        """Local frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
+    def tilted(self) -> FrameTiles:
+        """The local frames that get a tilted DSM and ortho: not the nadir, and of enough images."""
         chosen = self.parameters.images
-        if not chosen.frames:
-            return ()
-        tilted = [f for f in self.frames if f.frame_from_world[2, 2] < np.cos(np.radians(chosen.least_frame_tilt))]
-        return tuple(f for f in tilted if worth_a_frame(f, self.parameters.look_directions))
-
-    @cached_property
-    def frame_tiles(self) -> dict[str, FrameTile]:
-        """All tiles of all oblique local frames by unit name."""
-        found: dict[str, FrameTile] = {}
-        for frame in self.oblique_frames:
-            over: dict[Tile, list[str]] = {}
-            for name, tile in self.tiles.items():
-                for frame_tile in self._frame_tiles_of(frame, tile):
-                    over.setdefault(frame_tile, []).append(name)
-            found.update(
-                {frame_unit(frame, t): FrameTile(frame, t, tuple(sorted(names))) for t, names in sorted(over.items())}
-            )
-        return found
-
-    def frame_tile(self, unit: str) -> FrameTile:
-        return self.frame_tiles[unit]
-
-    def frame_units_over(self, tiles: Iterable[str]) -> list[str]:
-        """Frame tiles that show something of these ground tiles, in the order of `frame_tiles`."""
-        return [unit for _, unit in sorted({n for t in tiles for n in self._frame_units.get(t, ())})]
-
-    @cached_property
-    def _frame_units(self) -> dict[str, list[tuple[int, str]]]:
-        """Ground tile → numbers and names of the frame tiles that show something of it."""
-        found: dict[str, list[tuple[int, str]]] = {}
-        for number, (unit, frame_tile) in enumerate(self.frame_tiles.items()):
-            for tile in frame_tile.ground_tiles:
-                found.setdefault(tile, []).append((number, unit))
-        return found
-
-    def frame_grid(self, frame: LocalFrame) -> Grid:
-        """The grid over all tiles of a frame; its cell is what the frame's images resolve."""
-        return self._frame_grids[frame.name]
-
-    @cached_property
-    def _frame_grids(self) -> dict[str, Grid]:
-        tiles: dict[str, list[Tile]] = {}
-        for frame_tile in self.frame_tiles.values():
-            tiles.setdefault(frame_tile.frame.name, []).append(frame_tile.tile)
-        cells = {f.name: float(np.median([gsd(self.flown[n]) for n in f.images])) for f in self.oblique_frames}
-        return {name: grid_over(of, nearest_cell(cells[name])) for name, of in tiles.items()}
-
-    def _frame_tiles_of(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
-        """Local frame tiles that a ground tile with all that stands on it falls on."""
-        x_0, y_0, x_1, y_1 = tile.buffered(FRAME_HALO_M)
-        low, high = self.heights_over(tile.bounds)
-        corners = np.array([(x, y, z) for x in (x_0, x_1) for y in (y_0, y_1) for z in (low, high)])
-        hull = MultiPoint(frame.from_world(corners)[:, :2]).convex_hull
-        size = self.parameters.tiles.tile_m
-        return [t for t in tiles_over(hull.bounds, size) if hull.intersects(shapely.box(*t.bounds))]
+        limit = np.cos(np.radians(chosen.least_frame_tilt))
+        frames = [
+            f
+            for f in self.frames
+            if f.frame_from_world[2, 2] < limit and worth_a_frame(f, self.parameters.look_directions)
+        ]
+        return FrameTiles(frames if chosen.frames else [], self)
 
     def heights_over(self, bounds: Bounds) -> tuple[float, float]:
         """Lowest ground and highest object that images over `bounds` expect, metres."""

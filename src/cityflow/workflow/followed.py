@@ -101,6 +101,6 @@ def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
         made(ZARR, survey.lattice.product_grid, image_layers(*kind))
     if survey.source.kind == IMAGES:
         create_group(wanted.store.zarr_store(FRAMES))
-        for frame in survey.images.oblique_frames:
-            made(f"{FRAMES}/{frame.name}", survey.images.frame_grid(frame), frame_layers(*kind))
+        for frame in survey.images.tilted.frames:
+            made(f"{FRAMES}/{frame.name}", survey.images.tilted.grid(frame), frame_layers(*kind))
     made(survey.source.zarr, survey.lattice.grid)

@@ -225,7 +225,7 @@ def _all_else(city: City, unit: str) -> Iterable[Node]:
     tiles = [(NAME, t) for t in city.tiles]
     if city.survey.source.kind != IMAGES:
         return tiles
-    frames = city.survey.images.frame_units_over(city.tiles)
+    frames = city.survey.images.tilted.units_over(city.tiles)
     return [*tiles, *(("ortho", t) for t in city.tiles), *(("frame", u) for u in frames)]
 
 
