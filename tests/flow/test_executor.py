@@ -307,3 +307,56 @@ def test_who_looks_at_a_run_at_work_need_not_wait(
     run_tasks(Given(tasks), client, store, ledger, progress=Looking())
     assert set(seen) >= {1, 2}
     assert not index.cache_path(store).exists(), "an index of its own is made by who waited in vain"
+
+
+def test_records_are_joined_while_a_run_goes_on_and_change_nothing(client: Client, tmp_path: Path) -> None:
+    told, left = {}, {}
+    for name, segment in (("one by one", 4096), ("joined", 6)):
+        store = Store.open(tmp_path / name)
+        with Ledger.open(store, segment=segment) as ledger:
+            told[name] = run_tasks(Town(), client, store, ledger).ran
+            assert all(run_tasks(Town(), client, store, ledger).kept.values())
+        with Ledger.open(store) as ledger:
+            left[name] = {(r.stage, r.unit): (r.attempt, r.digest, r.outputs, r.result) for r in ledger.records()}
+        assert len(store.find("records")) == len(left[name]) % segment
+    assert told["joined"] == told["one by one"]
+    assert left["joined"] == left["one by one"]
+
+
+def test_a_damaged_segment_is_named_and_its_tasks_run_again(client: Client, store: Store) -> None:
+    with Ledger.open(store, segment=6) as ledger:
+        run_tasks(Town(), client, store, ledger)
+        right = {r.unit: r.outputs for r in ledger.records()}
+    lines = next(path for path in store.find("segments") if path.endswith(".ndjson.zst"))
+    store.write_bytes(lines, store.read_bytes(lines)[:-7])
+    said: list[str] = []
+
+    class Hearing(Silent):
+        def message(self, text: str) -> None:
+            said.append(text)
+
+    with Ledger.open(store, segment=6) as ledger:
+        summary = run_tasks(Town(), client, store, ledger, progress=Hearing())
+        assert sum(summary.ran.values()) == 6
+        assert {r.unit: r.outputs for r in ledger.records()} == right
+        assert ledger.problems() == []
+    assert len(said) == 1
+    assert said[0].startswith(f"{lines} is damaged")
+    assert not store.exists(lines)
+
+
+@pytest.mark.parametrize("error", [OSError(5, "the network is down"), OSError(28, "No space left on device")])
+def test_records_that_cannot_be_joined_stay_as_they_are(
+    client: Client, store: Store, monkeypatch: pytest.MonkeyPatch, error: OSError
+) -> None:
+    def refuse(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("cityflow.flow.ledger.write_segment", refuse)
+    with Ledger.open(store, segment=6) as ledger:
+        if error.errno == 28:
+            with pytest.raises(UnwritableError, match="No space left"):
+                run_tasks(Town(), client, store, ledger)
+        else:
+            assert sum(run_tasks(Town(), client, store, ledger).ran.values()) == Town().size
+            assert len(store.find("records")) == Town().size

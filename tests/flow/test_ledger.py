@@ -180,8 +180,8 @@ def test_an_index_that_goes_bad_while_open_is_made_anew(store: Store) -> None:
     path = Path(store.root) / "ledger.sqlite"
     with Ledger.open(store) as ledger:
         ledger.commit()
-        ledger._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        ledger._database.execute("PRAGMA cache_size = 1")
+        ledger._loose._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        ledger._loose._database.execute("PRAGMA cache_size = 1")
         path.write_bytes(os.urandom(path.stat().st_size))
         assert len(list(ledger.records("toy"))) == 400
         ledger.add(record_for(toy("new")))

@@ -23,6 +23,7 @@ from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.in_flight import InFlight, check_alive
 from cityflow.flow.inputs import Inputs
+from cityflow.flow.joining import Joining
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
@@ -134,16 +135,19 @@ class _Run:
         self.kept: Counter[tuple[str, Status]] = Counter()
         self.damaged: set[str] = set()
         self._inputs = Inputs(context.ledger)
+        self._joining = Joining(context.ledger, context.progress)
 
     def loop(self) -> None:
         """Run until nothing is ready and nothing is in flight."""
+        self._joining.mend()
         while True:
             more = self._fill()
             if not self._jobs and not more:
-                return
+                return self._joining.end()
             for future, result in self._wait(0 if more else WAIT_S):
                 self._settle(self._jobs.pop(future.key), result)
             self._context.ledger.commit()  # what is open keeps every other command waiting
+            self._joining.tick()
             self._context.progress.tick()
 
     def stop(self) -> None:

@@ -11,10 +11,10 @@ from typing import Any
 
 from cityflow.flow.store import Store
 
-VERSION = 2
+VERSION = 3
 """Raised when the tables change; an index of another version is made anew."""
 
-COLUMNS = "stage, folder, name, attempt, stamp, stage_name, unit, digest, status, seconds, peak_mb, body_sum"
+COLUMNS = "stage, folder, name, attempt, stamp, stage_name, unit, digest, status, reason, verdict, seconds, peak_mb, started, body_sum"
 """All but the record itself, and the checksum of these."""
 
 PATIENCE_S = 60.0
@@ -23,9 +23,11 @@ PATIENCE_S = 60.0
 _TABLES = """
 CREATE TABLE files (
   stage TEXT NOT NULL, folder TEXT NOT NULL, name TEXT NOT NULL, attempt INTEGER NOT NULL, stamp TEXT NOT NULL,
-  stage_name TEXT, unit TEXT, digest TEXT, status TEXT, seconds REAL, peak_mb REAL, body_sum INTEGER, row_sum INTEGER, body BLOB,
+  stage_name TEXT, unit TEXT, digest TEXT, status TEXT, reason TEXT, verdict TEXT, seconds REAL, peak_mb REAL, started REAL,
+  body_sum INTEGER, row_sum INTEGER, body BLOB,
   UNIQUE (stage, folder, name)
 );
+CREATE TABLE segments (name TEXT PRIMARY KEY);
 CREATE INDEX by_attempt ON files (stage, folder, attempt, body IS NULL, status);
 CREATE VIEW newest AS SELECT * FROM files f WHERE body IS NOT NULL AND NOT EXISTS (
   SELECT 1 FROM files g WHERE g.stage = f.stage AND g.folder = f.folder AND g.body IS NOT NULL AND g.attempt > f.attempt

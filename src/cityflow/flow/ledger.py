@@ -1,37 +1,32 @@
-"""The ledger: a SQLite index over the records of a RUN, rebuilt or completed from them on opening."""
+"""The ledger: what the records of a RUN say, be they files of their own or joined in segments."""
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections import Counter
+from collections.abc import Iterator
 from enum import StrEnum
-from itertools import islice
 from types import TracebackType
-from typing import Any, TypeVar
 
+import numpy as np
+
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Status
-from cityflow.errors import RunError
-from cityflow.flow import index
-from cityflow.flow.index import COLUMNS, DamagedIndexError
-from cityflow.flow.ledger_rows import INSERT, NEWEST, attempt_of, readable_record, row_of, unpacked
+from cityflow.flow.joined import Joined
+from cityflow.flow.loose import Held, Loose
+from cityflow.flow.mending import mended
 from cityflow.flow.outputs import Outputs
-from cityflow.flow.records import FOLDER, STARTED, encode, mark_path, quoted, record_path, write_mark
+from cityflow.flow.records import quoted, write_mark
+from cityflow.flow.row import Row
+from cityflow.flow.segment_rows import GOOD, Place, Rows
+from cityflow.flow.segments import bits_of, write_segment
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
 
 COMMIT_EVERY = 200
 """Records added between two commits; a killed driver loses nothing, since the records are files."""
 
-BATCH = 2000
-
-PAGE = 500
-"""Records fetched at once; what is read in one go is either sound or read again."""
-
-PARTS = 4
-"""Of the path of a record: ``records/<stage>/<unit>/<attempt>.json``."""
-
-T = TypeVar("T")
+SEGMENT = 4096
+"""Records that are joined in one segment: some megabytes, so that a million buildings have about a thousand."""
 
 
 class State(StrEnum):
@@ -44,37 +39,44 @@ class State(StrEnum):
     MISSING = "missing"
     """There is no record."""
     SPOILED = "spoiled"
-    """An attempt that writes in place started after the newest record and left none."""
+    """An attempt that writes in place started after the newest record and left none, or the newest record is damaged."""
     LOST = "lost"
     """The record is right, but an output is gone or is not what was written."""
 
 
 class Ledger:
-    """Index over the records of one RUN; made by `Ledger.open`. Belongs to the thread that opened it.
+    """Records of one RUN; made by `Ledger.open`. Belongs to the thread that opened it.
 
-    The records are the truth: whatever is found to be wrong with the index, when it is opened or later, it is made anew.
+    Of two records with the same number, which two drivers at once may leave on an object store, the one that started later counts.
     """
 
-    def __init__(self, store: Store, *, verify: bool = False) -> None:
+    def __init__(self, store: Store, *, verify: bool = False, segment: int = SEGMENT) -> None:
         self.store = store
+        self._segment = segment
         self._outputs = Outputs(store, verify=verify)
+        self._loose = Loose(store)
+        self._joined = Joined(store, verify=verify)
         self._uncommitted = 0
-        self._db: sqlite3.Connection | None = None
+        self._waiting = 0
+        self._last: Record | None = None
 
     @classmethod
-    def open(cls, store: Store, *, verify: bool = False) -> Ledger:
+    def open(cls, store: Store, *, verify: bool = False, segment: int = SEGMENT) -> Ledger:
         """Open the index and bring it up to date with the records; makes a new one where it is missing or damaged.
 
         Parameters
         ----------
-        verify : also hold the contents of outputs against their digests, not their sizes alone
+        verify : also hold the contents of outputs and segments against their digests, not their sizes alone
+        segment : records that `join` joins in one
 
         Raises
         ------
         RunError : there is no place for an index
         """
-        ledger = cls(store, verify=verify)
-        ledger._sound(ledger._checked)
+        ledger = cls(store, verify=verify, segment=segment)
+        ledger._loose.open()
+        ledger._joined.refresh()  # after the files: what a driver joins meanwhile is in one of them
+        ledger._waiting = ledger._loose.count()
         return ledger
 
     def __enter__(self) -> Ledger:
@@ -86,214 +88,195 @@ class Ledger:
         self.close()
 
     def close(self) -> None:
-        if self._db is not None:
-            with suppress(sqlite3.Error):  # the records are written; the next opening completes the index
-                self._db.commit()
-            self._db.close()
+        self._loose.close()
 
     def refresh(self) -> int:
-        """Take over records and marks that others wrote, forget those that are gone or changed; returns how many were new."""
-        return self._sound(self._refreshed)
+        """Take over records and marks that others wrote, forget those that are gone or changed; returns how many files of them were new."""
+        self._last = None
+        new = self._loose.refresh()
+        self._joined.refresh()
+        self._waiting = self._loose.count()
+        return new
 
     def add(self, record: Record) -> None:
         """Index a record that a task has just written."""
-        self._sound(lambda: self._insert([(record, self._stamp(record))]))
+        self._last = None
+        self._loose.add(record)
         self._outputs.add(record)
+        self._waiting += 1
         self._uncommitted += 1
         if self._uncommitted >= COMMIT_EVERY:
             self.commit()
 
     def commit(self) -> None:
         self._uncommitted = 0
-        self._sound(self._database.commit)
+        self._loose.commit()
 
     def spoil(self, stage: str, unit: str) -> None:
         """Say that what a task has left is not to be trusted: it is made again."""
         attempt = self.next_attempt(stage, unit)
         write_mark(self.store, stage, unit, attempt)
-        name = mark_path(stage, unit, attempt).rsplit("/", 1)[1]
-        self._sound(lambda: self._insert_marks(quoted(stage), [(quoted(unit), name, "")]))
+        self._loose.add_mark(stage, unit, attempt)
+
+    def problems(self) -> list[str]:
+        """What is wrong with segments, a line for each."""
+        return sorted(self._joined.problems.values())
 
     def latest(self, stage: str, unit: str) -> Record | None:
         """The record with the highest attempt, or None."""
+        last = self._last
+        if last is not None and last.unit == unit and last.stage == stage:
+            return last
         return self.latest_in(quoted(stage), quoted(unit))
 
     def latest_in(self, stage: str, folder: str) -> Record | None:
         """The same for names as they stand in paths."""
-        return next(iter(self._records(NEWEST, (stage, folder))), None)
+        self._last = next(self._newest_first(stage, folder), None)
+        return self._last
 
     def attempts(self, stage: str, unit: str) -> list[Record]:
         """All records of a unit, oldest first."""
-        where = "FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt"
-        return self._records(where, (quoted(stage), quoted(unit)))
+        found = {record.attempt: record for record in reversed([*self._newest_first(quoted(stage), quoted(unit))])}
+        return list(found.values())
 
     def last_good(self, stage: str, unit: str) -> Record | None:
         """The newest record that left something, where the newest of all may have failed."""
-        good = (r for r in reversed(self.attempts(stage, unit)) if r.status in (Status.DONE, Status.DEGRADED))
+        good = (
+            r for r in self._newest_first(quoted(stage), quoted(unit)) if r.status in (Status.DONE, Status.DEGRADED)
+        )
         return next(good, None)
 
     def records(self, stage: str | None = None) -> Iterator[Record]:
-        """The newest record of every unit, of one stage or of all, sorted by stage and unit."""
-        where, after = ("", ("", "")) if stage is None else ("AND stage = ?", (quoted(stage), ""))
-        while True:
-            query = f"FROM newest WHERE (stage, folder) > (?, ?) {where} ORDER BY stage, folder LIMIT {PAGE}"
-            page = self._records(query, after if stage is None else (*after, quoted(stage)))
-            yield from page
-            if len(page) < PAGE:
-                return
-            after = (quoted(page[-1].stage), quoted(page[-1].unit))
+        """The newest record of every unit, of one stage or of all, sorted by stage and unit; each is read when its turn comes."""
+        names = sorted((row.stage, row.unit) for row in self.rows(stage))
+        return (record for name in names if (record := self.latest(*name)) is not None)
+
+    def rows(self, stage: str | None = None) -> Iterator[Row]:
+        """The newest record of every unit in short, in no order."""
+        loose, table, joined = self._newest(stage)
+        yield from loose
+        yield from table.told(joined)
 
     def units(self, stage: str, status: Status | None = None) -> list[str]:
         """Names of the units that have a record, sorted; those whose newest record has `status` where given."""
-        where, values = ("", ()) if status is None else ("AND status = ?", (str(status),))
-        query = f"SELECT unit FROM newest WHERE stage = ? {where} ORDER BY unit"
-        return [unit for (unit,) in self._rows(query, (quoted(stage), *values))]
+        return sorted(row.unit for row in self.rows(stage) if status is None or row.status is status)
 
     def stages(self) -> list[str]:
         """Names of the stages that have records, sorted."""
-        rows = self._rows("SELECT DISTINCT stage_name FROM files WHERE body IS NOT NULL ORDER BY 1")
-        return [name for (name,) in rows]
+        return sorted({row.stage for row in self._loose.newest()} | self._joined.stages())
 
     def count_by_status(self, stage: str) -> dict[Status, int]:
         """How many units have a newest record of each status; every status is a key."""
-        query = "SELECT status, COUNT(*) FROM newest WHERE stage = ? GROUP BY status"
-        rows = dict(self._rows(query, (quoted(stage),)))
-        return {status: rows.get(str(status), 0) for status in Status}
+        loose, table, joined = self._newest(stage)
+        count = Counter(row.status for row in loose) + Counter(table.statuses(joined))
+        return {status: count[status] for status in Status}
 
     def count_files(self) -> int:
-        """How many records and marks there are."""
-        return int(self._rows("SELECT COUNT(*) FROM files")[0][0])
+        """How many attempts left a record, or a mark and nothing since."""
+        loose = sum(not self._joined.has(*number) for number in self._loose.numbers())
+        self._catch_up()
+        marks = sum(all(p.attempt < at for p in self._joined.find(s, f)) for s, f, at in self._loose.open_marks())
+        return loose + marks + len(self._joined)
 
     def next_attempt(self, stage: str, unit: str) -> int:
         """One more than the highest attempt that has a record or a mark."""
-        query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ?"
-        return (self._rows(query, (quoted(stage), quoted(unit)))[0][0] or 0) + 1
+        key = quoted(stage), quoted(unit)
+        found = self._found(*key)
+        return max(self._mark(*key), found[0].attempt if found else 0) + 1
 
     def mean_seconds(self, stage: str) -> float | None:
         """Mean time of the units of a stage that gave a result, or None where there is none."""
-        return self._mean(stage, "AVG(seconds)")
+        found = self._figures(stage, "seconds")
+        return float(found.mean()) if len(found) else None
 
     def peak_mb(self, stage: str) -> float | None:
         """Highest memory of the units of a stage that gave a result, or None where there is none."""
-        return self._mean(stage, "MAX(peak_mb)")
+        found = self._figures(stage, "peak_mb")
+        return float(found.max()) if len(found) else None
 
     def state(self, task: Task) -> State:
         """What has to be done about a task; see `State`."""
-        key = (quoted(task.stage), quoted(task.unit))
-        row = next(iter(self._rows(f"SELECT digest, attempt {NEWEST}", key)), None)
-        query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ? AND body IS NULL"
-        mark = self._rows(query, key)[0][0]
-        if mark is not None and (row is None or mark > row[1]):
+        key, digest = (quoted(task.stage), quoted(task.unit)), task.digest
+        found = self._found(*key)
+        if self._mark(*key) > (found[0].attempt if found else 0):
             return State.SPOILED
-        if row is None:
+        if not found:
             return State.MISSING
-        if row[0] != task.digest:
+        if isinstance(found[0], Place) and found[0].digest != bits_of(digest):
             return State.STALE
-        record = self.latest(task.stage, task.unit)
-        return State.DONE if record is not None and self._outputs.all_there(record) else State.LOST
+        self._last = record = self._read(found[0], *key)
+        if record is None:
+            return State.SPOILED
+        if record.digest != digest:
+            return State.STALE
+        return State.DONE if self._outputs.all_there(record) else State.LOST
 
-    def _mean(self, stage: str, what: str) -> float | None:
-        query = f"SELECT {what} FROM newest WHERE stage = ? AND status IN ('done', 'degraded')"
-        value = self._rows(query, (quoted(stage),))[0][0]
-        return None if value is None else float(value)
+    def join(self) -> int:
+        """Join the oldest records that lie in files of their own, if they fill a segment; returns how many.
 
-    @property
-    def _database(self) -> sqlite3.Connection:
-        if self._db is None:
-            self._db = index.connect(self.store)
-        return self._db
+        Their files go when the segment was read back. For drivers only. A driver that is killed loses nothing: until then
+        the files are there, and what stands in both is one record.
 
-    def _sound(self, work: Callable[[], T]) -> T:
-        """What `work` gives; from an index made anew where the one there turns out to be damaged."""
-        try:
-            try:
-                return work()
-            except Exception as error:
-                if not index.is_damage(error):
-                    raise
-                self._make_anew()
-                return work()
-        except sqlite3.Error as error:
-            remedy = "fix disk space and permissions there, or set XDG_CACHE_HOME to another folder"
-            raise RunError(
-                f"no index of the records can be kept ({error})", where=self.store.root, remedy=remedy
-            ) from error
+        Raises
+        ------
+        OSError : the segment cannot be written
+        """
+        if self._waiting < self._segment:
+            return 0
+        lines = self._loose.oldest(self._segment)
+        new = [line for line in lines if not self._joined.has_same(line)]
+        if new:
+            self._joined.add(segment := write_segment(self.store, new))
+        files = self._loose.moved(lines, [segment.name] if new else [])
+        self.store.remove_files(files)
+        self._waiting = self._loose.count()
+        return len(lines)
 
-    def _make_anew(self) -> None:
-        if self._db is not None:
-            self._db.close()
-        self._db = index.connect(self.store, anew=True)
-        self._refreshed()
+    def mend(self) -> list[str]:
+        """Take damaged segments apart, and write tables that are missing; returns what was found, a line for each. For drivers only."""
+        if not self._joined.problems and not self._joined.unfinished:
+            return []
+        told, gone = mended(self.store, self._joined)
+        self._loose.apart(gone)
+        self._joined.forget()
+        self.refresh()
+        return told
 
-    def _checked(self) -> int:
-        index.check_structure(self._database)
-        return self._refreshed()
+    def _found(self, stage: str, folder: str) -> list[Held | Place]:
+        """Records of a unit, newest first."""
+        found: list[Held | Place] = [*self._loose.of(stage, folder)]
+        self._catch_up()
+        joined = self._joined.find(stage, folder)
+        return sorted([*found, *joined], key=lambda f: (f.attempt, f.started), reverse=True) if joined else found
 
-    def _rows(self, query: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
-        return self._sound(lambda: self._database.execute(query, values).fetchall())
+    def _read(self, found: Held | Place, stage: str, folder: str) -> Record | None:
+        return found.record if isinstance(found, Held) else self._joined.read(found, stage, folder)
 
-    def _records(self, where: str, values: Sequence[Any]) -> list[Record]:
-        def read() -> list[Record]:
-            rows = self._database.execute(f"SELECT stage, folder, name, body_sum, body {where}", values)
-            return [unpacked(*row) for row in rows.fetchall()]
+    def _newest_first(self, stage: str, folder: str) -> Iterator[Record]:
+        for found in self._found(stage, folder):
+            if (record := self._read(found, stage, folder)) is not None:
+                yield record
 
-        return self._sound(read)
+    def _mark(self, stage: str, folder: str) -> int:
+        """The highest attempt that began and left no record that can be read, or 0."""
+        return max(self._loose.mark(stage, folder), self._joined.lost(stage, folder))
 
-    def _refreshed(self) -> int:
-        new, stages = 0, self.store.folders(FOLDER)
-        for stage in stages:
-            found = {(folder, name): stamp for folder, name, stamp in self._files(stage)}
-            known = self._known(stage)
-            self._forget(stage, [key for key, stamp in known.items() if found.get(key) != stamp])
-            new += self._take(stage, sorted((*k, s) for k, s in found.items() if known.get(k) != s))
-        for (stage,) in self._database.execute("SELECT DISTINCT stage FROM files").fetchall():
-            if stage not in stages:
-                self._database.execute("DELETE FROM files WHERE stage = ?", (stage,))
-        self._database.commit()
-        return new
+    def _catch_up(self) -> None:
+        """Another driver may have joined what was in files: asked after these, so that nothing is missed."""
+        known = self._loose.segments()
+        if known is not None and not known <= self._joined.names:
+            self._joined.refresh()
 
-    def _files(self, stage: str) -> Iterator[tuple[str, str, str]]:
-        """Folder, name and stamp of the records and marks of a stage."""
-        for path, stamp in self.store.stamps(f"{FOLDER}/{stage}"):
-            parts = path.split("/")
-            if len(parts) == PARTS:
-                yield parts[2], parts[3], "" if path.endswith(STARTED) else stamp
+    def _newest(self, stage: str | None) -> tuple[list[Row], Rows, IntArray]:
+        """Newest rows of units: those in files of their own, and which of a table of those in segments."""
+        loose = self._loose.newest(stage)
+        self._catch_up()
+        rows, joined = self._joined.newest(stage)
+        loose, joined = rows.overlaid(loose, joined)
+        return loose, rows, joined
 
-    def _known(self, stage: str) -> dict[tuple[str, str], str]:
-        """Folder and name → stamp of what is indexed. Raises DamagedIndexError where a row is not what was written."""
-        known = {}
-        for *row, row_sum in self._database.execute(f"SELECT {COLUMNS}, row_sum FROM files WHERE stage = ?", (stage,)):
-            if index.sum_of(tuple(row)) != row_sum:
-                raise DamagedIndexError(f"{stage}/{row[1]}/{row[2]}")
-            known[row[1], row[2]] = row[4]
-        return known
-
-    def _stamp(self, record: Record) -> str:
-        return self.store.stamp(record_path(record.stage, record.unit, record.attempt), encode(record))
-
-    def _forget(self, stage: str, gone: Iterable[tuple[str, str]]) -> None:
-        query = "DELETE FROM files WHERE stage = ? AND folder = ? AND name = ?"
-        self._database.executemany(query, [(stage, folder, name) for folder, name in gone])
-
-    def _take(self, stage: str, files: list[tuple[str, str, str]]) -> int:
-        self._insert_marks(stage, [file for file in files if file[1].endswith(STARTED)])
-        stamps = {f"{FOLDER}/{stage}/{folder}/{name}": stamp for folder, name, stamp in files if name.endswith(".json")}
-        read = self.store.read_many(stamps)
-        taken = 0
-        while batch := list(islice(read, BATCH)):
-            found = ((readable_record(data, path), stamps[path]) for path, data in batch)
-            taken += self._insert([(record, stamp) for record, stamp in found if record is not None])
-        return taken
-
-    def _insert_marks(self, stage: str, marks: Iterable[tuple[str, str, str]]) -> None:
-        rows = [
-            (stage, folder, name, attempt, stamp, *[None] * 7)
-            for folder, name, stamp in marks
-            if (attempt := attempt_of(name)) is not None
-        ]
-        self._database.executemany(INSERT, [(*row, index.sum_of(row), None) for row in rows])
-
-    def _insert(self, records: Iterable[tuple[Record, str]]) -> int:
-        rows = [row_of(record, stamp) for record, stamp in records]
-        self._database.executemany(INSERT, rows)
-        return len(rows)
+    def _figures(self, stage: str, name: str) -> FloatArray:
+        """Seconds or megabytes of the units of a stage that gave a result."""
+        loose, table, joined = self._newest(stage)
+        good = [getattr(row, name) for row in loose if row.status in GOOD]
+        return np.concatenate([np.array(good, float), table.figures(name, joined)])

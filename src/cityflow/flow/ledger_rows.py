@@ -1,38 +1,39 @@
-"""Records as rows of the ledger's database."""
+"""Records as rows of the index's database."""
 
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from typing import Any
 
 from cityflow.flow import index
 from cityflow.flow.index import COLUMNS, DamagedIndexError
 from cityflow.flow.records import decode, encode, quoted, record_path
+from cityflow.flow.row import NAMES, Line, Row, row_of
 from cityflow.flow.task import Record
 
-NEWEST = "FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL ORDER BY attempt DESC LIMIT 1"
-INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 14)})"
+INSERT = f"INSERT OR REPLACE INTO files ({COLUMNS}, row_sum, body) VALUES ({', '.join('?' * 17)})"
 
 
-def row_of(record: Record, stamp: str) -> tuple[Any, ...]:
-    stage, folder, name = quoted(record.stage), quoted(record.unit), f"{record.attempt:04d}.json"
-    body = zlib.compress(encode(record), 1)
-    indexed = (
-        record.stage,
-        record.unit,
-        record.digest,
-        str(record.status),
-        float(record.seconds),
-        float(record.peak_mb),
-    )
-    row = (stage, folder, name, record.attempt, stamp, *indexed, zlib.crc32(body))
-    return (*row, index.sum_of(row), body)
+def row_values(record: Record, text: bytes, stamp: str) -> tuple[Any, ...]:
+    """A row; `text`: the record as its file has it."""
+    row = row_of(record)
+    body = zlib.compress(text if b"\n" not in text else encode(record), 1)
+    name = f"{record.attempt:04d}.json"
+    values = (quoted(record.stage), quoted(record.unit), name, record.attempt, stamp, record.stage, record.unit, record.digest,
+              str(row.status), row.reason, row.verdict, row.seconds, row.peak_mb, row.started, zlib.crc32(body))  # fmt: skip
+    return (*values, index.sum_of(values), body)
+
+
+def line_of(values: Sequence[Any]) -> Line:
+    """What `Loose.oldest` selects, as a line of a segment. Raises DamagedIndexError."""
+    digest, *where = values[len(NAMES) :]
+    return Line(Row.of_values(values[: len(NAMES)]), digest, _text(*where))
 
 
 def unpacked(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> Record:
-    if zlib.crc32(body) != body_sum:
-        raise DamagedIndexError(f"{stage}/{folder}/{name}")
-    return decode(zlib.decompress(body))
+    """Raises DamagedIndexError."""
+    return decode(_text(stage, folder, name, body_sum, body))
 
 
 def readable_record(data: bytes, path: str) -> Record | None:
@@ -47,3 +48,9 @@ def readable_record(data: bytes, path: str) -> Record | None:
 def attempt_of(name: str) -> int | None:
     digits = name.split(".", 1)[0]
     return int(digits) if digits.isdigit() else None
+
+
+def _text(stage: str, folder: str, name: str, body_sum: int, body: bytes) -> bytes:
+    if zlib.crc32(body) != body_sum:
+        raise DamagedIndexError(f"{stage}/{folder}/{name}")
+    return zlib.decompress(body)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,9 @@ from cityflow.flow.hashing import copy_hashed
 
 TEMPORARY = ".partial-"
 """Prefix of files being written; `find` never shows them."""
+
+TRIES = 5
+"""To write into a folder that somebody else removes while it is empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +44,15 @@ class LocalFolder:
         for path in paths:
             yield path, self.read_bytes(path)
 
-    def write_bytes(self, path: str, data: bytes) -> None:
+    def write_bytes(self, path: str, data: bytes, *, durable: bool = False) -> None:
         """Write under a temporary name beside the target, then replace: readers see all of it or nothing."""
         with self._replacing(path) as temporary, open(temporary, "wb") as file:
             file.write(data)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
+        if durable:
+            _sync_folder(os.path.dirname(self.url(path)))
 
     def put_file(self, local: Path, path: str) -> str:
         with self._replacing(path) as temporary:
@@ -92,6 +101,14 @@ class LocalFolder:
         elif os.path.lexists(target):
             os.unlink(target)
 
+    def remove_files(self, paths: Sequence[str]) -> None:
+        for path in paths:
+            with suppress(FileNotFoundError):
+                os.unlink(self.url(path))
+        for folder in {os.path.dirname(path) for path in paths}:
+            with suppress(OSError):  # others lie in it
+                os.rmdir(self.url(folder))
+
     @contextmanager
     def local_copy(self, path: str) -> Iterator[Path]:
         target = Path(self.url(path))
@@ -123,13 +140,24 @@ def _temporary(target: str) -> str:
     """An empty file beside the target."""
     folder, name = os.path.split(target)
     suffix = os.path.splitext(name)[1]
+    for _ in range(TRIES):
+        try:
+            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
+        except FileNotFoundError:
+            os.makedirs(folder, exist_ok=True)
+        else:
+            os.close(handle)
+            return temporary
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), folder)
+
+
+def _sync_folder(folder: str) -> None:
+    """Have the names in a folder outlive a power failure."""
+    handle = os.open(folder, os.O_RDONLY)
     try:
-        handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
-    except FileNotFoundError:
-        os.makedirs(folder, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
-    os.close(handle)
-    return temporary
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def _files_below(folder: str, relative: str) -> Iterator[str]:

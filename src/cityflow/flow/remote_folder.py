@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
@@ -53,7 +53,7 @@ class RemoteFolder:
             found = self._files.cat([self.url(path) for path in batch])
             yield from zip(batch, (bytes(found[self._files._strip_protocol(self.url(p))]) for p in batch), strict=True)
 
-    def write_bytes(self, path: str, data: bytes) -> None:
+    def write_bytes(self, path: str, data: bytes, *, durable: bool = False) -> None:  # noqa: ARG002 - every put is
         self._files.pipe_file(self.url(path), data)
 
     def put_file(self, local: Path, path: str) -> str:
@@ -95,6 +95,15 @@ class RemoteFolder:
     def remove(self, prefix: str) -> None:
         if self._files.exists(self.url(prefix)):
             self._files.rm(self.url(prefix), recursive=True)
+
+    def remove_files(self, paths: Sequence[str]) -> None:
+        """Many in one request where the file system can."""
+        try:
+            self._files.rm([self.url(path) for path in paths])
+        except FileNotFoundError:  # some are gone already: one by one
+            for path in paths:
+                with suppress(FileNotFoundError):
+                    self._files.rm_file(self.url(path))
 
     @contextmanager
     def local_copy(self, path: str) -> Iterator[Path]:

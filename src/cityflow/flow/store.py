@@ -86,9 +86,9 @@ class Store:
                     self.expected.check(path, data)
                 yield path, data
 
-    def write_bytes(self, path: str, data: bytes) -> None:
-        """Write a whole file; readers see all of it or nothing."""
-        self.folder.write_bytes(_checked(path), data)
+    def write_bytes(self, path: str, data: bytes, *, durable: bool = False) -> None:
+        """Write a whole file; readers see all of it or nothing. `durable`: also after a power failure."""
+        self.folder.write_bytes(_checked(path), data, durable=durable)
 
     def put_file(self, local: Path | str, path: str) -> str:
         """Copy a local file into the store and return the SHA-256 of its contents."""
@@ -126,6 +126,10 @@ class Store:
         if not prefix:
             raise ValueError("a store does not remove its own root")
         self.folder.remove(_checked(prefix))
+
+    def remove_files(self, paths: Sequence[str]) -> None:
+        """Remove files, and the folders that are empty then; those that are gone already are passed over."""
+        self.folder.remove_files([_checked(path) for path in paths])
 
     @contextmanager
     def local_copy(self, path: str) -> Iterator[Path]:

@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from cityflow.core.building import Lod
-from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY
+from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY
 from cityflow.errors import RunError
 from cityflow.flow.inputs import LeftBehind
 from cityflow.flow.ledger import Ledger
@@ -29,7 +29,7 @@ from cityflow.runs.run_folder import open_run
 from cityflow.stages import export, reconstruct, windows
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.status import verdict_of
+from cityflow.workflow.tally import verdict_of
 from cityflow.workflow.unit_words import lines_of_building, lines_of_task, plain, words
 
 
@@ -141,7 +141,7 @@ def _found(record: Record, exported: Mapping[str, Any], store: Store) -> Iterato
 
 def _verdict(record: Record) -> Iterator[str]:
     """What is to be expected of the model, and why."""
-    verdict, found = verdict_of(record), record.result
+    verdict, found = verdict_of(record.status, record.result.get(VERDICT_KEY)), record.result
     if verdict:
         reason, probability = found.get(REASON_KEY), found.get(PROBABILITY_KEY)
         likely = "" if probability is None else f" (good with a probability of {100 * probability:.0f} %)"

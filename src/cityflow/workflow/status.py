@@ -17,10 +17,12 @@ from cityflow.core.verdicts import VERDICT_KEY, Verdict
 from cityflow.errors import RunError
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.row import first_line
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.runs.asked import Asked, read_asked
 from cityflow.workflow.printed import print_json
+from cityflow.workflow.tally import Tally, tally_of, verdict_of
 
 REASONS_SHOWN = 12
 UNITS_NAMED = 3
@@ -64,6 +66,7 @@ class Standing:
     Attributes
     ----------
     verdicts : of the buildings that were asked for;  beyond : number of buildings outside the area of interest that were modelled, too
+    damaged : what is wrong with segments of records
     """
 
     run: str
@@ -76,6 +79,7 @@ class Standing:
     beyond: int
     problems: Sequence[Problem]
     unused_edits: Sequence[tuple[str, str]]
+    damaged: Sequence[str]
     next: Sequence[str]
 
 
@@ -126,7 +130,8 @@ def print_units(url: str, console: Console, wanted: str = "", as_json: bool = Fa
 def _unit_row(record: Record) -> dict[str, Any]:
     found = record.result
     return {
-        "id": record.unit, "status": str(record.status), "verdict": verdict_of(record), "method": str(found.get("method", "")).replace("_", " "),
+        "id": record.unit, "status": str(record.status), "verdict": verdict_of(record.status, found.get(VERDICT_KEY)),
+        "method": str(found.get("method", "")).replace("_", " "),
         "nmad": found.get("nmad"), "rmse": found.get("rmse"), "reason": first_line(record.reason),
     }  # fmt: skip
 
@@ -148,39 +153,28 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
     Parameters
     ----------
     named : how commands shall name the run
+
+    Rows of the ledger are read one after the other, whole records not at all.
     """
     at_work = is_held(store)
     is_complete = not at_work and not asked.stale and LAST[1] in asked.tasks.get(LAST[0], ())
     stages: list[StageStanding] = []
     problems: list[Problem] = []
     verdicts: Counter[str] = Counter()
-    beyond = 0
+    beyond, beyond_area = 0, frozenset(asked.beyond)
     for stage in dict.fromkeys([*asked.expected, *asked.tasks]):
-        records = [r for u in asked.tasks.get(stage, ()) if (r := ledger.latest(stage, u)) is not None]
-        expected = len(records) if is_complete else asked.expected.get(stage, len(records))
-        stages.append(_stage(stage, records, expected, asked.stale.get(stage, 0)))
-        problems.extend(_problems(stage, records))
+        tally = tally_of(ledger, stage, asked.tasks.get(stage, ()), beyond_area)
+        expected = tally.records if is_complete else asked.expected.get(stage, tally.records)
+        stages.append(_stage(stage, tally, expected, asked.stale.get(stage, 0)))
+        problems.extend(_problems(stage, tally))
         if stage == BUILDINGS:
-            outside = frozenset(asked.beyond)
-            judged = [r for r in records if r.unit not in outside]
-            beyond = len(records) - len(judged)
-            verdicts.update(v for r in judged if (v := verdict_of(r)))
+            beyond, verdicts = tally.beyond, tally.verdicts
+    stale = sum(asked.stale.values())
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
-        [(text, remedy) for text, remedy in asked.edits], list(_next(named, at_work, is_complete, sum(asked.stale.values()), told, problems)),
+        [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(_next(named, at_work, is_complete, stale, told, problems)),
     )  # fmt: skip
-
-
-def verdict_of(record: Record) -> str:
-    """What is to be expected of a model: good, look or poor, which all failed ones are; empty if not judged."""
-    if record.status is Status.REFUSED:
-        return ""
-    return str(Verdict.POOR) if record.status is Status.FAILED else str(record.result.get(VERDICT_KEY) or "")
-
-
-def first_line(reason: str) -> str:
-    return reason.splitlines()[0] if reason else ""
 
 
 def print_standing(standing: Standing, console: Console) -> None:
@@ -200,6 +194,8 @@ def print_standing(standing: Standing, console: Console) -> None:
         console.print(_line(problem), markup=False, highlight=False, soft_wrap=True)
     for line in unused_lines(standing.unused_edits):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
+    for line in standing.damaged:
+        console.print(f"{line}: the next run mends it", markup=False, highlight=False, soft_wrap=True)
     for step in standing.next:
         console.print(f"Next: {step}", markup=False, highlight=False, soft_wrap=True)
 
@@ -211,14 +207,12 @@ def unused_lines(edits: Sequence[tuple[str, str]]) -> Iterator[str]:
         yield f"    and {len(edits) - REASONS_SHOWN} more edits without effect: see report.html"
 
 
-def _stage(stage: str, records: Sequence[Record], expected: int | None, stale: int) -> StageStanding:
-    count = Counter(r.status for r in records)
-    good = [r for r in records if r.status in (Status.DONE, Status.DEGRADED)]
-    mean = sum(r.seconds for r in good) / len(good) if good else 0.0
-    total = None if expected is None else max(expected, len(records))
+def _stage(stage: str, tally: Tally, expected: int | None, stale: int) -> StageStanding:
+    total = None if expected is None else max(expected, tally.records)
+    count = tally.status
     return StageStanding(
-        stage, total, None if total is None else total - len(records) + stale, count[Status.DONE], count[Status.DEGRADED],
-        count[Status.FAILED], count[Status.REFUSED], mean, max((r.peak_mb for r in good), default=0.0),
+        stage, total, None if total is None else total - tally.records + stale, count[Status.DONE], count[Status.DEGRADED],
+        count[Status.FAILED], count[Status.REFUSED], tally.mean_seconds, tally.peak_mb,
     )  # fmt: skip
 
 
@@ -233,14 +227,11 @@ def _table(stages: Sequence[StageStanding]) -> Table:
     return table
 
 
-def _problems(stage: str, records: Sequence[Record]) -> Iterator[Problem]:
+def _problems(stage: str, tally: Tally) -> Iterator[Problem]:
     for status in (Status.FAILED, Status.REFUSED, Status.DEGRADED):
-        reasons: dict[str, list[str]] = {}
-        for record in records:
-            if record.status is status:
-                reasons.setdefault(first_line(record.reason) or "no reason given", []).append(record.unit)
-        for reason, units in sorted(reasons.items(), key=lambda item: -len(item[1]))[:REASONS_SHOWN]:
-            yield Problem(stage, str(status), reason, units)
+        reasons = sorted((-len(units), reason) for reason, units in tally.reasons[status].items())
+        for _, reason in reasons[:REASONS_SHOWN]:
+            yield Problem(stage, str(status), reason, sorted(tally.reasons[status][reason]))
 
 
 def _line(problem: Problem) -> str:

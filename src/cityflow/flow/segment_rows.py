@@ -1,0 +1,131 @@
+"""Rows of many segments in memory, about a hundred bytes each, found by the key of their unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
+from cityflow.core.building import Status
+from cityflow.flow.records import quoted
+from cityflow.flow.row import NAMES, Row
+from cityflow.flow.segments import key_of
+
+TOLD = 8192
+"""Rows made into values at once."""
+
+
+class Place(NamedTuple):
+    """Where a record stands, and its order among those of its unit; `digest`: its first 64 bits."""
+
+    attempt: int
+    started: float
+    frame: int
+    start: int
+    bytes: int
+    digest: int
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table as `segments.SCHEMA` has it, with frames numbered through all segments, and its order by key, attempt and start."""
+
+    table: Any
+    order: IntArray = field(init=False, repr=False)
+    keys: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        key, attempt, started = (column(self.table, name) for name in ("key", "attempt", "started"))
+        order = np.lexsort((started, attempt, key)).astype(np.int32)
+        object.__setattr__(self, "order", order)
+        object.__setattr__(self, "keys", key[order])
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def find(self, key: int, unit: str | None) -> Iterator[Place]:
+        """Records of a unit; None: whatever its whole name is."""
+        wanted = np.uint64(key)
+        at = int(np.searchsorted(self.keys, wanted))
+        while at < len(self.keys) and self.keys[at] == wanted:
+            i = int(self.order[at])
+            if unit is None or self.table["unit"][i].as_py() == unit:
+                yield Place(*(self.table[name][i].as_py() for name in Place._fields))
+            at += 1
+
+    def newest(self, stage: str | None) -> IntArray:
+        """Rows of the table (int64) that are the newest of their unit, of one stage or all."""
+        last = np.ones(len(self.keys), bool)
+        last[:-1] = self.keys[1:] != self.keys[:-1]
+        found = self.order[last].astype(np.int64)
+        if stage is None:
+            return found
+        mask = pc.equal(self.table["stage"], stage).to_numpy()
+        return found[mask[found]]
+
+    def overlaid(self, loose: Sequence[Row], newest: IntArray) -> tuple[list[Row], IntArray]:
+        """Newest rows of elsewhere and of here (as `newest` gives them), each unit in one of them only: where its later record is."""
+        key, attempt, started = (column(self.table, name)[newest] for name in ("key", "attempt", "started"))
+        kept, rows = np.ones(len(newest), bool), []
+        wanted = np.array([key_of(quoted(row.stage), quoted(row.unit)) for row in loose], np.uint64)
+        for row, mine, i in zip(loose, wanted, np.searchsorted(key, wanted), strict=True):
+            here = i < len(key) and key[i] == mine
+            if here and (attempt[i], started[i]) > (row.attempt, row.started):
+                continue
+            rows.append(row)
+            if here:
+                kept[i] = False
+        return rows, newest[kept]
+
+    def statuses(self, rows: IntArray) -> dict[Status, int]:
+        """How many of some rows have which status."""
+        counted = pc.value_counts(self.table["status"].take(pa.array(rows)))
+        return {Status(found["values"]): found["counts"] for found in counted.to_pylist()}
+
+    def figures(self, name: str, rows: IntArray) -> FloatArray:
+        """A column of those of some rows that gave a result."""
+        good = pc.is_in(self.table["status"].take(pa.array(rows)), pa.array([str(status) for status in GOOD]))
+        found: FloatArray = column(self.table, name)[rows[good.to_numpy()]]
+        return found
+
+    def attempts(self) -> int:
+        """How many there are, those of the same number counted once."""
+        attempt = column(self.table, "attempt")[self.order]
+        same = (self.keys[1:] == self.keys[:-1]) & (attempt[1:] == attempt[:-1])
+        return len(self.keys) - int(same.sum())
+
+    def without(self, dead: BoolArray) -> Rows:
+        """Less the rows that a mask names."""
+        return Rows(self.table.filter(pa.array(~dead)))
+
+    def told(self, rows: IntArray) -> Iterator[Row]:
+        """Rows of the table, as values."""
+        table = self.table.select(NAMES)
+        for begin in range(0, len(rows), TOLD):
+            part = table.take(pa.array(rows[begin : begin + TOLD]))
+            columns = [c.to_pylist() for c in part.columns]
+            columns[NAMES.index("status")] = [STATUS[s] for s in columns[NAMES.index("status")]]
+            yield from map(Row, *columns)
+
+
+GOOD = (Status.DONE, Status.DEGRADED)
+"""A unit gave a result."""
+
+STATUS = {str(status): status for status in Status}
+
+
+def column(table: Any, name: str) -> np.ndarray:
+    """A column of numbers, without a copy where it is in one piece."""
+    chunked = table[name]
+    values: np.ndarray = (chunked.chunk(0) if chunked.num_chunks == 1 else chunked).to_numpy()
+    return values
+
+
+def merged(parts: Sequence[Any]) -> Rows:
+    """One out of several tables."""
+    return Rows(pa.concat_tables(parts).unify_dictionaries().combine_chunks())
