@@ -142,11 +142,17 @@ def horizontal_transform(source: CRS | Reference, target: CRS | Reference) -> Tr
     """
     a, b = _horizontal(source), _horizontal(target)
     try:
-        return Transformer.from_crs(a, b, always_xy=True)
+        return _transformer(a.srs, b.srs)
     except ProjError as error:
         raise CatalogError(
             f"no transformation from {a.name} to {b.name}", remedy="reproject the data beforehand"
         ) from error
+
+
+@lru_cache(maxsize=64)
+def _transformer(source: str, target: str) -> Transformer:
+    """Made once: finding the way between two CRSs takes longer than most of what goes along it."""
+    return Transformer.from_crs(source, target, always_xy=True)
 
 
 def _horizontal(side: CRS | Reference) -> CRS:
