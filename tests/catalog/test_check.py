@@ -76,7 +76,7 @@ def test_missing_cut_and_changed_files_are_three_things(delft: Path) -> None:
     assert report.has_errors
     errors = {Path(f.where).name: f for f in report.of(Level.ERROR)}
     assert "missing" in errors[first.name].problem
-    assert "cut off" in errors[second.name].problem
+    assert "truncated" in errors[second.name].problem
     assert "checksum" in errors[outlines.name].problem
     assert len(report.of(Level.ERROR)) == 3
     assert all(f.remedy for f in report.of(Level.ERROR))
@@ -151,7 +151,7 @@ def test_what_a_survey_lacks_is_said(tmp_path: Path) -> None:
     assert "more than one return" in notes
     assert "licence nor attribution" in notes
     assert "points per m²" in warnings
-    assert "does not say what heights refer to" in warnings
+    assert "does not state the datum of heights" in warnings
     assert not report.has_errors
 
 

@@ -137,7 +137,7 @@ def test_bad_files_are_named_and_nothing_is_written(tmp_path: Path) -> None:
     for lidar, message in (
         ([str(tmp_path / "nothing*.laz")], "no LAS or LAZ file matches"),
         ([good, str(tmp_path / "gone.laz")], r"gone\.laz: the file does not exist"),
-        ([good, str(tmp_path / "cut.laz")], r"cut\.laz: the file is cut off"),
+        ([good, str(tmp_path / "cut.laz")], r"cut\.laz: the file is truncated"),
         ([str(tmp_path / "text.laz")], r"text\.laz"),
         ([], "no LiDAR file"),
     ):

@@ -212,7 +212,7 @@ def test_bad_images_are_left_out_by_name_and_the_rest_goes_on(survey: Path) -> N
     assert [a.name for a in made.catalog.images] == ["img_4", "img_5"]
     notes = {n.split(":")[1].strip(): n for n in made.notes if n.startswith("left out")}
     assert "in the model, but not in images/" in notes["img_0.jpg"]
-    assert "cut off" in notes["img_1.jpg"]
+    assert "truncated" in notes["img_1.jpg"]
     assert "80 × 60" in notes["img_2.jpg"]
     assert "EXIF" in notes["img_3.jpg"]
     report = check_catalog(survey / "c")
@@ -243,7 +243,7 @@ def test_images_without_orientation_and_pixels_cut_later_are_told(survey: Path) 
     path = survey / "images" / "img_2.jpg"
     path.write_bytes(path.read_bytes()[:-500])
     report = check_catalog(survey / "c")
-    assert any("img_2.jpg" in f.where and "cut off" in f.problem for f in report.of(Level.WARNING))
+    assert any("img_2.jpg" in f.where and "truncated" in f.problem for f in report.of(Level.WARNING))
     assert not report.has_errors
     assert "5, " in report.summary["images"]
 

@@ -132,7 +132,7 @@ def test_a_unit_that_kills_its_worker_is_named_and_the_innocent_finish(
     assert len(found) == 20
     record = ledger.latest("toy", "killer")
     assert record is not None
-    assert record.reason == "the worker running it died 2 times"
+    assert record.reason == "the worker died 2 times while it ran the task"
     assert len(source.told) == 21
 
 
@@ -168,7 +168,7 @@ def test_two_runs_never_share_a_folder(client: Client, store: Store, ledger: Led
 def test_records_that_cannot_be_written_stop_the_run(client: Client, tmp_path: Path, store: Store) -> None:
     with (
         Ledger.open(Store.open(tmp_path / "elsewhere")) as ledger,
-        pytest.raises(RunError, match="cannot run or record"),
+        pytest.raises(RunError, match="cannot run the task or write"),
     ):
         run_tasks(Given([toy("u")]), client, Store.open("/proc/self"), ledger)
 
@@ -281,7 +281,9 @@ def test_a_full_disk_stops_the_run_and_fails_no_unit(client: Client, store: Stor
     task = toy(unit, "large_file", in_place=True)
     store.write_bytes(f"shared/{unit}", b"of an earlier run")
     store.write_bytes("small disk", b"")
-    with pytest.raises(UnwritableError, match=rf"shared/{unit}: cannot be written: File too large → make room there"):
+    with pytest.raises(
+        UnwritableError, match=rf"shared/{unit}: cannot be written: File too large → free disk space there"
+    ):
         run_tasks(Given([task]), client, store, ledger)
     assert store.read_bytes(f"shared/{unit}") == b"of an earlier run"
     assert ledger.refresh() == 0, "no record says that the unit failed"

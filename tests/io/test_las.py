@@ -68,7 +68,7 @@ def test_laz_without_chunks_is_read_and_its_cuts_are_noticed(
 def test_cut_las_is_noticed(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", points())
     path.write_bytes(path.read_bytes()[:-30])
-    with pytest.raises(CatalogError, match="cut off"):
+    with pytest.raises(CatalogError, match="truncated"):
         read_header(path)
 
 

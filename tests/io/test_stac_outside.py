@@ -70,7 +70,7 @@ def test_links_that_may_leave_still_have_an_end(folder: Path, place: str) -> Non
 
 def test_a_child_that_is_its_own_ancestor_is_refused(folder: Path) -> None:
     change(folder, {"rel": "child", "href": "./collection.json"})
-    with pytest.raises(CatalogError, match=r"collection\.json is there twice, or its own ancestor"):
+    with pytest.raises(CatalogError, match=r"collection\.json is listed twice, or is its own ancestor"):
         read_catalog(folder)
 
 

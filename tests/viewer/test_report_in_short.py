@@ -64,7 +64,7 @@ def test_tasks_of_other_stages_are_not_called_buildings() -> None:
     )
     told = answers(run_of(good("a"), UnitRow("b", "0_0", Status.DEGRADED, "a block"), problems=lost))
     assert told["Where are problems?"] == (
-        "Buildings: 1 simpler than asked; 2 tasks of ingest and surface did not end as asked; 3 kinds of reasons. The map shows where."
+        "Buildings: 1 simpler than requested; 2 tasks of ingest and surface did not end as requested; 3 kinds of reasons. The map shows where."
     )
 
 
@@ -116,5 +116,5 @@ def test_the_map_is_coloured_by_verdict() -> None:
 def test_buildings_that_may_be_good_are_expected_though_not_called_so() -> None:
     doubtful = [replace(good(f"u{k}"), verdict="look", good_probability=0.5) for k in range(4)]
     told = answers(run_of(replace(good("a"), good_probability=0.98), *doubtful))
-    assert "By their probabilities about 3 of 5 are" in told["How good?"]
-    assert "probabilities" not in answers(run_of(replace(good("a"), good_probability=0.98)))["How good?"]
+    assert "Probabilities add up to about 3 good ones of 5" in told["How good?"]
+    assert "robabilities" not in answers(run_of(replace(good("a"), good_probability=0.98)))["How good?"]

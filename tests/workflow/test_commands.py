@@ -147,9 +147,9 @@ def test_a_reference_that_cannot_be_right_is_said_before_anything_runs(cityflow:
     assert made.returncode == 0, made.stderr
     workflow = ROOT / "workflows" / "lidar_city_no_outlines.yaml"
     told = cityflow("plan", workflow, "--catalog", tmp_path / "elsewhere", "--out", tmp_path / "run")
-    assert "Look out: the coordinates lie outside the area of use" in told.stdout
+    assert "Warning: the coordinates lie outside the area of use" in told.stdout
     right = cityflow("plan", WORKFLOW, "--catalog", CATALOG, "--out", tmp_path / "run")
-    assert "Look out" not in right.stdout
+    assert "Warning" not in right.stdout
 
 
 def test_a_glob_that_the_shell_has_spread_is_taken_as_its_files(cityflow: Run, tmp_path: Path) -> None:

@@ -129,4 +129,4 @@ def test_candidates_are_a_line_each_with_the_face_price() -> None:
     assert "+ 0.0082 (4 roof faces told by 2 numbers)" in said(
         record("reconstruct", ModelParameters().model_dump(mode="json"), [shape])
     )
-    assert "+ 0.0123 (1 roof face) + 0.1000 (simpler than asked for)" in text
+    assert "+ 0.0123 (1 roof face) + 0.1000 (simpler than requested)" in text

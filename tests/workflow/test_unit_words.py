@@ -35,7 +35,7 @@ def test_lines_have_words_and_units() -> None:
     assert "NMAD (scatter without outliers)  5.2 cm" in text
     assert "12.39 m" in text
     assert "68.4 %" in text
-    assert lines[-2:] == ["Of the outline, as its source says:", "  bgt status  bestaand"]
+    assert lines[-2:] == ["Attributes of the outline's source:", "  bgt status  bestaand"]
     assert "kept" not in text
 
 

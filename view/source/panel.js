@@ -14,7 +14,7 @@ const SCORES = [
 ];
 const PARTS = [
   ['unexplained', 'points off the roof'], ['uncovered', 'points under no roof'], ['distance', 'scatter'], ['faces', 'roof faces'],
-  ['simpler', 'simpler than asked for'],
+  ['simpler', 'simpler than requested'],
 ];
 
 export class Panel {
@@ -74,7 +74,7 @@ export class Panel {
     const command = unit.status === 'refused' ? `cityflow explain ${this.wired.run} ${id.startsWith('-') ? '-- ' : ''}${quoted}` : `cityflow rerun ${this.wired.run} --unit ${quoted}`;
     const field = element('input', { type: 'text', readonly: true, value: command, id: 'panel-command', 'aria-label': 'Command', onfocus: (event) => event.target.select() });
     const button = element('button', { type: 'button', onclick: (event) => copied(field, event.target) }, 'Copy');
-    const why = unit.status === 'refused' ? 'Its outline must be mended in the source. What is known of it:' : 'Make this building again; --set key=value after it changes a parameter of this building, --clear-overrides undoes that:';
+    const why = unit.status === 'refused' ? 'Fix its outline in the source. Details:' : 'Make this building again; --set key=value after it changes a parameter of this building, --clear-overrides undoes that:';
     return element('div', { class: 'command' }, element('label', { for: 'panel-command' }, why), element('div', { class: 'row' }, field, button));
   }
 
@@ -115,12 +115,12 @@ function partsOf(score) {
 }
 
 function sources(known, images) {
-  if (!known.texture) return section('Images that textured it', element('p', { class: 'muted' }, 'The run has no textures for this building.'));
+  if (!known.texture) return section('Images of its texture', element('p', { class: 'muted' }, 'The run has no textures for this building.'));
   const seen = (images ?? []).filter(([, share]) => share >= LEAST_SHARE);
   const rest = (images ?? []).length - seen.length;
   const rows = [...seen.map(([name, share]) => [name, percent(share)]), ...(rest ? [[`${rest} more`, `less than ${percent(LEAST_SHARE)} each`]] : [])];
   const said = `${percent(known.texture.textured_share)} of ${known.texture.area_m2.toLocaleString('en', { maximumFractionDigits: 0 })} m² have a texture. ${known.texture.candidates} images have the building in their frame, ${known.texture.seen} see it.`;
-  return section('Images that textured it', element('div', {}, element('p', { class: 'muted' }, said), rows.length ? list(rows) : ''), true);
+  return section('Images of its texture', element('div', {}, element('p', { class: 'muted' }, said), rows.length ? list(rows) : ''), true);
 }
 
 function attributes(known) {

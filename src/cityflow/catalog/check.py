@@ -105,7 +105,7 @@ def _compare_file(asset: Asset, level: Level, seen: Seen) -> None:
         seen.say(level, asset.href, f"the file cannot be read ({error})", "check its permissions or address")
         return
     if size < asset.size:
-        problem = f"the file is cut off or another: {size:,} bytes instead of {asset.size:,}"
+        problem = f"the file is truncated or was replaced: {size:,} bytes instead of {asset.size:,}"
         seen.say(level, asset.href, problem, MADE_AGAIN)
     elif checksum != asset.checksum:
         seen.say(level, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN)
@@ -166,10 +166,10 @@ def _check_points(catalog: Catalog, seen: Seen) -> None:
         )
     mixed = [n for n, s in seen.samples.items() if GROUND not in s.classes] if GROUND in classes else []
     if mixed:
-        remedy = "classify all files alike"
+        remedy = "classify all files in the same way"
         seen.say(Level.WARNING, listing(mixed), "no ground points, although other files have them", remedy)
     if seen.samples and returns <= 1:
-        problem = "no pulse has more than one return: vegetation is told from buildings by roughness alone"
+        problem = "no pulse has more than one return: only roughness separates vegetation from buildings"
         seen.say(Level.NOTE, catalog.href, problem)
 
 
@@ -235,10 +235,10 @@ def _check_whole(catalog: Catalog, seen: Seen) -> None:
         remedy = (
             f"make the catalog again with the code of the heights' datum behind a plus: --crs {reference.code}+NNNN"
         )
-        seen.say(Level.WARNING, catalog.href, f"{reference.code} does not say what heights refer to", remedy)
+        seen.say(Level.WARNING, catalog.href, f"{reference.code} does not state the datum of heights", remedy)
     if not catalog.lidar and not catalog.images and "dsm" not in catalog.rasters:
         remedy = "make the catalog again with --lidar, --images or --dsm"
-        seen.say(Level.ERROR, catalog.href, "there is neither a LiDAR file nor an image nor a DSM", remedy)
+        seen.say(Level.ERROR, catalog.href, "the catalog has no LiDAR file, no image and no DSM", remedy)
     if catalog.licence in ("", "other") and not catalog.attribution:
         seen.say(
             Level.NOTE, catalog.href, "neither licence nor attribution is stated", "give --licence and --attribution"

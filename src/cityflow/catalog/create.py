@@ -171,7 +171,7 @@ def common_reference(headers: Sequence[LasHeader], crs: str | None) -> tuple[Ref
         notes += [f"{Path(header.path).name}: {doubt}"] if doubt else []
     if reference.vertical_epsg is None and not reference.is_local:
         notes.append(
-            f"{reference.code} says nothing about heights; {reference.code}+NNNN would, with the code of their datum"
+            f"{reference.code} does not state a height datum; {reference.code}+NNNN does, with the EPSG code of the datum"
         )
     return reference, notes
 

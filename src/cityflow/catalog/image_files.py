@@ -123,4 +123,6 @@ def refuse_cut_off(path: Path) -> None:
         file.seek(max(0, path.stat().st_size - 4096))
         tail = file.read()
     if b"\xff\xd9" not in tail:
-        raise CatalogError("the file is cut off", where=str(path), remedy="copy the file again, or leave the image out")
+        raise CatalogError(
+            "the file is truncated", where=str(path), remedy="copy the file again, or leave the image out"
+        )

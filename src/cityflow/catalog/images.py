@@ -173,7 +173,7 @@ def _heights(source: ImageSource, model: OrientationModel, catalog: Catalog) -> 
         if heights is not None:
             return heights
         raise CatalogError(
-            f"the heights of ground and buildings are unknown ({error})",
+            f"the height range of ground and buildings is unknown ({error})",
             where=str(source.folder),
             remedy="give the lowest ground and the highest object with --heights MIN,MAX",
         ) from error

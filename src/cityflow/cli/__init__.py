@@ -28,7 +28,7 @@ app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
     help="From oriented images, a LiDAR survey or rasters to a valid, textured city model, as tasks on Dask. Lengths are metres, times seconds, memory MB.",
     epilog="Exit codes: 0 all went well (single buildings may have failed: status names them); 1 an error that the message says how to fix, or an incomplete "
-    "city; 2 a command that cannot be read; 130 stopped by Ctrl-C.",
+    "city; 2 an invalid command; 130 stopped by Ctrl-C.",
 )  # fmt: skip
 catalog_app = typer.Typer(no_args_is_help=True, help="Make and check catalogs of survey data.")
 evaluate_app = typer.Typer(cls=PointsFirst, no_args_is_help=True, help="Compare a run with reference data.")
@@ -39,14 +39,12 @@ def parameters(
         str,
         typer.Argument(
             metavar="NAME",
-            help="Keys of this section, with this in them or in their meaning, or of this pattern, e.g. windows, gsd, 'match.*_px'",
+            help="Only keys of this section, with this word in key or description, or of this pattern, e.g. windows, gsd, 'match.*_px'",
             autocompletion=completion.keys,
         ),
     ] = "",
-    everything: Annotated[
-        bool, typer.Option("--all", help="All keys, not only those that a user may want first")
-    ] = False,
-    made: Annotated[bool, typer.Option("--synth", help="Those of cityflow synth instead, all of them")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="All keys, not only the most used ones")] = False,
+    made: Annotated[bool, typer.Option("--synth", help="All keys of cityflow synth instead")] = False,
 ) -> None:
     """Keys that a workflow may set: default, meaning and unit, what it may be. Without a name: those that a user may want first."""
     keys = known_keys(SYNTH if made else CITY)

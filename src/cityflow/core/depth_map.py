@@ -14,15 +14,15 @@ from cityflow.core.camera import OrientedImage
 
 @dataclass(frozen=True, slots=True)
 class DepthMap:
-    """Depths over a window of one base image, in the image's own (distorted) pixel geometry.
+    """Depths over a window of one reference image, in the image's own (distorted) pixel geometry.
 
     Attributes
     ----------
-    image : name of the base image
+    image : name of the reference image
     row, col : level-0 pixel of the window's upper left corner
     depth : (h, w) float32, metres along the camera's z axis at the centre of each pixel; NaN where unknown
     sigma : (h, w) float32, expected standard deviation of the depth, metres; NaN where unknown
-    views : (h, w) uint8, partners that agree (the base image not counted); 0 where unknown
+    views : (h, w) uint8, partners that agree (the reference image not counted); 0 where unknown
     colour : (h, w, bands) uint8 or uint16, as in the image
     """
 
@@ -43,10 +43,10 @@ class ImagePoints:
     ----------
     xyz : (N, 3) float64, metres
     colour : (N, bands) uint8 or uint16
-    image : (N,) int64, index into `names` of the base image
+    image : (N,) int64, index into `names` of the reference image
     views : (N,) uint8, partners that agree
     sigma : (N,) float32, expected standard deviation along the ray, metres
-    names : base images;  centres : (len(names), 3) their projection centres, world metres
+    names : reference images;  centres : (len(names), 3) their projection centres, world metres
     """
 
     xyz: FloatArray
@@ -86,7 +86,7 @@ def points_of(depth_map: DepthMap, image: OrientedImage) -> ImagePoints:
 
 
 def joined(parts: Sequence[ImagePoints], bands: int = 3) -> ImagePoints:
-    """One cloud of all points, in the order given; base images of the same name become one."""
+    """One cloud of all points, in the order given; reference images of the same name become one."""
     if not parts:
         return ImagePoints(
             np.empty((0, 3)), np.empty((0, bands), np.uint8), np.empty(0, np.int64), np.empty(0, np.uint8),

@@ -38,8 +38,8 @@ UNMARKED = "none"
 class UnitsParameters(Parameters):
     """When a found line is a true one."""
 
-    position_m: float = Field(1.0, gt=0, le=10, description="greatest distance of a line from a border it hits, metres")
-    angle_deg: float = Field(10.0, gt=0, le=90, description="greatest angle between them, degrees")
+    position_m: float = Field(1.0, gt=0, le=10, description="largest distance between a line and its border, metres")
+    angle_deg: float = Field(10.0, gt=0, le=90, description="largest angle between them, degrees")
     covered: float = Field(0.5, gt=0, le=1, description="least share of the border's length that the line runs along")
 
 

@@ -46,7 +46,7 @@ class Expected:
         if len(data) != written[0]:
             self._refuse(path, f"has {len(data)} bytes, {written[0]} were written")
         if sha256_of(data) != written[1]:
-            self._refuse(path, "has other contents than were written")
+            self._refuse(path, "has changed since it was written")
 
     def check_file(self, path: str, file: Path | str) -> None:
         """The size alone. Raises DamagedFileError."""

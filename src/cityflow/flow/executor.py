@@ -267,7 +267,7 @@ class _Run:
         if not job.deaths:
             self._suspects.append(replace(job, deaths=deaths))
             return
-        reply = Reply(Ending.CRASHED, Outcome(Status.FAILED, f"the worker running it died {deaths} times"))
+        reply = Reply(Ending.CRASHED, Outcome(Status.FAILED, f"the worker died {deaths} times while it ran the task"))
         record = record_of(job.task, job.attempt, reply, datetime.now(UTC))
         self._follow(job.task, store_record(self._context.store, record), fresh=True)
 
@@ -275,7 +275,7 @@ class _Run:
         if isinstance(error, CancelledError | OSError):
             check_alive(self._context.client)
         if job.tries >= RESUBMISSIONS:
-            problem = f"a worker cannot run or record it: {type(error).__name__}: {error}"
+            problem = f"a worker cannot run the task or write its record: {type(error).__name__}: {error}"
             raise RunError(problem, where=job.task.name, remedy="fix this and run again: it continues where it stopped")
         self._submit([replace(job, tries=job.tries + 1)])
 

@@ -54,5 +54,5 @@ def _stop(record: Record, count: int) -> RunError:
     return RunError(
         f"the first {count} units of stage {record.stage} all failed in the same way: {record.reason}",
         where=place or record.stage,
-        remedy="this is no fault of single units: fix the cause, then `cityflow rerun RUN --failed`",
+        remedy="the cause is not in single units: fix it, then `cityflow rerun RUN --failed`",
     )

@@ -88,7 +88,7 @@ def decode(data: bytes) -> Record:
     if (sealed := _SEALED.search(data)) is not None:
         text = data[: sealed.start()] + b"}"
         if sha256(text).hexdigest()[:CHECK_DIGITS].encode() != sealed[1]:
-            raise ValueError("its checksum does not fit")
+            raise ValueError("its checksum is wrong")
     try:
         value = json.loads(data)
     except RecursionError:

@@ -174,7 +174,7 @@ class Store:
                 folder.rmdir()
         except Exception as error:
             # Every file system has exceptions of its own (botocore's are no OSError); all mean the same to the user.
-            remedy = "choose another folder with --out, or fix its permissions, disk space, endpoint or keys"
+            remedy = "choose another folder with --out, or check permissions, disk space, endpoint and keys"
             raise RunError(f"cannot write here ({_first_line(error)})", where=self.root, remedy=remedy) from error
 
 

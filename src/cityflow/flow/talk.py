@@ -18,5 +18,7 @@ class Talk(StrEnum):
     def of(cls, is_quiet: bool, is_verbose: bool) -> Talk:
         """From the options of a command; both at once are a mistake."""
         if is_quiet and is_verbose:
-            raise RunError("quiet and verbose at once", where="--quiet --verbose", remedy="leave one of them out")
+            raise RunError(
+                "--quiet and --verbose exclude each other", where="--quiet --verbose", remedy="leave one of them out"
+            )
         return cls.QUIET if is_quiet else cls.VERBOSE if is_verbose else cls.NORMAL

@@ -10,7 +10,7 @@ FULL_OR_LOCKED = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS
 """What a file system answers that takes nothing more."""
 FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
 
-REMEDY = "make room there, or fix its permissions, then give the command again: a run continues where it stopped"
+REMEDY = "free disk space there or fix the permissions, then repeat the command: a run continues where it stopped"
 
 
 class UnwritableError(RunError):

@@ -37,7 +37,7 @@ class Tolerances(Parameters):
 
     snap_m: float = Field(0.001, gt=0, le=0.1, description="vertices closer than this are one vertex (m)")
     planarity_m: float = Field(0.01, gt=0, le=1, description="farthest a corner may lie from the plane of its face (m)")
-    normals_deg: float = Field(20.0, gt=0, le=180, description="most that triangles of one face may turn (degrees)")
+    normals_deg: float = Field(20.0, gt=0, le=180, description="largest angle between triangles of one face (degrees)")
     touch_m: float = Field(
         1e-6, gt=0, le=1e-4, description="rings or faces closer than this touch, without sharing a vertex (m)"
     )

@@ -162,6 +162,6 @@ def nearest_rotation(matrix: FloatArray) -> FloatArray:
     """
     m = np.asarray(matrix, np.float64)
     if not np.isfinite(m).all() or np.linalg.det(m) <= 1e-12:
-        raise ValueError("the matrix is no rotation")
+        raise ValueError("the matrix is not a rotation")
     u, _, vt = np.linalg.svd(m)
     return np.asarray(u @ vt)

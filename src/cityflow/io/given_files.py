@@ -50,7 +50,7 @@ def check_plain(path: str | Path, most_mb: float | None = None, kind: type[Cityf
             raise kind(f"this is {name}, not a file", where=str(path), remedy="name a plain file")
     if most_mb is not None and found.st_size > most_mb * 1e6:
         problem = f"a file of {found.st_size / 1e6:,.0f} MB; such a file has at most {most_mb:,.0f} MB"
-        raise kind(problem, where=str(path), remedy="check the path: this is something else")
+        raise kind(problem, where=str(path), remedy="check the path: this seems to be another file")
 
 
 def read_small(path: str | Path, kind: type[CityflowError] = CatalogError, encoding: str = "utf-8") -> str:
@@ -76,7 +76,7 @@ def yaml_of(text: str) -> Any:
     except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from None
     except (OverflowError, TypeError, AttributeError, KeyError, IndexError) as error:  # of PyYAML's own constructors
-        raise ValueError(f"a value in it is none ({error})") from None
+        raise ValueError(f"a value in it is invalid ({error})") from None
 
 
 def _bounded(tree: Any) -> Any:

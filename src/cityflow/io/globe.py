@@ -64,7 +64,7 @@ class Placing:
         figures = {
             "horizontal_accuracy_m": self.horizontal_accuracy_m, "height_accuracy_m": self.height_accuracy_m,
         }  # fmt: skip
-        shift = self.geoid or "shift left out: the heights' datum is not known, they stand as if above the ellipsoid"
+        shift = self.geoid or "no geoid shift: the height datum is unknown, heights are used as ellipsoidal ones"
         return {
             "horizontal_operation": self.horizontal,
             "vertical_datum": self.datum,
@@ -115,7 +115,7 @@ class Globe:
         if lost.any():
             x, y, z = np.asarray(xyz, np.float64).reshape(-1, 3)[np.argmax(lost)]
             raise CatalogError(
-                f"the position {x:.1f}, {y:.1f}, {z:.1f} is nowhere on the globe by {self.placing.horizontal!r}",
+                f"the position {x:.1f}, {y:.1f}, {z:.1f} has no position on the globe in {self.placing.horizontal!r}",
                 remedy="check the CRS of the catalog, or leave the 3D Tiles out",
             )
         return found

@@ -25,8 +25,8 @@ INERTIA = 1.1
 class EdgeParameters(Parameters):
     """Alignment of depth steps with image edges."""
 
-    rounds: int = Field(2, ge=0, le=5, description="how often pixels choose; 0 switches it off")
-    radius_px: int = Field(4, ge=1, le=10, description="radius of the window that votes")
+    rounds: int = Field(2, ge=0, le=5, description="rounds of the filter; 0 switches it off")
+    radius_px: int = Field(4, ge=1, le=10, description="radius of its window")
 
 
 def at_image_edges(depth: Float32Array, grey: ByteArray, gsd: float, parameters: EdgeParameters) -> Float32Array:

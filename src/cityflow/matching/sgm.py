@@ -50,7 +50,7 @@ class SgmParameters(Parameters):
         description="paths that costs are summed over: 3way three (fastest), hh4 four, sgbm five in one pass, hh eight",
     )
     speckle_px: int = Field(
-        60, ge=0, le=2000, description="patches of fewer pixels that stand apart from their surroundings go"
+        60, ge=0, le=2000, description="smaller patches with another disparity than their surroundings are removed"
     )
 
 

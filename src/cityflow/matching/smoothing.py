@@ -23,10 +23,10 @@ class SmoothingParameters(Parameters):
         20.0,
         ge=0,
         le=60,
-        description="points whose surface is nearer to the viewing ray than this go; below 6 degrees, and with 0, support alone decides",
+        description="points whose surface makes a smaller angle with the viewing ray are removed; below 6 degrees, and with 0, only support decides",
     )
     support: int = Field(
-        5, ge=0, le=24, description="of the 24 neighbours so many must lie on the point's surface, or it goes"
+        5, ge=0, le=24, description="a point stays if at least so many of its 24 neighbours lie on its surface"
     )
 
 

@@ -78,7 +78,7 @@ def datum_doubt(points: FloatArray, reference: FloatArray, radius: float = 30.0)
     reason = f"the images' points lie {abs(shift):.1f} m {'above' if shift > 0 else 'below'} the given heights (NMAD {spread:.1f} m)"
     for factor in (FEET, 1 / FEET):
         if abs(float(np.median(z * factor - known))) < 0.05 * abs(shift) and abs(float(np.median(known))) > 3:
-            return SURVEY, reason, "one of both looks like feet: convert it to metres"
+            return SURVEY, reason, "one of them may be in feet: convert it to metres"
     remedy = "heights above the ellipsoid and above the geoid differ like that: name the vertical datum of both"
     return SURVEY, reason, remedy if abs(shift) < 120 else "check the vertical datum, the unit and the origin of both"
 

@@ -124,7 +124,7 @@ def _askew(rotations: FloatArray, ways: FloatArray) -> str:
     square, level = squareness(rotations, ways), levelness(rotations)
     turn = np.degrees(np.arccos(np.clip(min(square, level), -1, 1)) / 4)
     what = (
-        "the images stand askew to the way they were flown"
+        "the images are rotated against the flight direction"
         if square <= level
         else "the horizon is not level in the images"
     )

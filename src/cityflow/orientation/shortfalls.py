@@ -75,7 +75,7 @@ def _kinds(maps: Coverage, p: ShortfallParameters) -> Iterator[tuple[str, BoolAr
         several & (maps.views < SAFE_VIEWS),
     )
     yield (
-        f"are seen under angles below {p.least_angle_deg:g}° only: rough heights",
+        f"are seen only at intersection angles below {p.least_angle_deg:g}°: inaccurate heights",
         several & (maps.angle_deg < p.least_angle_deg),
     )
     middle = float(np.nanmedian(maps.gsd)) if np.isfinite(maps.gsd).any() else np.nan

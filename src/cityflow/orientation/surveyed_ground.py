@@ -1,6 +1,6 @@
 """How many images see a place that is matched, and which ground is looked down on: there a survey has been, however it is cut into tiles.
 
-What counts is the flight plan: the base image that answers for a place, and those of its partners that have the place in their frame. A height that two
+What counts is the flight plan: the reference image that answers for a place, and those of its partners that have the place in their frame. A height that two
 images give is checked by the third. Beyond the ground that enough of them see, heights are few, and nothing says which of them are wrong; so they are where
 slanting images alone look, far out and past everything that stands before it.
 """
@@ -29,7 +29,7 @@ BEYOND_M = 10.0
 
 @dataclass(frozen=True, slots=True)
 class MatchedGround:
-    """A base image, the images that it is matched with, and the ground that it answers for."""
+    """A reference image, the images that it is matched with, and the ground that it answers for."""
 
     base: OrientedImage
     partners: tuple[OrientedImage, ...]

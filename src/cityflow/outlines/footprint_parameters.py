@@ -20,7 +20,7 @@ class FindParameters(Parameters):
         0.12, ge=0, le=2, description="how far a roof is seen beyond its edge (size of the laser's spot, noise), m"
     )
     combine: CombineParameters = Field(
-        default_factory=CombineParameters, description="how walls and the roof over them become one footprint"
+        default_factory=CombineParameters, description="combination of walls and the roof above them into one footprint"
     )
-    walls: WallLineParameters = Field(default_factory=WallLineParameters, description="how walls are found in plan")
+    walls: WallLineParameters = Field(default_factory=WallLineParameters, description="detection of walls in plan")
     eaves_m: float = Field(0.0, ge=0, le=3, description="how far roofs reach beyond the outlines wanted, m")

@@ -61,7 +61,7 @@ class ReconstructParameters(Parameters):
     methods: tuple[str, ...] = Field(
         DEFAULT_METHODS,
         min_length=1,
-        description="tried in this order, the earlier wins ties; module:function is a method of your own",
+        description="tried in this order; of equal results the earlier counts; module:function is a custom method",
     )
     orientation_histogram: OrientationHistogramParameters = OrientationHistogramParameters()
     monolithic: MonolithicParameters = MonolithicParameters()
@@ -74,10 +74,12 @@ class ReconstructParameters(Parameters):
         4.0,
         ge=0,
         le=100,
-        description="with no more roof points per m² of outline than this, roof_types and primitives are tried, too; 0: never",
+        description="roof_types and primitives are also tried if a unit has no more roof points per m² than this; 0: never",
     )
     min_points: int = Field(3, ge=1, le=1000, description="units with fewer roof points become a block")
-    min_explained: float = Field(0.3, ge=0, le=1, description="degraded when fewer points are within 20 cm (share)")
+    min_explained: float = Field(
+        0.3, ge=0, le=1, description="degraded if a smaller share of the points is within 20 cm"
+    )
 
     @field_validator("methods")
     @classmethod

@@ -19,12 +19,10 @@ from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
 class ModelParameters(ReconstructParameters):
     """Methods and their choice, overhangs, points held back."""
 
-    with_overhangs: bool = Field(True, description="roofs reach out as far as the surface model shows")
+    with_overhangs: bool = Field(True, description="roofs are extended to their overhangs as the surface shows them")
     overhangs: OverhangParameters = OverhangParameters()
     held_back: HeldBackParameters = HeldBackParameters()
-    max_unseen: float = Field(
-        0.3, ge=0, le=1, description="degraded when no point is near more of the roof (share of its area)"
-    )
+    max_unseen: float = Field(0.3, ge=0, le=1, description="degraded if a larger share of the roof area has no points")
 
     def of_outlines(self, sigma_m: float) -> ModelParameters:
         """The same for outlines that are so exact (standard deviation, metres)."""

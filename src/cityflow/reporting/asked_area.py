@@ -21,7 +21,7 @@ def asked_area(survey: Survey, area: Area) -> BaseGeometry:
 
 
 def surveyed_share(survey: Survey, asked: BaseGeometry) -> float | None:
-    """How much of an area enough images see, 0 to 1, on a lattice that is finer than the cells of base images; None for an area of nothing."""
+    """How much of an area enough images see, 0 to 1, on a lattice that is finer than the cells of reference images; None for an area of nothing."""
     inside = surveyed = 0
     for tile in tiles_over(asked.bounds, survey.parameters.tiles.tile_m) if asked.area else ():
         places = survey.images.places_in(tile.bounds)

@@ -47,7 +47,7 @@ def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHE
 
 
 def base_of(record: Record) -> str:
-    """The base image of a flight tile, whose name is that of the ground tile and the image's."""
+    """The reference image of a flight tile, whose name is that of the ground tile and the image's."""
     return record.unit.split(".", 1)[1]
 
 
@@ -57,7 +57,7 @@ def _pairs(record: Record) -> Pairs:
 
 
 def _directions(survey: Survey, matched: Iterable[Record], left_out: set[str]) -> Iterable[DirectionRow]:
-    """Every cluster of views; a base image of a small cluster that joined another one still counts for its own."""
+    """Every cluster of views; a reference image of a small cluster that joined another one still counts for its own."""
     by_name: dict[str, list[Record]] = defaultdict(list)
     for record in matched:
         by_name[survey.images.frame_of[base_of(record)].name].append(record)

@@ -70,7 +70,10 @@ PRODUCTS = {
         "Texture pages",
         "Photographs on the faces, shared by all formats; beside each page, which photograph a pixel is of",
     ),
-    "products/points": ("Points", "LAZ with LAS classes, colour, base image and precision, one file per ground tile"),
+    "products/points": (
+        "Points",
+        "LAZ with LAS classes, colour, reference image and precision, one file per ground tile",
+    ),
     "products/catalog.json": ("STAC", "The products as a catalog"),
     "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
 }

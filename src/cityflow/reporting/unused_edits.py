@@ -36,8 +36,8 @@ REMEDIES = {
     REJECTED: "move the point into a found or given outline, or let the polygon cover half of it or more; a drawn one is deleted from the edits",
     CUT_LINES: "draw it across an outline, from border to border",
     NO_CUT_LINES: "draw it along a cut line of products/outlines.gpkg",
-    OUTLINES: "draw it where something was surveyed",
-    LOCKED: "draw it where something was surveyed",
+    OUTLINES: "draw it inside the surveyed area",
+    LOCKED: "draw it inside the surveyed area",
 }
 
 

@@ -20,7 +20,7 @@ def refuse_unfit(city: CityParameters, catalog: Catalog) -> None:
     has = {"lidar": bool(catalog.lidar), "images": bool(catalog.images), "rasters": "dsm" in catalog.rasters}
     wanted = city.points.source
     if not any(has.values()):
-        problem = "the catalog names nothing that a surface can be made of: no LiDAR, no images, no DSM"
+        problem = "the catalog has no surface source: no LiDAR, no images, no DSM"
         raise CatalogError(problem, where=catalog.href, remedy="make it again with --lidar, --images or --dsm")
     if wanted != "auto" and not has[wanted]:
         there = " and ".join(name for source, name in SOURCES.items() if has[source])

@@ -76,7 +76,7 @@ def prepared(
         limited = " and its area" if known.get("area") and not aoi else ""
         notes = (f"Catalog{limited} as in the RUN: {found.href}",)
     if doubt := suspicion(found.reference, found.bounds):
-        notes += (f"Look out: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
+        notes += (f"Warning: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
     return Prepared(workflow, found, area, store, notes)
 
 

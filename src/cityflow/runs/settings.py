@@ -15,15 +15,15 @@ from cityflow.runs.known_keys import AT_TOP, unknown_key
 from cityflow.runs.setting_text import listed, read_tree, split_setting
 
 PLAIN = {
-    "tuple_type": "wants several values, as [a, b] or a,b",
-    "list_type": "wants several values, as [a, b] or a,b",
+    "tuple_type": "needs several values, as [a, b] or a,b",
+    "list_type": "needs several values, as [a, b] or a,b",
     "float_parsing": "wants a number",
     "float_type": "wants a number",
-    "int_parsing": "wants a whole number",
-    "int_type": "wants a whole number",
-    "int_from_float": "wants a whole number",
-    "bool_parsing": "wants true or false",
-    "bool_type": "wants true or false",
+    "int_parsing": "needs a whole number",
+    "int_type": "needs a whole number",
+    "int_from_float": "needs a whole number",
+    "bool_parsing": "needs true or false",
+    "bool_type": "needs true or false",
     "string_type": "wants a text",
 }
 """What is wrong with a value, where the library's own words are a programmer's."""

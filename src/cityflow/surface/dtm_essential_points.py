@@ -31,7 +31,7 @@ class EssentialPointsParameters(Parameters):
 
     gradient: float = Field(0.9, gt=0, le=20, description="a cell is essential above this gradient magnitude")
     rise_m: float = Field(
-        1.2, gt=0, le=10, description="a stretch that stands above the ground at an end by more is no ground, metres"
+        1.2, gt=0, le=10, description="a stretch that is higher above the ground at one end is not ground, metres"
     )
 
     @property

@@ -72,7 +72,7 @@ class FuseParameters(Parameters):
         0.8,
         ge=0,
         le=10,
-        description="of two surfaces in a cell the lower one is taken from this share of the weight on",
+        description="of two surfaces in a cell the lower one is used if it has at least this share of the weight",
     )
     speck_cells: int = Field(24, ge=1, le=400, description="patches of fewer cells are floaters")
     fill_m: float = Field(8.0, ge=0, le=100, description="holes are filled this far from measured cells, metres")

@@ -27,7 +27,7 @@ class CellPoints:
     z : (N,) float64, height, metres
     quality : (N,) float32, weight before nearness to a centre counts;  trust : (N,) float32, the same where precision does not count
     sigma : (N,) float32, expected standard deviation of the height, metres
-    image : (N,) int64, number of the base image;  origin : (N,) int64, row of the point in the cloud given
+    image : (N,) int64, number of the reference image;  origin : (N,) int64, row of the point in the cloud given
     """
 
     start: IntArray

@@ -50,7 +50,7 @@ class Modes(NamedTuple):
     z : float64, mean height of the agreeing points, metres;  u, v : float32, their mean place from the centre, cells
     support : float32, sum of their weights;  share : float32, of the weight of all points around
     sigma : float32, expected standard deviation of the height, metres
-    images : uint8, base images among them
+    images : uint8, reference images among them
     """
 
     z: FloatArray

@@ -23,7 +23,7 @@ class SurveyedParameters(Parameters):
 
     reach_m: float = Field(20.0, ge=1, le=200, description="holes narrower than twice this are surveyed, metres")
     least_share: float = Field(
-        0.0, ge=0, le=1, description="points count where this share of the cells within the reach have any"
+        0.0, ge=0, le=1, description="points count if at least this share of the cells within reach has points"
     )
 
     @property

@@ -43,10 +43,13 @@ class OrthoParameters(Parameters):
         60.0,
         ge=0,
         le=1000,
-        description="how far off something may hide a cell, metres in plan: height of buildings times the steepest tan",
+        description="largest distance in plan at which an object may hide a cell, metres: height of buildings times the tan of the steepest view",
     )
     off_nadir_deg: float = Field(
-        60.0, gt=0, lt=90, description="views farther off the vertical of the frame than this colour nothing, degrees"
+        60.0,
+        gt=0,
+        lt=90,
+        description="views tilted more than this against the vertical of the frame are not used, degrees",
     )
     seam_cells: float = Field(16.0, ge=0.5, le=1000, description="half the width over which two images mix, cells")
     margin_px: float = Field(4.0, ge=0, le=500, description="outermost pixels of an image that are never used")
@@ -54,7 +57,7 @@ class OrthoParameters(Parameters):
         1,
         ge=0,
         le=10,
-        description="things that hide are widened by so many cells of the surface around: its edges are no better",
+        description="hiding objects are widened by so many cells of the surface, the accuracy of its edges",
     )
 
 

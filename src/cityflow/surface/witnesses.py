@@ -40,13 +40,13 @@ class WitnessParameters(Parameters):
         40.0,
         ge=0,
         le=500,
-        description="how far behind or before a point, in plan, a witness's own point may lie, metres",
+        description="largest distance in plan between a point and that of a witness along its ray, metres",
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Witness:
-    """All depths of one base image that are at hand.
+    """All depths of one reference image that are at hand.
 
     Attributes
     ----------

@@ -68,9 +68,7 @@ class City:
         survey = self.survey
         if not _has_something(survey):
             remedy = "make it again with --lidar, --images or --dsm, or set points.source to what it has"
-            raise CatalogError(
-                "the catalog names nothing that a surface can be made of", where=survey.catalog.href, remedy=remedy
-            )
+            raise CatalogError("the catalog has no surface source", where=survey.catalog.href, remedy=remedy)
         if not self.tiles:
             remedy = "see `cityflow catalog check` for the extent"
             raise CatalogError("no ground tile meets the area of interest", where="--aoi", remedy=remedy)

@@ -132,7 +132,7 @@ class ImageSurvey:
 
     @cached_property
     def least_views(self) -> int:
-        """Images that must see a place for it to be surveyed: as the workflow says, but no more than any base image has with its partners."""
+        """Images that must see a place for it to be surveyed: as the workflow says, but no more than any reference image has with its partners."""
         return min(self.parameters.images.least_views, self.plan.most_views)
 
     def matched_ground(self, tile: Tile) -> list[MatchedGround]:
@@ -155,7 +155,7 @@ class ImageSurvey:
         return np.asarray(below & (images_of_ground(matched, places, ground) >= self.least_views))
 
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
-        """The base images of a ground tile, each with its partners and cells."""
+        """The reference images of a ground tile, each with its partners and cells."""
         if tile.name not in self._over:
             found = self.plan.flight_tiles(tile.name, tile.bounds)
             self._over[tile.name] = found

@@ -43,7 +43,7 @@ class TileParameters(Parameters):
     """How the world is cut."""
 
     tile_m: float = Field(250.0, ge=50, le=5000, description="edge of a ground tile, m; a multiple of surface.cell_m")
-    index_cell_m: float = Field(50.0, ge=10, le=1000, description="edge of a piece of the point index, m")
+    index_cell_m: float = Field(50.0, ge=10, le=1000, description="edge of a cell of the point index, m")
 
 
 class OutlineParameters(Parameters):
@@ -55,7 +55,7 @@ class OutlineParameters(Parameters):
     found: FindParameters = FindParameters()
     walls_in: WallsInParameters = WallsInParameters()
     noding_tolerance_m: float = Field(
-        0.05, ge=1e-4, le=0.5, description="gaps and overlaps of neighbours below this are closed, m"
+        0.05, ge=1e-4, le=0.5, description="narrower gaps and overlaps of neighbours are closed, m"
     )
 
 
@@ -63,7 +63,8 @@ class SplittingParameters(Parameters):
     """Whether and how outlines become single units."""
 
     when: Literal["found", "always", "never"] = Field(
-        "found", description="found: outlines that were found in the surface; always: those of a cadastre, too"
+        "found",
+        description="found: only outlines that were found in the surface; always: also given ones, as of a cadastre",
     )
     method: SplitParameters = SplitParameters()
 
@@ -95,7 +96,7 @@ class ImagesParameters(Parameters):
         0,
         ge=0,
         le=4,
-        description="surfaces come from images of 1 / 2^level of their size: 1 is a quarter of the pixels; textures keep all",
+        description="images are reduced to 1 / 2^level of their width for surfaces: 1 is a quarter of the pixels; textures use all pixels",
     )
     cell_m: float | None = Field(
         None, ge=0.02, le=1, description="cell of DSM and ortho, metres; null: from the ground sampling distance"
@@ -104,13 +105,13 @@ class ImagesParameters(Parameters):
         3,
         ge=2,
         le=16,
-        description="ground is surveyed where so many images, a base image and its partners, see it; fewer where no base image has so many",
+        description="ground counts as surveyed if so many images, a reference image and its partners, see it; fewer if no reference image has so many",
     )
     most_ortho_tilt: float = Field(
         35.0,
         ge=0,
         le=80,
-        description="images tilted more than this colour only what of the ortho no others see, degrees",
+        description="images tilted more than this colour only those parts of the ortho that no other image sees, degrees",
     )
     frames: bool = Field(True, description="tilted DSMs and oblique orthos of clusters of oblique views")
     least_frame_tilt: float = Field(12.0, ge=0, le=90, description="clusters steeper than this get no frame, degrees")

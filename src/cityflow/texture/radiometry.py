@@ -72,7 +72,7 @@ def _inside(mask: BoolArray) -> BoolArray:
 class RadiometryParameters(Parameters):
     """How the images of a unit are made alike."""
 
-    sweeps: int = Field(3, ge=0, le=20, description="comparisons of every image with the middle of all, after the tree")
+    sweeps: int = Field(3, ge=0, le=20, description="comparisons of every image with the median of all, after the tree")
 
 
 def balance(

@@ -30,7 +30,10 @@ class RedundancyParameters(Parameters):
         0.05, ge=0, le=1, description="an image stays if at least this share of what it sees of a face is new"
     )
     least_covered: float = Field(
-        0.995, ge=0, le=1, description="images that went come back until this share of what all see together is seen"
+        0.995,
+        ge=0,
+        le=1,
+        description="dropped images return until this share of the pixels that all images see is covered",
     )
     most_images: int = Field(12, ge=1, le=100, description="images per face that remain at most")
     tie: float = Field(

@@ -15,27 +15,27 @@ from cityflow.core.verdicts import Verdict
 
 STATUS_TEXTS = {
     Status.DONE: ("Done", "every step was done"),
-    Status.DEGRADED: ("Simplified", "a simpler model than asked for (degraded)"),
+    Status.DEGRADED: ("Simplified", "a simpler model than requested (degraded)"),
     Status.FAILED: ("Failed", "no model of its own"),
     Status.REFUSED: ("Refused", "the input cannot be a building"),
 }
 
 VERDICT_TEXTS = {
     Verdict.GOOD: ("Good", "at least 95 % of the roof are expected within 20 cm of the truth"),
-    Verdict.LOOK: ("To look at", "the points leave doubts: a person should look"),
+    Verdict.LOOK: ("To look at", "the points leave doubts: a person should check it"),
     Verdict.POOR: ("Poor", "probably more than a fifth of the roof is off by more than 20 cm, or there is no model"),
 }
 
 ADVICE = {
     Status.FAILED: "Read the reason, change a parameter if it names one (--set key=value), run them again:",
-    Status.REFUSED: "Mend these in the source and run the workflow again; only what has changed is done again:",
+    Status.REFUSED: "Fix these in the source and run the workflow again; only changed units are computed again:",
     Status.DEGRADED: "Usable as they are. To try again, for instance with other parameters (--set key=value):",
 }
 
 
 ADVICE_FOR_ONE = {
     Status.FAILED: "Read the reason, change a parameter if it names one, run the building again:",
-    Status.REFUSED: "Mend the outline in its source and run the workflow again; only what has changed is done again:",
+    Status.REFUSED: "Fix the outline in its source and run the workflow again; only changed units are computed again:",
     Status.DEGRADED: "Usable as it is. To try again, as it was or with another parameter:",
     Status.DONE: "The same task once more, as it was or with another parameter:",
 }

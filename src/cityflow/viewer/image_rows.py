@@ -14,7 +14,7 @@ class DirectionRow:
     name : of the direction, as ``nadir`` or ``east_45``
     images, left_out : how many look there, and how many of them could not be read
     tilt_deg : mean angle to the vertical;  tilts_deg : least and greatest
-    flight_tiles : windows matched with a base image of this direction;  points : depths found in them
+    flight_tiles : windows matched with a reference image of this direction;  points : depths found in them
     pairs, refused : pairs matched and pairs not used
     parallax_px, parallax_rest_px : medians over the pairs used: of the offset between their rows, and of what single patches miss after
         its correction; None where not measured
@@ -40,7 +40,7 @@ class RefusedPairs:
     Attributes
     ----------
     reason : of the first of them;  count : how often, over all ground tiles
-    pairs : names of base image and partner, each pair once, sorted
+    pairs : names of reference image and partner, each pair once, sorted
     """
 
     reason: str

@@ -69,10 +69,11 @@ def in_short(figures: Mapping[str, Any], run: str, unit_stage: str) -> list[Answ
 def _how_good(figures: Mapping[str, Any]) -> str:
     summary, checks = figures["summary"], figures["checkpoints"]
     if summary["nmad_median"] is None:
-        return "No model has been held against measured points yet."
+        return "No model has been compared with measured points yet."
     text, expected = GOOD_MEANS if summary["verdicts"]["good"] else "", summary["good_expected"]
     if expected > summary["verdicts"]["good"]:
-        text += f"By their probabilities about {expected:,} of {summary['units'] - summary['refused']:,} are; only those are called so that nearly surely are. "
+        whole = summary["units"] - summary["refused"]
+        text += f"Probabilities add up to about {expected:,} good ones of {whole:,}; the verdict needs near certainty. "
     text += f"Measured points scatter by {cm(summary['nmad_median'])} about the roof of a typical building"
     if summary["nmad_95"] is not None and summary["done"] > 1:
         text += f", by less than {cm(summary['nmad_95'])} at 95 % of them"
@@ -86,7 +87,7 @@ def _how_good(figures: Mapping[str, Any]) -> str:
 
 def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
     summary, looks = figures["summary"], len(figures["review_list"])
-    words = (("failed", "failed"), ("refused", "refused"), ("degraded", "simpler than asked"))
+    words = (("failed", "failed"), ("refused", "refused"), ("degraded", "simpler than requested"))
     judged = [
         f"{n:,} {word}" for key, word in (("poor", "poor"), ("look", "to look at")) if (n := summary["verdicts"][key])
     ]
@@ -98,7 +99,7 @@ def _problems(figures: Mapping[str, Any], unit_stage: str) -> str:
         parts.append(f"Buildings: {_listed(counts)}")
     if others:
         stages = _listed(sorted({g["stage"] for g in others}))
-        parts.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as asked")
+        parts.append(f"{tasks:,} {'task' if tasks == 1 else 'tasks'} of {stages} did not end as requested")
     if kinds > 1:
         parts.append(f"{kinds:,} kinds of reasons")
     if not parts:
@@ -122,7 +123,7 @@ def _to_do(figures: Mapping[str, Any], run: str) -> str:
     if figures["review_list"]:
         return "Look at the buildings that are not good, the worst first; the others can be used as they are."
     if summary["verdicts"]["unjudged"]:
-        return "Run the workflow again: these buildings are of a version that gave no verdicts."
+        return "Run the workflow again: these buildings were made by a version without verdicts."
     return "Nothing: the products can be used as they are."
 
 

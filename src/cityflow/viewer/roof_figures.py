@@ -26,8 +26,8 @@ TYPE_TEXTS: dict[str, str] = {
     RoofType.DOME: "round, vaulted",
     RoofType.SAWTOOTH: "several ridges side by side, as on factories",
     RoofType.BUTTERFLY: "two slopes that fall to the middle",
-    RoofType.COMPLEX: "several of these together",
-    RoofType.UNKNOWN: "none that could be told",
+    RoofType.COMPLEX: "a combination of these",
+    RoofType.UNKNOWN: "not recognised",
 }
 
 METHOD_TEXTS = {

@@ -81,15 +81,15 @@ class UnitPage:
 
 
 OUTCOMES = {
-    Status.DONE: "This building has a model; the version that made it gave no verdicts.",
-    Status.DEGRADED: "This building has a model, but a simpler one than asked for.",
+    Status.DONE: "This building has a model, made by a version without verdicts.",
+    Status.DEGRADED: "This building has a simpler model than requested.",
     Status.FAILED: "No method gave a model of this building. Where its heights are known a block stands for it in the products, marked as failed.",
     Status.REFUSED: "The outline cannot be a building, so no model was tried.",
 }
 
 VERDICTS = {
     Verdict.GOOD: "Good: at least 95 % of the roof are expected within 20 cm of the truth.",
-    Verdict.LOOK: "A person should look at this building: the points leave doubts about its model.",
+    Verdict.LOOK: "A person should check this building: the points leave doubts about its model.",
     Verdict.POOR: "Poor: more than a fifth of the roof is probably off by more than 20 cm.",
 }
 """Of buildings that have a model."""

@@ -13,11 +13,11 @@ class WindowParameters(Parameters):
     """What counts as a window, and the confidence that is required."""
 
     when: Literal["auto", "never"] = Field(
-        "auto", description="auto: where photographs show the unit; an ortho alone shows no wall"
+        "auto", description="auto: if photographs show the unit; an ortho shows no walls"
     )
     least_m: float = Field(0.4, ge=0.2, le=2, description="shortest side of a window, m")
     most_m: float = Field(4.0, ge=1, le=10, description="longest side of a window, m")
-    most_aspect: float = Field(4.0, ge=1, le=20, description="long by short side of a window")
+    most_aspect: float = Field(4.0, ge=1, le=20, description="largest ratio of long to short side of a window")
     coarsest_m: float = Field(
         0.2, gt=0, le=1, description="largest pixel of a texture in which windows are searched, m"
     )

@@ -32,7 +32,7 @@ ROWS = (
     ("completeness, by area", "completeness_area", "{:.1%}"),
     ("correctness, by area", "correctness_area", "{:.1%}"),
     ("IoU, mean over outlines", "iou_mean", "{:.3f}"),
-    ("IoU, mean, what hangs together as one", "iou_joined_mean", "{:.3f}"),
+    ("IoU, mean, touching outlines as one", "iou_joined_mean", "{:.3f}"),
     ("IoU of all areas", "iou", "{:.3f}"),
     ("corner deviation, median (m)", "corner_median_m", "{:.2f}"),
     ("corner deviation, mean (m)", "corner_mean_m", "{:.2f}"),

@@ -185,7 +185,7 @@ def _sum(score: Mapping[str, Any], part: ScoreParts | None) -> str:
         (part.uncovered, f"{100 * (1 - score['covered']):.1f} % under no roof"),
         (part.distance, "scatter" if score["nmad"] is None else f"NMAD {100 * score['nmad']:.1f} cm"),
         (part.faces, _described(score)),
-        *([(part.simpler, "simpler than asked for")] if part.simpler else []),
+        *([(part.simpler, "simpler than requested")] if part.simpler else []),
     ]
     return f"{score['penalty']:.4f} = " + " + ".join(f"{value:.4f} ({text})" for value, text in terms)
 

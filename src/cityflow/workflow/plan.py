@@ -140,7 +140,7 @@ def print_plan(
     )  # fmt: skip
     if plan.unknown:
         console.print(
-            f"{', '.join(plan.unknown)} come on top: how many tasks they have is known when the outlines are.", markup=False, soft_wrap=True
+            f"Not counted: {', '.join(plan.unknown)}. Their number of tasks depends on the outlines.", markup=False, soft_wrap=True
         )  # fmt: skip
 
 

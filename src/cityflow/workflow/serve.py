@@ -113,7 +113,7 @@ def bring_up_to_date(url: str, console: Console) -> None:
         raise RunError(
             f"the page cannot be written ({error})",
             where=run.store.root,
-            remedy="ask its owner for a run of `cityflow view`",
+            remedy="ask its owner to run `cityflow view`",
         ) from error
 
 

@@ -182,7 +182,7 @@ def print_standing(standing: Standing, console: Console) -> None:
     if standing.verdicts:
         told = ", ".join(f"{n:,} {SAID.get(verdict, verdict)}" for verdict, n in standing.verdicts.items())
         more = (
-            f" {standing.beyond:,} more outside the area are modelled for what they share with these."
+            f" {standing.beyond:,} more outside the area are modelled because they share walls with these."
             if standing.beyond
             else ""
         )

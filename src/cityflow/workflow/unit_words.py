@@ -51,29 +51,29 @@ GROUPS: tuple[tuple[str, tuple[tuple[str, str, Form], ...]], ...] = (
     ("Quality", (
         ("method", "Method", words), ("lod", "Level of detail", str), ("planes", "Roof planes", _count), ("roof_faces", "Roof faces", _count),
         ("roof_points", "Points on the roof", _count), ("points_per_m2", "Density", _density),
-        ("share_explained", "Within 20 cm of the model", _share), ("share_covered", "Above or below a roof of it", _share),
-        ("bias", "Mean above the model", _cents), ("nmad", "NMAD (scatter without outliers)", _cents), ("rmse", "RMSE (missed parts count)", _cents),
-        ("le95", "95 % are within", _cents), ("claimed_rmse_m", "Model claims to be right within", _cents),
+        ("share_explained", "Within 20 cm of the model", _share), ("share_covered", "With a roof face above or below", _share),
+        ("bias", "Mean height above the model", _cents), ("nmad", "NMAD (scatter without outliers)", _cents), ("rmse", "RMSE (missed parts count)", _cents),
+        ("le95", "95 % are within", _cents), ("claimed_rmse_m", "Expected RMSE of the model", _cents),
         ("held_back_points", "Held back from the fit", _count), ("held_back_off_share", "of them more than 20 cm off", _share),
-        ("roof_off_share", "Roof that points say is off", _share), ("roof_unseen_share", "Roof with no point near", _share),
-        ("points_facade", "No roof: of façades", _count), ("points_above_roof", "No roof: above it", _count),
-        ("points_below_roof", "No roof: below it", _count), ("points_near_ground", "No roof: near the ground", _count),
+        ("roof_off_share", "Roof more than 20 cm off by points", _share), ("roof_unseen_share", "Roof without points nearby", _share),
+        ("points_facade", "Not on the roof: façades", _count), ("points_above_roof", "Not on the roof: above it", _count),
+        ("points_below_roof", "Not on the roof: below it", _count), ("points_near_ground", "Not on the roof: near the ground", _count),
     )),
     ("Size", (
         ("ridge_height_m", "Ridge, above the height datum", _metres), ("eave_height_m", "Lowest eave", _metres), ("ground_height_m", "Floor", _metres),
         ("roof_height_p95_m", "95 % of the roof is below", _metres), ("roof_height_p70_m", "70 % is below", _metres),
         ("roof_height_p50_m", "Half is below", _metres), ("roof_height_p05_m", "5 % is below", _metres),
         ("footprint_area_m2", "Footprint", _squares), ("roof_area_m2", "Roof", _squares), ("wall_area_m2", "Walls", _squares),
-        ("outer_wall_area_m2", "Walls to the open", _squares), ("shared_wall_area_m2", "Walls shared with neighbours", _squares),
-        ("volume_m3", "Volume", _cubes), ("overhang_mean_m", "Eaves reach beyond the walls by", _metres), ("overhang_max_m", "at most by", _metres),
+        ("outer_wall_area_m2", "Outer walls", _squares), ("shared_wall_area_m2", "Walls shared with neighbours", _squares),
+        ("volume_m3", "Volume", _cubes), ("overhang_mean_m", "Overhang of the eaves, mean", _metres), ("overhang_max_m", "largest", _metres),
     )),
     ("Shape", (("roof_type", "Roof", words), ("outline_remark", "Outline", str))),
     ("Façades", (
         ("storeys", "Storeys, by the source", str), ("storeys_by_windows", "Storeys, by rows of windows", str), ("windows", "Windows", _count),
-        ("doors", "Doors", _count), ("window_to_wall_ratio", "Windows of the walls", _share), ("windows_seen_share", "Walls looked at for windows", _share),
-        ("windows_confidence", "Windows, mean confidence", _share), ("windows_missing", "No windows known", str),
-        ("window_to_wall_missing", "No share of windows", str), ("textured_share", "Faces with a photograph", _share),
-        ("texture_interpolated", "of that, filled in", _share), ("texture_gsd_m", "Size of a pixel", _cents),
+        ("doors", "Doors", _count), ("window_to_wall_ratio", "Window-to-wall ratio", _share), ("windows_seen_share", "Walls searched for windows", _share),
+        ("windows_confidence", "Windows, mean confidence", _share), ("windows_missing", "No windows because", str),
+        ("window_to_wall_missing", "No window-to-wall ratio because", str), ("textured_share", "Faces with a photograph", _share),
+        ("texture_interpolated", "of these, interpolated", _share), ("texture_gsd_m", "Size of a pixel", _cents),
     )),
     ("Survey", (("source", "Survey", str), ("source_date", "Flown", str))),
 )  # fmt: skip
@@ -94,7 +94,7 @@ def lines_of_building(attributes: Mapping[str, Any]) -> Iterator[str]:
     own = [
         (words(key), plain(value)) for key, value in sorted(attributes.items()) if key not in known and _is_known(value)
     ]
-    yield from _group("Of the outline, as its source says", own)
+    yield from _group("Attributes of the outline's source", own)
 
 
 def lines_of_task(result: Mapping[str, Any]) -> Iterator[str]:

@@ -218,7 +218,7 @@ def _item_places(collection: pystac.Collection, base: str, allow_outside: bool) 
                 places.append(place)
                 continue
             if place in seen:
-                raise ValueError(f"its child {place} is there twice, or its own ancestor")
+                raise ValueError(f"its child {place} is listed twice, or is its own ancestor")
             seen.add(place)
             left.append(pystac.Catalog.from_dict(json_of(_text_of(place)), href=place, migrate=True))
     return places

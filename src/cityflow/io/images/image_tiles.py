@@ -219,9 +219,7 @@ def _write(out: DatasetWriter, row: int, strip: PixelArray) -> None:
     try:
         out.write(np.moveaxis(strip, -1, 0), window=Window(0, row, strip.shape[1], strip.shape[0]))
     except RasterioError as error:
-        raise CatalogError(
-            f"cannot be written: {error}", where=str(out.name), remedy="see that there is room on the disk"
-        ) from error
+        raise CatalogError(f"cannot be written: {error}", where=str(out.name), remedy="check the disk space") from error
 
 
 def _refuse_cut_jpeg(path: Path) -> None:

@@ -165,7 +165,7 @@ def _refuse_cut_off(file: IO[bytes], header: laspy.LasHeader, name: str, size: i
     else:
         intact = start + int(header.point_count) * int(header.point_format.size) <= size
     if not intact:
-        problem = f"the file is cut off: it has {size:,} bytes, fewer than its header promises"
+        problem = f"the file is truncated: it has {size:,} bytes, fewer than its header promises"
         raise CatalogError(problem, where=name, remedy="fetch or copy it again")
 
 
@@ -256,7 +256,7 @@ def opened(file: IO[bytes], name: str) -> Iterator[laspy.LasReader]:
         yield reader
     except lazrs.LazrsError as error:
         raise CatalogError(
-            f"the compressed points are cut off or corrupt ({error})", where=name, remedy="fetch or copy it again"
+            f"the compressed points are truncated or corrupt ({error})", where=name, remedy="fetch or copy it again"
         ) from error
     except (laspy.errors.LaspyException, ValueError, struct.error, EOFError) as error:
         raise CatalogError(

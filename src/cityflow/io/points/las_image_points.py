@@ -35,7 +35,7 @@ def write_image_points(
 
     Notes
     -----
-    ``point_source_id`` counts the base images from 1 in the order of the variable-length record ``cityflow`` 1 (a JSON list of names; 0 where
+    ``point_source_id`` counts the reference images from 1 in the order of the variable-length record ``cityflow`` 1 (a JSON list of names; 0 where
     there are more than 65,535), ``user_data`` is the number of agreeing partners, the extra dimension ``sigma`` the expected standard
     deviation along the ray in metres.
     """
@@ -47,7 +47,7 @@ def write_image_points(
     header.generating_software, header.system_identifier = SOFTWARE, SOFTWARE
     header.add_extra_dim(laspy.ExtraBytesParams(SIGMA, np.float32, "precision along ray, m"))
     names = json.dumps(list(points.names), ensure_ascii=False).encode()
-    header.vlrs.append(laspy.VLR(SOFTWARE, NAMES_RECORD, "base images", names[:65535]))
+    header.vlrs.append(laspy.VLR(SOFTWARE, NAMES_RECORD, "reference images", names[:65535]))
     if crs is not None:
         header.add_crs(crs)
     data = laspy.LasData(header, _records(points, classes, header))

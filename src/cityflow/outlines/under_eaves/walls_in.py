@@ -36,9 +36,12 @@ class WallsInParameters(Parameters):
 
     wanted: bool = Field(True, description="walls move in where façades are known inside the rim of a roof")
     significance: float = Field(
-        2.0, ge=0, le=10, description="by more than so many standard deviations, of façade and outline together"
+        2.0,
+        ge=0,
+        le=10,
+        description="a façade is inside by more than so many standard deviations of façade and outline together",
     )
-    least_m: float = Field(0.15, ge=0.02, le=2, description="and by at least so much, m")
+    least_m: float = Field(0.15, ge=0.02, le=2, description="and by at least this distance, m")
 
 
 @dataclass(frozen=True, slots=True)

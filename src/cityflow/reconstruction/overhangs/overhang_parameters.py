@@ -11,18 +11,16 @@ from cityflow.core.parameters import Parameters
 class OverhangParameters(Parameters):
     """How far from a wall the rim of its roof is looked for, when it counts, and what the roof there looks like."""
 
-    most_reach_m: float = Field(1.6, gt=0, le=5, description="a roof stands out no farther than this (m)")
-    least_reach_m: float = Field(0.08, ge=0, le=1, description="a roof that stands out less ends with its wall (m)")
+    most_reach_m: float = Field(1.6, gt=0, le=5, description="largest overhang (m)")
+    least_reach_m: float = Field(0.08, ge=0, le=1, description="smallest overhang (m)")
     significance: float = Field(
-        2.0, ge=0, le=10, description="an overhang is more than so many of its standard deviations"
+        2.0, ge=0, le=10, description="an overhang counts if it is more than so many of its standard deviations"
     )
-    alone_significance: float = Field(
-        3.0, ge=0, le=10, description="the same where heights alone show it, and no colours do"
-    )
+    alone_significance: float = Field(3.0, ge=0, le=10, description="the same if only heights show it, not colours")
     each_significance: float = Field(
-        1.5, ge=0, le=10, description="where both do, each by itself stands out by so many standard deviations"
+        1.5, ge=0, le=10, description="if both show it, each alone must reach so many standard deviations"
     )
-    slab_m: float = Field(0.16, gt=0, le=1, description="thickness of a roof beyond its walls, upright (m)")
+    slab_m: float = Field(0.16, gt=0, le=1, description="vertical thickness of a roof beyond its walls (m)")
     smoothing_cells: float = Field(
         1.0, ge=0.3, le=5, description="Gaussian that the surface is smoothed with before it is differentiated, cells"
     )
@@ -32,10 +30,10 @@ class OverhangParameters(Parameters):
         0.0,
         ge=-2,
         le=4,
-        description="so much too far out the surface shows a rim, in the mean, cells: matching widens what is high",
+        description="mean error of a rim in the surface, outwards, cells: matching widens high objects",
     )
     widened_sigma_cells: float = Field(
-        0.8, ge=0, le=4, description="standard deviation of that from edge to edge, cells"
+        0.8, ge=0, le=4, description="standard deviation of this error from edge to edge, cells"
     )
     picture_sigma_cells: float = Field(
         0.7, gt=0, le=10, description="standard deviation of a rim in a true ortho, cells of the ortho"
@@ -44,13 +42,13 @@ class OverhangParameters(Parameters):
         3.5,
         ge=0,
         le=20,
-        description="so far outside the rim of the heights colours are asked, cells of these; 0: not at all",
+        description="colours are searched so far outside the rim of the heights, cells of these; 0: no colours",
     )
     picture_inside_cells: float = Field(
-        5.0, ge=0, le=20, description="and so far inside it: matching draws bright roofs out over shadow, cells"
+        5.0, ge=0, le=20, description="and so far inside it, cells: matching extends bright roofs over shadow"
     )
     coarsest_cell_m: float = Field(
-        0.3, gt=0, le=5, description="a surface on coarser cells shows no rims; points have to tell (m)"
+        0.3, gt=0, le=5, description="coarser cells do not show rims; then points are used (m)"
     )
     point_sigma_m: float = Field(
         0.06, ge=0, le=1, description="standard deviation of LiDAR points in plan, footprint included (m)"
@@ -58,36 +56,32 @@ class OverhangParameters(Parameters):
     point_on_roof_m: float = Field(
         0.2, gt=0, le=2, description="LiDAR points this near to the roof's plane are on it (m)"
     )
-    patch_cells: float = Field(12.0, gt=0, le=100, description="along an edge so many cells have one error in common")
-    wall_sigma_m: float = Field(
-        0.03, ge=0, le=2, description="a façade's line is known no better than this (standard deviation, m)"
-    )
+    patch_cells: float = Field(12.0, gt=0, le=100, description="so many cells along an edge have a common error")
+    wall_sigma_m: float = Field(0.03, ge=0, le=2, description="least standard deviation of a façade's line (m)")
     outline_sigma_m: float | None = Field(
         None,
         ge=0,
         le=2,
-        description="an outline of which nothing is said stands so far from its walls (standard deviation, m), before its own edges tell; "
-        "null: as the survey's façades show, 0.1 where none do",
+        description="standard deviation of outlines of unknown accuracy (m), before their own edges are used; "
+        "null: from the survey's façades, 0.1 without any",
     )
-    outline_weight: float = Field(
-        2.0, gt=0, le=100, description="what is known of outlines in general counts as so many edges of the unit"
-    )
+    outline_weight: float = Field(2.0, gt=0, le=100, description="that value counts as so many edges of the unit")
     roof_edge_off_m: float = Field(
-        0.08, ge=0, le=2, description="an outline along the roof's edge is not the wall where façades are farther (m)"
+        0.08, ge=0, le=2, description="a façade farther from an outline along the roof's edge is the wall instead (m)"
     )
     wall_edge_off_m: float = Field(
         0.2, ge=0, le=2, description="the same for an outline that was found along walls (m)"
     )
     given_edge_off_m: float = Field(
-        0.6, ge=0, le=2, description="the same for an outline of which nothing is said, or that was given (m)"
+        0.6, ge=0, le=2, description="the same for given outlines and those of unknown source (m)"
     )
     eave_spread_m: float = Field(
         EAVE_SPREAD_M,
         gt=0,
         le=5,
-        description="how much eaves of one building differ from each other (standard deviation, m)",
+        description="spread of the eaves of one building (standard deviation, m)",
     )
-    least_seen: float = Field(0.45, ge=0, le=1, description="share of an edge along which its rim has to be seen")
+    least_seen: float = Field(0.45, ge=0, le=1, description="least share of an edge along which its rim is seen")
 
     @property
     def general_sigma_m(self) -> float:

@@ -22,7 +22,9 @@ class PartitionParameters(Parameters):
     reach: float = Field(1.0, gt=0, le=5, description="segments nearer than this (m) are neighbours")
     gap: float = Field(4.0, gt=0, le=50, description="so far (m) across stretches without planes")
     min_length: float = Field(0.7, gt=0, le=10, description="shortest line (m) along which the outline is cut")
-    min_width: float = Field(0.6, ge=0, le=5, description="narrower roof polygons (m) go unless points demand them")
+    min_width: float = Field(
+        0.6, ge=0, le=5, description="narrower roof polygons (m) are removed unless points support them"
+    )
     tolerance: float = Field(0.15, gt=0, le=2, description="vertical miss (m) from which a point counts as unexplained")
     edge_cost: float = Field(0.15, ge=0, le=10, description="m² of unexplained roof that a metre of edge must save")
     step_cost: float = Field(
@@ -33,13 +35,13 @@ class PartitionParameters(Parameters):
         0.6,
         ge=0,
         le=100,
-        description="unexplained independent points that each number of a polygon's description must save",
+        description="a polygon needs so many explained independent points for each of its parameters",
     )
     alike_m: float = Field(
         0.3,
         ge=0,
         le=5,
-        description="points nearer to each other than this (m) err alike: together they are one independent point",
+        description="points nearer to each other than this (m) have a common error and count as one independent point",
     )
     max_lines: int = Field(80, ge=1, le=1000, description="most lines considered for one outline")
     max_cells: int = Field(200, ge=1, le=5000, description="cutting ends at this number of cells")

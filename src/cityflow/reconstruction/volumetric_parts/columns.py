@@ -29,9 +29,9 @@ class ColumnParameters(PartitionParameters):
 
     near: float = Field(4.0, gt=0, le=100, description="surfaces with points nearer than this (m) may top a column")
     number_cost: float = Field(
-        1.2, ge=0, le=100, description="unexplained points that each number of a polygon's description must save"
+        1.2, ge=0, le=100, description="a polygon needs so many explained points for each of its parameters"
     )
-    alike_m: float = Field(0.0, ge=0, le=5, description="points nearer to each other than this (m) err alike")
+    alike_m: float = Field(0.0, ge=0, le=5, description="points nearer to each other than this (m) have a common error")
     max_lines: int = Field(400, ge=1, le=5000, description="most lines that cut the outline")
     max_cells: int = Field(1500, ge=1, le=20_000, description="cutting ends at this number of columns")
 

@@ -35,14 +35,14 @@ from cityflow.survey.source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"
-VERSION = 6
+VERSION = 7
 PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Matched(TaskInputs):
-    """A base image with its partners, by name, and the cells of the ground that it answers for, as in `GroundCells`."""
+    """A reference image with its partners, by name, and the cells of the ground that it answers for, as in `GroundCells`."""
 
     base: str
     partners: tuple[str, ...]

@@ -22,13 +22,11 @@ class PatchParameters(Parameters):
         6.0,
         gt=0,
         le=100,
-        description="what no image sees of a wall fades from the colours around into the wall's plain colour over so many pixels",
+        description="unseen parts of a wall fade from the colours around into the wall's plain colour over so many pixels",
     )
-    retreat_px: float = Field(
-        1.5, ge=0, le=8, description="pixels so near to what hides a face from their image are used last"
-    )
+    retreat_px: float = Field(1.5, ge=0, le=8, description="pixels this near to an occluding edge are used last")
     slim_px: float = Field(
-        3.0, ge=0, le=10, description="faces narrower than this in their root image get colours averaged along them, as each pixel shows what is beside, too"
+        3.0, ge=0, le=10, description="faces narrower than this in their root image get colours averaged along them: their pixels show neighbours too"
     )  # fmt: skip
     most_outside: float = Field(
         0.5, ge=0, le=1, description="share of a face outside its root image from which it is rectified"
@@ -38,7 +36,7 @@ class PatchParameters(Parameters):
         16.0,
         ge=0.05,
         le=268,
-        description="and its greatest area, million pixels; at work each of them takes some 65 bytes",
+        description="largest area of a patch, million pixels; each pixel needs about 65 bytes of memory",
     )
     finest_m: float = Field(0.005, gt=0, le=1, description="finest cell of a rectified patch, metres")
 

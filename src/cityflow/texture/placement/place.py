@@ -35,7 +35,7 @@ class PlacementParameters(Parameters):
     effort: float = Field(
         6e9,
         ge=0.0,
-        description="how much may be tried, in products of patches and their pixels: that many orders and widths of a page are compared, 24 at most",
+        description="bound of the work, in patches times pixels: it limits the compared orders and widths of a page, 24 at most",
     )
 
     @model_validator(mode="after")

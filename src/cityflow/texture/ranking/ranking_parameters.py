@@ -11,10 +11,10 @@ class RankingParameters(Parameters):
     """Which images count at all, and what matters of them."""
 
     most_incidence_deg: float = Field(
-        80.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal show smears of it, and come after all others"
+        80.0, ge=10, le=89.9, description="images with a larger angle of incidence at a face are ranked last"
     )  # fmt: skip
     last_resort_deg: float = Field(
-        86.0, ge=10, le=89.9, description="images that look at a face at more than this from its normal are not used at all"
+        86.0, ge=10, le=89.9, description="images with a larger angle of incidence at a face are not used"
     )  # fmt: skip
     visible_weight: float = Field(
         1.0,
