@@ -32,16 +32,22 @@ def known_aspects(segments: Segments, outline: Polygon) -> tuple[float, ...]:
 
 
 def turned_to(lines: FloatArray, aspects: tuple[float, ...]) -> FloatArray:
-    """(M, 4) lines near one of the directions, turned to it about their middle."""
+    """(M, 2, 2) lines near one of the directions, turned to it about their middle."""
     off = _off(lines, aspects)
     nearest = np.argmin(np.abs(off), axis=0)
     chosen = np.abs(off).min(axis=0) <= NEAR_DEG
     angle = np.radians(np.array(aspects)[nearest[chosen]])
     lines = lines[chosen]
-    middle = 0.5 * (lines[:, :2] + lines[:, 2:])
-    half = 0.5 * np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    start, end = lines[:, 0], lines[:, 1]
+    middle, half = 0.5 * (start + end), 0.5 * lengths(lines)
     along = np.column_stack([np.cos(angle), np.sin(angle)]) * half[:, None]
-    return np.column_stack([middle - along, middle + along])
+    return np.stack([middle - along, middle + along], axis=1)
+
+
+def lengths(lines: FloatArray) -> FloatArray:
+    """(M,) in plan, of lines (M, 2, 2 or more)."""
+    x, y = (lines[:, 1, :2] - lines[:, 0, :2]).T
+    return np.asarray(np.hypot(x, y))
 
 
 def near_aspect(lines: FloatArray, aspects: tuple[float, ...]) -> BoolArray:
@@ -50,7 +56,7 @@ def near_aspect(lines: FloatArray, aspects: tuple[float, ...]) -> BoolArray:
 
 
 def lattice(outline: Polygon, aspect_deg: float) -> FloatArray:
-    """(M, 4) segments of parallel lines over the outline."""
+    """(M, 2, 2) segments of parallel lines over the outline."""
     a = np.radians(aspect_deg)
     along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
     ring = shapely.get_coordinates(outline.exterior)
@@ -61,7 +67,7 @@ def lattice(outline: Polygon, aspect_deg: float) -> FloatArray:
     start = at_t[:, None] * along + at_u[:, None] * across
     middle = start + 0.5 * segment * along
     inside = shapely.dwithin(outline, shapely.points(middle), 1.0)
-    return np.column_stack([start, start + segment * along])[inside]
+    return np.stack([start, start + segment * along], axis=1)[inside]
 
 
 def translated(outline: Polygon, by: FloatArray) -> Polygon:
@@ -70,7 +76,8 @@ def translated(outline: Polygon, by: FloatArray) -> Polygon:
 
 
 def _off(lines: FloatArray, aspects: tuple[float, ...]) -> FloatArray:
-    degrees = np.degrees(np.arctan2(lines[:, 3] - lines[:, 1], lines[:, 2] - lines[:, 0]))
+    x, y = (lines[:, 1] - lines[:, 0]).T
+    degrees = np.degrees(np.arctan2(y, x))
     return np.stack([deviation_deg(degrees, a, 180.0) for a in aspects])
 
 

@@ -11,8 +11,8 @@ from cityflow.core.grid import Bounds, grown
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, CIVIL_STRUCTURE, HIGH_NOISE, LOW_NOISE, PointCloud
 from cityflow.core.splitting import POINTS, FrameRasters, Segments, SplitEvidence, joined_segments
-from cityflow.splitting import lidar_lines as laid
-from cityflow.splitting.lidar_seeds import known_aspects, lattice, near_aspect, translated, turned_to
+from cityflow.splitting.lidar_lines import NONE, LaidLines, laid_lines
+from cityflow.splitting.lidar_seeds import known_aspects, lattice, lengths, near_aspect, translated, turned_to
 from cityflow.splitting.lidar_surface import highest_points, lidar_raster
 from cityflow.splitting.line_repeats import without_repeats
 from cityflow.splitting.raster_windows import covered
@@ -33,9 +33,9 @@ class LidarSegmentParameters(Parameters):
     outside_m: float = Field(1.0, ge=0, le=5, description="how far outside the outline a segment may lie, metres")
     points_per_cell: float = Field(0.6, gt=0, le=20, description="cells of the raster hold so many points in the mean")
     least_length_m: float = Field(1.5, gt=0, le=20, description="shorter segments are dropped, metres")
-    reach_m: float = Field(0.8, gt=0, le=5, description="places further from any point are holes, metres")
+    reach_m: float = Field(0.8, gt=0, le=5, description="places farther from any point are holes, metres")
     scatter_m: float = Field(
-        0.12, gt=0, le=2, description="scatter of points about the roofs along a segment that is borne, metres"
+        0.12, gt=0, le=2, description="largest scatter of points about the roofs along a segment, metres"
     )
 
 
@@ -60,38 +60,38 @@ def lidar_segments(evidence: SplitEvidence, parameters: LidarSegmentParameters) 
     points = points[np.argsort(points[:, 0], kind="stable")]
     candidates = _candidates(raster, evidence, parameters, origin)
     found = _guided(points, candidates, translated(evidence.outline, -origin), parameters)
-    segments = _segments(found[_distinct(found)], origin, names)
+    segments = _segments(found.take(_distinct(found)), origin, names)
     keep = (segments.length >= parameters.least_length_m) & within(segments, near, evidence.ground_height - 1.0)
     return segments.take(keep)
 
 
 def _guided(
     points: FloatArray, candidates: FloatArray, outline: Polygon, parameters: LidarSegmentParameters
-) -> FloatArray:
+) -> LaidLines:
     """Lines laid freely tell the directions of the complex; then those directions are searched from one side to the other.
 
     A short line through points a few decimetres apart may turn by degrees; one that keeps to a direction known from all of them
     shows steps of a decimetre.
     """
-    free = _sound(laid.laid_lines(points, candidates, FREE_DEG), parameters)
+    free = _sound(laid_lines(points, candidates, FREE_DEG), parameters)
     aspects = known_aspects(_segments(free, np.zeros(3), ("lidar",)), outline)
     if not aspects:
         return free
-    lines = free[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]]
+    lines = free.ends[:, :, :2]
     seeds = [turned_to(candidates, aspects), turned_to(lines, aspects), *(lattice(outline, a) for a in aspects)]
-    bound = _sound(laid.laid_lines(points, np.concatenate(seeds), BOUND_DEG), parameters)
-    long = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1]) >= 2 * parameters.least_length_m
-    return np.concatenate([bound, free[long & ~near_aspect(lines, aspects)]])
+    bound = _sound(laid_lines(points, np.concatenate(seeds), BOUND_DEG), parameters)
+    rest = free.take((lengths(lines) >= 2 * parameters.least_length_m) & ~near_aspect(lines, aspects))
+    return LaidLines(*(np.concatenate(both) for both in zip(bound, rest, strict=True)))
 
 
-def _sound(found: FloatArray, parameters: LidarSegmentParameters) -> FloatArray:
-    return found[(found[:, laid.KIND] != laid.NONE) & (found[:, laid.SCATTER] <= parameters.scatter_m)]
+def _sound(found: LaidLines, parameters: LidarSegmentParameters) -> LaidLines:
+    return found.take((found.kind != NONE) & (found.scatter <= parameters.scatter_m))
 
 
 def _candidates(
     raster: FrameRasters, evidence: SplitEvidence, parameters: LidarSegmentParameters, origin: FloatArray
 ) -> FloatArray:
-    """(M, 4) lines in the raster, metres from the origin."""
+    """(M, 2, 2) lines in the raster, metres from the origin."""
     cell, grid = raster.grid.cell, raster.grid
     level = evidence.ground_height
     inside = covered(raster, evidence.outline, (level, level), parameters.outside_m + 4 * cell)
@@ -101,27 +101,26 @@ def _candidates(
     ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) * cell >= 0.7 * parameters.least_length_m]
     x = grid.x_min + (ends[..., 0] + 0.5) * cell - origin[0]
     y = grid.y_max - (ends[..., 1] + 0.5) * cell - origin[1]
-    return np.stack([x, y], axis=2).reshape(-1, 4)
+    return np.stack([x, y], axis=2)
 
 
-def _distinct(found: FloatArray) -> BoolArray:
-    """Rows but for those that repeat others that are longer, and laid through points that scatter less: a line over two roofs bends neither."""
-    ends = found[:, [laid.X0, laid.Y0, laid.X1, laid.Y1]].reshape(-1, 2, 2)
-    trust = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / np.maximum(found[:, laid.SCATTER], LEAST_SCATTER_M) ** 2
+def _distinct(found: LaidLines) -> BoolArray:
+    """Lines but for those that repeat others that are longer, and laid through points that scatter less: a line over two roofs bends neither."""
+    ends = found.ends[:, :, :2]
+    trust = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / np.maximum(found.scatter, LEAST_SCATTER_M) ** 2
     return without_repeats(ends, np.argsort(-trust, kind="stable"), SAME_M, SAME_DEG)
 
 
-def _segments(found: FloatArray, origin: FloatArray, names: tuple[str, ...]) -> Segments:
-    n = len(found)
-    start, end = found[:, laid.X0 : laid.Z0 + 1] + origin, found[:, laid.X1 : laid.Z1 + 1] + origin
+def _segments(found: LaidLines, origin: FloatArray, names: tuple[str, ...]) -> Segments:
+    n = len(found.kind)
+    start, end = found.ends[:, 0] + origin, found.ends[:, 1] + origin
     return Segments(start, end, np.zeros(n, np.int64), np.full(n, POINTS, np.uint8), _strength(found), names)
 
 
-def _strength(found: FloatArray) -> Float32Array:
+def _strength(found: LaidLines) -> Float32Array:
     """How far a step or a bend stands out of the points' scatter, and how long it is: ten times and two metres give two thirds each."""
-    length = np.hypot(found[:, laid.X1] - found[:, laid.X0], found[:, laid.Y1] - found[:, laid.Y0])
-    height = np.maximum(found[:, laid.HEIGHT], found[:, laid.BEND] * 1.0) / np.maximum(found[:, laid.SCATTER], 0.015)
-    return ((1 - np.exp(-length / 2.0)) * (1 - np.exp(-height / 10.0))).astype(np.float32)
+    height = np.maximum(found.height, found.bend) / np.maximum(found.scatter, 0.015)
+    return ((1 - np.exp(-lengths(found.ends) / 2.0)) * (1 - np.exp(-height / 10.0))).astype(np.float32)
 
 
 def _usable(points: PointCloud | None, bounds: Bounds) -> FloatArray:

@@ -31,18 +31,22 @@ class PrincipalParameters(Parameters):
     least_share: float = Field(0.08, gt=0, le=1, description="a side maximum's weight over that of the main one")
     least_slope_share: float = Field(0.15, gt=0, le=1, description="the same for slopes")
     least_apart_deg: float = Field(1.2, gt=0, le=20, description="maxima of aspect that are nearer are one, degrees")
-    most_aspects: int = Field(12, ge=1, le=40, description="orientations that are told apart")
-    most_slopes: int = Field(6, ge=1, le=40, description="slopes that are told apart")
-    right_deg: float = Field(1.5, gt=0, le=10, description="how far two aspects may be off a right angle, degrees")
-    least_weight: float = Field(
-        0.35, ge=0, le=1, description="share of length that follows principal aspects when all is well"
+    most_aspects: int = Field(12, ge=1, le=40, description="largest number of orientations")
+    most_slopes: int = Field(6, ge=1, le=40, description="largest number of slopes")
+    right_deg: float = Field(
+        1.5, gt=0, le=10, description="largest deviation of two main directions from a right angle, degrees"
     )
+    least_weight: float = Field(0.35, ge=0, le=1, description="least share of length along main directions")
     main_weight: float = Field(
-        0.4, ge=0, le=1, description="share of that which the main orientation has unless the row is curved"
+        0.4, ge=0, le=1, description="least share of it along the main orientation; less is a curved row"
     )
-    least_segments: int = Field(6, ge=1, le=10000, description="fewer segments with an aspect tell nothing")
-    aspect_deg: float = Field(2.0, gt=0, le=20, description="how far off its aspect a segment may be, degrees")
-    slope_deg: float = Field(4.0, gt=0, le=30, description="how far off a principal slope a segment may be, degrees")
+    least_segments: int = Field(
+        6, ge=1, le=10000, description="fewer segments with a direction give no main directions"
+    )
+    aspect_deg: float = Field(
+        2.0, gt=0, le=20, description="largest deviation of a segment from its main direction, degrees"
+    )
+    slope_deg: float = Field(4.0, gt=0, le=30, description="largest deviation of a segment from a main slope, degrees")
     position_m: float = Field(
         0.06, ge=0, le=1, description="uncertainty of a segment's ends: short ones may be off more, metres"
     )

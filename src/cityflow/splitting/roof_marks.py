@@ -169,7 +169,7 @@ def _marks(
     main: BoolArray,
     noise_and_apart: tuple[float, float],
 ) -> tuple[FloatArray, ...]:
-    noise, apart_m = noise_and_apart
+    (noise, apart_m), (lowest, highest) = noise_and_apart, middle
     with np.errstate(invalid="ignore", divide="ignore"):
         bend = after.slope - before.slope
         difference = after.height - before.height
@@ -181,8 +181,8 @@ def _marks(
         meet = -difference / bend
         rising = np.minimum(-before.slope, after.slope) > LEAST_RISE
         valley = main & (bend > LEAST_BEND) & rising & (np.abs(meet) < MEET_M)
-        wall = main & (middle[1] - np.fmax(before.height, after.height) > max(LEAST_WALL_M, SIGMAS * noise))
-        trench = main & (np.fmin(before.height, after.height) - middle[0] > TRENCH_M)
+        wall = main & (highest - np.fmax(before.height, after.height) > max(LEAST_WALL_M, SIGMAS * noise))
+        trench = main & (np.fmin(before.height, after.height) - lowest > TRENCH_M)
     number = np.maximum(main.sum(axis=1), 1)
     enough = main.sum(axis=1) >= LEAST_ROWS
 

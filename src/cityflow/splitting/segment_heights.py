@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.splitting.segment_strips import ACROSS, END, LEFT, RIGHT, SCATTER, SLOPE, START, jumps, strips
+from cityflow.splitting.segment_strips import ACROSS, LEFT, RIGHT, Jumps, Strips, jumps, strips
 
 AGREEING = 1.5
 """Sides whose heights differ by less than this many standard deviations are taken for level."""
@@ -74,15 +74,15 @@ def unbroken(
     return every[order], every_of[order]
 
 
-def _places(found: FloatArray, sides: FloatArray, step_m: float) -> tuple[FloatArray, BoolArray]:
+def _places(found: Jumps, sides: Strips, step_m: float) -> tuple[FloatArray, BoolArray]:
     """Where each line jumps, and whether it does: the upper side at a step, else both sides at one place."""
-    gap = (sides[:, LEFT, :2] - sides[:, RIGHT, :2]).mean(axis=1)
-    row, upper = np.arange(len(found)), np.where(gap > 0, LEFT, RIGHT)
-    sure = np.abs(found[..., 1]) > np.maximum(0.6 * step_m, SURE_JUMP * found[..., 2])
-    alike = sure.all(axis=1) & (np.abs(found[:, 0, 0] - found[:, 1, 0]) < 0.15) & (found[:, 0, 1] * found[:, 1, 1] > 0)
+    gap = (sides.of(LEFT).z - sides.of(RIGHT).z).mean(axis=1)
+    row, upper = np.arange(len(gap)), np.where(gap > 0, LEFT, RIGHT)
+    sure = np.abs(found.height) > np.maximum(0.6 * step_m, SURE_JUMP * found.sigma)
+    alike = sure.all(axis=1) & (np.ptp(found.share, axis=1) < 0.15) & (found.height.prod(axis=1) > 0)
     with np.errstate(invalid="ignore"):
         is_step = np.abs(gap) > 2 * step_m
-    return found[row, upper, 0], np.where(is_step, sure[row, upper], alike)
+    return found.share[row, upper], np.where(is_step, sure[row, upper], alike)
 
 
 def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> Courses:
@@ -96,50 +96,50 @@ def courses(dsm: Float32Array, ends: FloatArray, cell: float, step_m: float) -> 
     step_m : sides that differ by more are a step, and the upper one carries the line
     """
     found = strips(np.ascontiguousarray(dsm, np.float32), np.ascontiguousarray(ends, np.float64), cell, True)
-    left, right, across = found[:, LEFT], found[:, RIGHT], found[:, ACROSS]
-    gap = (left[:, :2] - right[:, :2]).mean(axis=1)
+    left, right, across = found.of(LEFT), found.of(RIGHT), found.of(ACROSS)
+    gap = (left.z - right.z).mean(axis=1)
     gap_sigma = np.hypot(_sigma(left), _sigma(right))
     carrying = _carrying(left, right, across, (gap, np.maximum(step_m, AGREEING * gap_sigma)))
-    bend = np.degrees(np.arctan(left[:, SLOPE]) - np.arctan(right[:, SLOPE]))
+    bend = np.degrees(np.arctan(left.slope) - np.arctan(right.slope))
     bend_sigma = np.hypot(_slope_sigma(left), _slope_sigma(right))
-    fall = right[:, SLOPE] - left[:, SLOPE]
+    fall = right.slope - left.slope
     with np.errstate(divide="ignore", invalid="ignore"):
-        meet = (left[:, :2] - right[:, :2]) / fall[:, None]
-    meet_z = left[:, :2] + left[:, SLOPE, None] * meet
+        meet = (left.z - right.z) / fall[:, None]
+    meet_z = left.z + left.slope[:, None] * meet
     return Courses(
-        carrying[:, START : END + 1], _sigma(carrying), carrying[:, SCATTER], np.abs(gap), gap_sigma, np.abs(bend), bend_sigma,
+        carrying.z, _sigma(carrying), carrying.scatter, np.abs(gap), gap_sigma, np.abs(bend), bend_sigma,
         meet / cell, meet_z,
     )  # fmt: skip
 
 
-def _carrying(
-    left: FloatArray, right: FloatArray, across: FloatArray, gap: tuple[FloatArray, FloatArray]
-) -> FloatArray:
-    """(N, …) the upper side at a step, one plane where both are one, else the mean of both; a lone side for itself."""
+def _carrying(left: Strips, right: Strips, across: Strips, gap: tuple[FloatArray, FloatArray]) -> Strips:
+    """The upper side at a step, one plane where both are one, else the mean of both; a lone side for itself."""
     height, tolerance = gap
-    has_left, has_right = np.isfinite(left[:, START]), np.isfinite(right[:, START])
-    one = across[:, SCATTER] <= ONE_PLANE * np.maximum(left[:, SCATTER], right[:, SCATTER])
-    level = np.where(one[:, None], across, _mean(left, right))
+    has_left, has_right = np.isfinite(left.independent), np.isfinite(right.independent)
+    one = across.scatter <= ONE_PLANE * np.maximum(left.scatter, right.scatter)
+    level = _where(one, across, _mean(left, right))
     with np.errstate(invalid="ignore"):
         is_level, left_above = np.abs(height) <= tolerance, height > 0
-    both = np.where(is_level[:, None], level, np.where(left_above[:, None], left, right))
-    lone = np.where(has_left[:, None], left, right)
-    return np.where((has_left & has_right)[:, None], both, lone)
+    both = _where(is_level, level, _where(left_above, left, right))
+    return _where(has_left & has_right, both, _where(has_left, left, right))
 
 
-def _mean(left: FloatArray, right: FloatArray) -> FloatArray:
+def _where(chosen: BoolArray, a: Strips, b: Strips) -> Strips:
+    return Strips(*(np.where(chosen if x.ndim == 1 else chosen[:, None], x, y) for x, y in zip(a, b, strict=True)))
+
+
+def _mean(left: Strips, right: Strips) -> Strips:
     """Of both sides, the steadier one counting more; its scatter is the larger one."""
-    a, b = (1.0 / np.maximum(_sigma(side), 0.005)[:, None] ** 2 for side in (left, right))
-    mean = (left * a + right * b) / (a + b)
-    mean[:, SCATTER] = np.maximum(left[:, SCATTER], right[:, SCATTER])
-    return np.asarray(mean)
+    a, b = (1.0 / np.maximum(_sigma(side), 0.005) ** 2 for side in (left, right))
+    z, _, *rest = (((x.T * a + y.T * b) / (a + b)).T for x, y in zip(left, right, strict=True))
+    return Strips(z, np.maximum(left.scatter, right.scatter), *rest)
 
 
-def _sigma(side: FloatArray) -> FloatArray:
+def _sigma(side: Strips) -> FloatArray:
     """Standard deviation of a fitted line at its ends: twice that of a mean of as many independent heights."""
-    return np.asarray(2.0 * side[:, SCATTER] / np.sqrt(side[:, -2]))
+    return np.asarray(2.0 * side.scatter / np.sqrt(side.independent))
 
 
-def _slope_sigma(side: FloatArray) -> FloatArray:
+def _slope_sigma(side: Strips) -> FloatArray:
     """Of the slope across, degrees."""
-    return np.asarray(np.degrees(side[:, SCATTER] / np.sqrt(side[:, -2]) * np.sqrt(12.0) / side[:, -1]))
+    return np.asarray(np.degrees(side.scatter / np.sqrt(side.independent) * np.sqrt(12.0) / side.width))

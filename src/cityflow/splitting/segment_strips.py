@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.kernels import njit
 
 LEFT, RIGHT, ACROSS = 0, 1, 2
-START, END, SCATTER, SLOPE, COUNT, WIDTH = range(6)
 STATIONS = 24
 """Places along a line at which heights are looked up; more do not make it surer."""
 ROWS = 5
@@ -26,70 +27,124 @@ ALIKE_CELLS = 3.5
 LEAST_KNOWN = 0.5
 
 
+class Strips(NamedTuple):
+    """Planes fitted to strips; NaN where less than half of a strip is known. Arrays of `strips` have an axis of `LEFT`, `RIGHT`, `ACROSS`.
+
+    Attributes
+    ----------
+    z : (N, 2) heights on the line at start and end, metres
+    scatter : (N,) robust standard deviation about the plane, metres
+    slope : (N,) across the line, metres per metre, to the right
+    independent : (N,) number of independent heights
+    width : (N,) of the strip, metres
+    """
+
+    z: FloatArray
+    scatter: FloatArray
+    slope: FloatArray
+    independent: FloatArray
+    width: FloatArray
+
+    def of(self, side: int) -> Strips:
+        return Strips(
+            self.z[:, side], self.scatter[:, side], self.slope[:, side], self.independent[:, side], self.width[:, side]
+        )
+
+
+class Jumps(NamedTuple):
+    """Where heights jump along a line, by side (N, 2): share of the way, height of the jump and its standard deviation, metres."""
+
+    share: FloatArray
+    height: FloatArray
+    sigma: FloatArray
+
+
+class _Samples(NamedTuple):
+    """Heights beside a line: share of the way from its middle, cells to the side, metres."""
+
+    t: FloatArray
+    u: FloatArray
+    z: FloatArray
+
+
+class _Fit(NamedTuple):
+    start: float
+    end: float
+    scatter: float
+    slope: float
+    independent: float
+    width: float
+
+
 @njit(cache=True, nogil=True)
-def strips(dsm: Float32Array, ends: FloatArray, cell: float, fully: bool) -> FloatArray:
-    """(N, 3, 6) of the left side, the right side, and both as one plane.
+def strips(dsm: Float32Array, ends: FloatArray, cell: float, fully: bool) -> Strips:
+    """Of the left side, the right side, and both as one plane.
 
     Parameters
     ----------
     dsm : (rows, cols) float32, metres
     ends : (N, 2, 2) column and row of start and end, counted from the centre of the first cell
     fully : if False, only the sides, and those only near the line
-
-    Returns
-    -------
-    Height on the line at start and end, robust standard deviation about the plane (metres), slope across the line
-    (metres per metre, to the right), number of independent heights, width of the strip (metres); NaN where less than
-    half of a strip is known
     """
-    result = np.full((len(ends), 3, 6), np.nan)
-    t, u, z = np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2)
-    wide = np.empty(6)
+    shape = (len(ends), 3)
+    result = Strips(
+        np.full((len(ends), 3, 2), np.nan), np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
+    )  # fmt: skip
+    room = _room()
     for i in range(len(ends)):
         length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
         if length < 1e-6:
             continue
         for side in range(3 if fully else 2):
-            _strip(dsm, ends[i], (length, OUTER_CELLS, cell), side, (t, u, z), result[i, side])
-            if fully and result[i, side, SCATTER] > NOISY_CELLS * cell:
-                wide[:] = np.nan
-                _strip(dsm, ends[i], (length, WIDE_CELLS, cell), side, (t, u, z), wide)
-                if wide[SCATTER] <= STILL_FLAT * result[i, side, SCATTER]:
-                    result[i, side] = wide
+            fit = _strip(dsm, ends[i], (length, OUTER_CELLS, cell), side, room)
+            if fully and fit.scatter > NOISY_CELLS * cell:
+                wide = _strip(dsm, ends[i], (length, WIDE_CELLS, cell), side, room)
+                fit = wide if wide.scatter <= STILL_FLAT * fit.scatter else fit
+            result.z[i, side, 0], result.z[i, side, 1] = fit.start, fit.end
+            result.scatter[i, side], result.slope[i, side] = fit.scatter, fit.slope
+            result.independent[i, side], result.width[i, side] = fit.independent, fit.width
     return result
 
 
 @njit(cache=True, nogil=True)
-def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) -> FloatArray:
-    """(N, 2, 3) where each side's heights jump along the line: share of the way, height of the jump, its standard deviation.
+def jumps(dsm: Float32Array, ends: FloatArray, cell: float, least_cells: float) -> Jumps:
+    """Where each side's heights jump along the line.
 
     The jump is 0 for lines shorter than twice `least_cells`.
     """
-    result = np.zeros((len(ends), 2, 3))
-    t, u, z = np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2), np.empty(STATIONS * ROWS * 2)
-    plane = np.empty(6)
+    shape = (len(ends), 2)
+    result = Jumps(np.zeros(shape), np.zeros(shape), np.zeros(shape))
+    room = _room()
     for i in range(len(ends)):
         length = np.hypot(ends[i, 1, 0] - ends[i, 0, 0], ends[i, 1, 1] - ends[i, 0, 1])
         if length < 2 * least_cells:
             continue
         for side in range(2):
-            count = _gather(dsm, ends[i], (length, OUTER_CELLS), STATIONS, 1.0 - 2.0 * side, (t, u, z), 0)
+            count = _gather(dsm, ends[i], (length, OUTER_CELLS), STATIONS, 1.0 - 2.0 * side, room, 0)
             if count < LEAST_KNOWN * STATIONS * ROWS:
                 continue
-            _fit(t[:count], u[:count], z[:count], cell, plane)
-            rest = (
-                z[:count]
-                - plane[START]
-                - (plane[END] - plane[START]) * (t[:count] + 0.5)
-                - plane[SLOPE] * cell * u[:count]
-            )
-            _jump(t[:count], rest, least_cells / length, result[i, side])
+            near = _first(room, count)
+            start, end, _, slope = _fit(near, cell)
+            rest = near.z - start - (end - start) * (near.t + 0.5) - slope * cell * near.u
+            found = _jump(near.t, rest, least_cells / length)
+            result.share[i, side], result.height[i, side], result.sigma[i, side] = found
     return result
 
 
 @njit(cache=True, nogil=True)
-def _jump(t: FloatArray, rest: FloatArray, margin: float, result: FloatArray) -> None:
-    """The step that explains most of what a straight course leaves, in medians of bins along the line."""
+def _room() -> _Samples:
+    most = STATIONS * ROWS * 2
+    return _Samples(np.empty(most), np.empty(most), np.empty(most))
+
+
+@njit(cache=True, nogil=True)
+def _first(samples: _Samples, count: int) -> _Samples:
+    return _Samples(samples.t[:count], samples.u[:count], samples.z[:count])
+
+
+@njit(cache=True, nogil=True)
+def _jump(t: FloatArray, rest: FloatArray, margin: float) -> tuple[float, float, float]:
+    """Share, height and standard deviation of the step that explains most of what a straight course leaves, in medians of bins along the line."""
     x, y, bins = np.empty(BINS), np.empty(BINS), 0
     first = 0
     for k in range(BINS):
@@ -101,12 +156,12 @@ def _jump(t: FloatArray, rest: FloatArray, margin: float, result: FloatArray) ->
             bins += 1
         first = last
     if bins < 6:
-        return
+        return 0.0, 0.0, 0.0
     x, y = x[:bins], y[:bins]
     x0 = x.mean()
     spread = ((x - x0) ** 2).sum()
     straight = y - y.mean() - ((x - x0) * y).sum() / spread * (x - x0)
-    gain = 0.0
+    gain, found = 0.0, (0.0, 0.0, 0.0)
     for k in range(1, bins):
         at = 0.5 * (x[k - 1] + x[k])
         if at < margin or at > 1 - margin:
@@ -117,41 +172,38 @@ def _jump(t: FloatArray, rest: FloatArray, margin: float, result: FloatArray) ->
         size = (step * straight).sum() / (step * step).sum()
         if size * (step * straight).sum() > gain:
             gain = size * (step * straight).sum()
-            result[0], result[1], result[2] = at, size, 2.5 * np.abs(straight - size * step).mean()
+            found = at, size, 2.5 * np.abs(straight - size * step).mean()
+    return found
 
 
 @njit(cache=True, nogil=True)
 def _strip(
-    dsm: Float32Array, ends: FloatArray, size: tuple[float, float, float], side: int,
-    samples: tuple[FloatArray, FloatArray, FloatArray], result: FloatArray,
-) -> None:  # fmt: skip
+    dsm: Float32Array, ends: FloatArray, size: tuple[float, float, float], side: int, room: _Samples
+) -> _Fit:  # fmt: skip
     length, outer, cell = size
-    t, u, z = samples
     stations = min(max(int(length), 4), STATIONS)
     first, last = (1.0, 1.0) if side == LEFT else ((-1.0, -1.0) if side == RIGHT else (-1.0, 1.0))
     count, asked, sign = 0, 0, first
     while True:
-        count = _gather(dsm, ends, (length, outer), stations, sign, (t, u, z), count)
+        count = _gather(dsm, ends, (length, outer), stations, sign, room, count)
         asked += stations * ROWS
         if sign >= last:
             break
         sign = last
     if count < LEAST_KNOWN * asked:
-        return
-    _fit(t[:count], u[:count], z[:count], cell, result)
+        return _Fit(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan)
+    start, end, scatter, slope = _fit(_first(room, count), cell)
     width = (outer - INNER_CELLS) * (2.0 if side == ACROSS else 1.0)
-    result[COUNT] = max(count / asked * length * width / ALIKE_CELLS**2, 1.0)
-    result[WIDTH] = width * cell
+    return _Fit(start, end, scatter, slope, max(count / asked * length * width / ALIKE_CELLS**2, 1.0), width * cell)
 
 
 @njit(cache=True, nogil=True)
 def _gather(
     dsm: Float32Array, ends: FloatArray, size: tuple[float, float], stations: int, sign: float,
-    samples: tuple[FloatArray, FloatArray, FloatArray], count: int,
+    room: _Samples, count: int,
 ) -> int:  # fmt: skip
     """Known heights on one side: share of the way, cells across and metres, of the centres of the cells met."""
     length, outer = size
-    t, u, z = samples
     rows, cols = dsm.shape
     along_x, along_y = (ends[1, 0] - ends[0, 0]) / length, (ends[1, 1] - ends[0, 1]) / length
     for k in range(stations):
@@ -163,16 +215,17 @@ def _gather(
             if row < 0 or col < 0 or row >= rows or col >= cols or not np.isfinite(dsm[row, col]):
                 continue
             x, y = col - ends[0, 0], row - ends[0, 1]
-            t[count] = (x * along_x + y * along_y) / length - 0.5
-            u[count] = y * along_x - x * along_y
-            z[count] = dsm[row, col]
+            room.t[count] = (x * along_x + y * along_y) / length - 0.5
+            room.u[count] = y * along_x - x * along_y
+            room.z[count] = dsm[row, col]
             count += 1
     return count
 
 
 @njit(cache=True, nogil=True)
-def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float, result: FloatArray) -> None:
-    """Plane by least absolute deviations: reweighted least squares from the median."""
+def _fit(samples: _Samples, cell: float) -> tuple[float, float, float, float]:
+    """Height at start and end, scatter and slope of a plane by least absolute deviations: reweighted least squares from the median."""
+    t, u, z = samples
     n = len(t)
     rest = np.empty(n)
     middle = np.median(z)
@@ -202,6 +255,4 @@ def _fit(t: FloatArray, u: FloatArray, z: FloatArray, cell: float, result: Float
         c = (wz * r + wtz * (wt * wu - w0 * wtu) + wuz * (w0 * wtt - wt * wt)) / det
     for i in range(n):
         rest[i] = abs(z[i] - middle - a - b * t[i] - c * u[i])
-    result[START], result[END] = middle + a - 0.5 * b, middle + a + 0.5 * b
-    result[SCATTER] = 1.4826 * np.median(rest)
-    result[SLOPE] = c / cell
+    return middle + a - 0.5 * b, middle + a + 0.5 * b, 1.4826 * np.median(rest), c / cell

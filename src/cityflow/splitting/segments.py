@@ -20,16 +20,10 @@ class SegmentParameters(Parameters):
     least_length_cells: float = Field(7.0, ge=3, le=100, description="shorter segments are dropped, cells")
     outside_m: float = Field(1.0, ge=0, le=5, description="how far outside the outline a segment may lie, metres")
     step_m: float = Field(0.12, gt=0, le=2, description="sides of a segment that differ by more are a step, metres")
-    scatter_cells: float = Field(
-        3.5, gt=0, le=20, description="scatter of heights along a segment that is borne, cells"
-    )
-    sigma_cells: float = Field(
-        1.0, gt=0, le=10, description="standard deviation of a segment's heights that is borne, cells"
-    )
+    scatter_cells: float = Field(3.5, gt=0, le=20, description="largest scatter of heights along a segment, cells")
+    sigma_cells: float = Field(1.0, gt=0, le=10, description="largest standard deviation of a segment's heights, cells")
     below_ground_m: float = Field(1.0, ge=0, le=10, description="how far below the ground a segment may lie, metres")
-    lidar: LidarSegmentParameters = Field(
-        LidarSegmentParameters(), description="where there are points and no pictures"
-    )
+    lidar: LidarSegmentParameters = Field(LidarSegmentParameters(), description="for points without pictures")
 
 
 def find_segments(evidence: SplitEvidence, parameters: SegmentParameters) -> Segments:

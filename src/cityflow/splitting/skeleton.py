@@ -147,16 +147,21 @@ def _plain(outline: Polygon) -> Polygon:
 
 
 def _edges(outline: Polygon, origin: FloatArray) -> FloatArray:
-    """(E, 4) x, y of both ends of every edge, less the origin."""
+    """(E, 2, 2) x, y of both ends of every edge, less the origin."""
     rings = [shapely.get_coordinates(r)[:, :2] - origin for r in (outline.exterior, *outline.interiors)]
-    return np.concatenate([np.hstack([r[:-1], r[1:]]) for r in rings])
+    return np.concatenate([np.stack([r[:-1], r[1:]], axis=1) for r in rings])
+
+
+def _angles(edges: FloatArray) -> FloatArray:
+    """(E,) degrees from east, 0 to 180."""
+    x, y = (edges[:, 1] - edges[:, 0]).T
+    return np.asarray(np.degrees(np.arctan2(y, x)) % 180.0)
 
 
 def strip_directions(edges: FloatArray, aspects_deg: Sequence[float]) -> FloatArray:
     """Directions of edges, degrees from east, 0 to 180: clusters by length; those near a known aspect are that aspect."""
-    d = edges[:, 2:] - edges[:, :2]
-    length = np.hypot(*d.T)
-    angle = np.degrees(np.arctan2(d[:, 1], d[:, 0])) % 180.0
+    length = np.hypot(*(edges[:, 1] - edges[:, 0]).T)
+    angle = _angles(edges)
     known = [a % 180.0 for a in aspects_deg]
     found: list[float] = []
     left = length > 0.4
@@ -194,13 +199,13 @@ def _chord_runs(edges: FloatArray, angle: float, directions: FloatArray, step: f
     """Runs of chords across `angle` whose ends meet edges for which it is the nearest of the directions."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     along = np.array([c, s])
-    turned = np.hstack([edges[:, :2] @ np.array([[c, -s], [s, c]]), edges[:, 2:] @ np.array([[c, -s], [s, c]])])
-    first = np.floor(turned[:, [0, 2]].min() / step)
-    count = int(np.ceil(turned[:, [0, 2]].max() / step) - first) + 1
+    turned = edges @ np.array([[c, -s], [s, c]])
+    u = turned[..., 0]
+    first = np.floor(u.min() / step)
+    count = int(np.ceil(u.max() / step) - first) + 1
     stations = (first + 0.5 + np.arange(count)) * step
     at, low, high, ends = chords(turned, stations)
-    edge_angle = np.degrees(np.arctan2(edges[:, 3] - edges[:, 1], edges[:, 2] - edges[:, 0])) % 180.0
-    fits = _fits(edge_angle[ends], angle, directions)
+    fits = _fits(_angles(edges)[ends], angle, directions)
     runs = [part for run in _runs(at, low, high) for part in _fitting(run, fits[run], round(BRIDGED_M / step))]
     return [_ChordRun(along, stations[at[r]], low[r], high[r]) for r in runs]
 
@@ -226,13 +231,13 @@ def _fits(ends_deg: FloatArray, angle: float, directions: FloatArray) -> BoolArr
 
 def chords(edges: FloatArray, stations: FloatArray) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
     """Where upright lines at u = stations run inside: station's index, lower v, upper v, (n, 2) edges hit; ordered."""
-    u_0, u_1 = edges[:, [0, 2]].min(axis=1), edges[:, [0, 2]].max(axis=1)
-    first, after = np.searchsorted(stations, u_0), np.searchsorted(stations, u_1)
+    u, v = edges[..., 0], edges[..., 1]
+    first, after = np.searchsorted(stations, u.min(axis=1)), np.searchsorted(stations, u.max(axis=1))
     count = after - first
     edge = np.repeat(np.arange(len(edges)), count)
     at = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count) + first[edge]
-    share = (stations[at] - edges[edge, 0]) / (edges[edge, 2] - edges[edge, 0])
-    v = edges[edge, 1] + share * (edges[edge, 3] - edges[edge, 1])
+    (u_0, u_1), (v_0, v_1) = u[edge].T, v[edge].T
+    v = v_0 + (stations[at] - u_0) / (u_1 - u_0) * (v_1 - v_0)
     order = np.lexsort((v, at))
     at, v, edge = at[order], v[order], edge[order]
     return at[::2], v[::2], v[1::2], np.column_stack([edge[::2], edge[1::2]])
