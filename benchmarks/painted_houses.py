@@ -6,7 +6,8 @@ Photographs have noise of 2 values, cameras are off by 3 cm. Kinds of surveys:
 
 - alike: all exposed alike; mild: by factors that differ by 6 %; spoilt: one burnt out (1.9), one dark (0.5);
 - hedge: plants of 1 to 4 m hide the foot of the walls, and the surface knows them;
-- bright: a roof near white that no photograph cuts off, and a balance of the survey that lifts all of them by 15 % or so; after a gain per house;
+- bright: a roof near white that no photograph cuts off, and a balance that lifts all of them by 15 % or so, with the tone that a survey of them has; against
+  the paint in that tone, after a gain per house;
 - steep: roofs stand out 0.3 m, walls are modelled below their rims, and those to the north are seen from steeply above alone.
 
 Each kind gives, over houses, the median and the greatest of the houses' medians and of their 90th percentiles, of all that images painted; `hedge` of what no
@@ -35,6 +36,9 @@ from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FacePlane, Patch
+from cityflow.imagery.colour_samples import PointColours, SampleParameters
+from cityflow.imagery.highlights import Tone, tone
+from cityflow.imagery.radiometry import Balance
 from cityflow.texture.doubtful import wall_sigma
 from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
@@ -43,6 +47,8 @@ from texture_scenes import GROUND, X, Y, house, looking, surface
 KINDS = ("alike", "mild", "spoilt", "hedge", "bright", "steep")
 SMALL = Camera(420, 280, 560.0, 560.0, 210.0, 140.0)
 EAVES_M = 0.3
+LIFT = 1.15
+"""By which the balance makes near white roofs brighter."""
 CUT_OFF = 255
 
 
@@ -146,8 +152,20 @@ def survey(made: House, images: list[OrientedImage], kind: str, rng: np.random.G
     shown = [photograph(made, image, g, rng) for image, g in zip(images, gains, strict=True)]
     if kind != "bright":
         return shown
-    lifts = 1.15 / gains * np.exp(rng.normal(0, 0.02, len(images)))
-    return [replace(one, gain=(float(lift),)) for one, lift in zip(shown, lifts, strict=True)]
+    lifts = LIFT / gains * np.exp(rng.normal(0, 0.02, len(images)))
+    last = tone_of(shown, lifts)
+    return [
+        replace(one, gain=(float(lift * last.gain),), shoulder=last.shoulder)
+        for one, lift in zip(shown, lifts, strict=True)
+    ]
+
+
+def tone_of(shown: list[ColourImage], lifts: FloatArray) -> Tone:
+    """As a catalog finds it, from every pixel."""
+    none, one = np.empty(0, np.int64), np.ones((len(shown), 3))
+    values = [np.maximum(s.pixels.window((0, SMALL.height), (0, SMALL.width), 0), 1).reshape(-1, 3) for s in shown]
+    seen = [PointColours(np.arange(len(v)), np.log(v / 255.0), np.zeros(len(v)), none) for v in values]
+    return tone(seen, Balance(lifts[:, None] * one, one, 0.0, 0.0, 0.0), SampleParameters().brightest_share)
 
 
 def measured(seed: int, kind: str) -> Found:
@@ -161,11 +179,11 @@ def measured(seed: int, kind: str) -> Found:
     solid = house(-half, -half, made.wide, made.wide, made.tall)
     rim = OutlineEdge(LineString([(-half, half), (half, half)]), "roof" if kind == "steep" else "wall", OUTLINE_SIGMA_M)
     around = Surroundings([solid], [], heights, grid, wall_sigma([rim], OUTLINE_SIGMA_M))
-    unit = texture_unit(made.faces(), survey(made, images, kind, rng), around, TextureParameters())
-    return _compared(made, unit, kind)
+    shown = survey(made, images, kind, rng)
+    return _compared(made, texture_unit(made.faces(), shown, around, TextureParameters()), kind, shown[0].shoulder)
 
 
-def _compared(made: House, unit: TexturedUnit, kind: str) -> Found:
+def _compared(made: House, unit: TexturedUnit, kind: str, shoulder: float) -> Found:
     """Plain faces count by the pixels of a grid of 5 cm, as others do."""
     patches = {p.key: p for p in unit.texture.rectified}
     shown, truth, made_up, north = [], [], [], []
@@ -181,7 +199,8 @@ def _compared(made: House, unit: TexturedUnit, kind: str) -> Found:
         else:
             continue
         shown.append(colours.astype(float))
-        truth.append(made.paint(face.world(st) - np.array([X, Y, 0.0])))
+        paint = made.paint(face.world(st) - np.array([X, Y, 0.0]))
+        truth.append(paint * (1.0 - shoulder * LIFT * paint.max(axis=1, keepdims=True) / 255.0))
         made_up.append(index == INTERPOLATED)
         north.append(np.full(len(st), face.semantic is Semantic.WALL and face.normal[1] > 0.7))
     return _errors(kind, np.concatenate(shown), np.concatenate(truth), np.concatenate(made_up), np.concatenate(north))

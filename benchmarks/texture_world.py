@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +86,7 @@ def images_of(survey: Path, run: Path) -> list[ColourImage]:
     for a in read_catalog(survey / "catalog").images:
         file = next(iter(sorted((run / "work" / "ingest" / a.name).glob("*/image.tif"))), None)
         if file is not None:
-            found.append(ColourImage(a.oriented, open_image(str(file)), a.gain, a.gamma, a.falloff))
+            found.append(ColourImage(a.oriented, open_image(str(file)), a.gain, a.gamma, a.falloff, a.shoulder))
     return found
 
 
@@ -216,7 +216,7 @@ def misexposed(images: Sequence[ColourImage], seed: int) -> list[ColourImage]:
     found = []
     for image in images:
         factor, offset = float(2.0 ** rng.uniform(-2, 2)), float(rng.uniform(-OFFSET, OFFSET))
-        found.append(ColourImage(image.image, Misexposed(image.pixels, factor, offset), image.gain, image.gamma, image.falloff))  # fmt: skip
+        found.append(replace(image, pixels=Misexposed(image.pixels, factor, offset)))
     return found
 
 

@@ -76,10 +76,12 @@ def test_an_edge_is_sampled_wherever_the_window_begins() -> None:
     np.testing.assert_allclose(single, whole, atol=1e-4)
 
 
-def source(gain: tuple[float, ...] = (), gamma: tuple[float, ...] = (), falloff: float = 0.0) -> ColourImage:
+def source(
+    gain: tuple[float, ...] = (), gamma: tuple[float, ...] = (), falloff: float = 0.0, shoulder: float = 0.0
+) -> ColourImage:
     camera = Camera(WIDE, TALL, 100.0, 100.0, 30.0, 20.0)
     pixels = ArrayPixels(np.zeros((TALL, WIDE, 3), np.uint8))
-    return ColourImage(OrientedImage("a", camera, np.eye(3), np.zeros(3)), pixels, gain, gamma, falloff)
+    return ColourImage(OrientedImage("a", camera, np.eye(3), np.zeros(3)), pixels, gain, gamma, falloff, shoulder)
 
 
 GREY = np.array([[51.0, 102.0, 255.0]], np.float32)
@@ -97,6 +99,15 @@ def test_gain_gamma_and_falloff_are_those_of_the_formula() -> None:
     np.testing.assert_allclose(balanced(GREY, source(gamma=(2.0,)), *MIDDLE), [[10.2, 40.8, 255]], rtol=1e-5)
     np.testing.assert_allclose(balanced(GREY, source(falloff=0.3), *MIDDLE), GREY)
     np.testing.assert_allclose(balanced(GREY, source(falloff=0.3), *CORNER), GREY * np.exp(0.3), rtol=1e-5)
+
+
+def test_a_shoulder_takes_most_from_highlights() -> None:
+    """White is a fifth darker, half of white a tenth; the parabola's top lies at 2.5 times white. All bands keep their ratios."""
+    np.testing.assert_allclose(balanced(GREY, source(shoulder=0.2), *MIDDLE), 0.8 * GREY, rtol=1e-5)
+    np.testing.assert_allclose(balanced(0.5 * GREY, source(shoulder=0.2), *MIDDLE), 0.45 * GREY, rtol=1e-5)
+    far = balanced(GREY, source(gain=(10.0,), shoulder=0.2), *MIDDLE)
+    np.testing.assert_allclose(far, [[0.25 * 255, 0.5 * 255, 1.25 * 255]], rtol=1e-5)
+    np.testing.assert_array_equal(balanced(0 * GREY, source(shoulder=0.2), *MIDDLE), 0 * GREY)
 
 
 def test_values_below_nothing_are_nothing_to_a_gamma() -> None:

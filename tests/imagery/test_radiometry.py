@@ -122,7 +122,7 @@ def test_hidden_and_overexposed_points_say_nothing() -> None:
 
 
 def test_an_image_alone_is_left_as_it_is() -> None:
-    nothing = PointColours(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0))
+    nothing = PointColours(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0), np.empty(0, np.int64))
     pairs = pair_samples([nothing, nothing])
     assert len(pairs) == 0
     made = block_adjustment(pairs, 2)

@@ -314,11 +314,12 @@ def test_names_that_cannot_work_are_refused(raw: Mapping[str, Any], words: str) 
 def test_gains_of_the_catalog_hold_for_developed_images(flight: Flight) -> None:
     """A picture of 12 bits, balanced before or after it fills the range, is the same; the infrared head is left alone."""
     (asset,) = flight.catalog(raw_of()).images
-    asset = replace(asset, gain=(1.2,), gamma=(0.9,))
+    asset = replace(asset, gain=(1.2,), gamma=(0.9,), shoulder=0.8)
     value, top, wider = 700.0, 65535.0, 16.0
     made = RawInput(bits=12).balance_of(asset)
     before = 1.2 * top * (value / top) ** 0.9
     assert made.gain[0] * top * (wider * value / top) ** made.gamma[0] == pytest.approx(wider * before)
+    assert made.shoulder * (wider * before) ** 2 == pytest.approx(wider * 0.8 * before**2)
     with_head = RawInput(pattern="RGGB", near_infrared=InfraredFrames()).balance_of(asset)
     assert (with_head.gain, with_head.gamma) == ((1.2, 1.2, 1.2, 1.0), (0.9, 0.9, 0.9, 1.0))
     assert RawInput().balance_of(asset) == asset

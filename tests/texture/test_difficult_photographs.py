@@ -158,9 +158,10 @@ def test_a_burnt_out_image_and_a_dark_one_leave_the_wall_as_it_is() -> None:
     assert (pixels.pixels[inner(pixels)].min(axis=1) >= 250).mean() < 0.001, "nothing is white"
 
 
-def test_a_balance_that_lifts_bright_walls_beyond_white_is_taken_back() -> None:
-    """All photographs are below white, the survey's balance makes them brighter by 40 %."""
-    lifted = [replace(image, gain=(1.4,)) for image in photographed({})]
+def test_bright_walls_that_the_balance_lifts_beyond_white_stay_below_it() -> None:
+    """All photographs are below white, the survey's balance makes them brighter by 40 %, and its shoulder ends where the wall does."""
+    ends = 1.4 * max(WALL) / 255
+    lifted = [replace(image, gain=(1.4,), shoulder=(ends - 0.97) / ends**2) for image in photographed({})]
     patch = next(p for p in textured(lifted).texture.rectified if p.key == SOUTH)
     wall = inner(patch) & (patch.index >= FIRST_IMAGE)
     assert (patch.pixels[wall].max(axis=1) == 255).mean() < 0.01

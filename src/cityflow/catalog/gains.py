@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from cityflow.catalog.heights import low_points, within
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.errors import CatalogError
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
+from cityflow.imagery.highlights import Tone, tone
 from cityflow.imagery.radiometry import Balance, RadiometryParameters, block_adjustment, exposure_groups
 from cityflow.io.catalog.stac import ImageAsset, united
 from cityflow.io.images.coarse_image import coarse_image
@@ -47,7 +48,7 @@ class Balanced:
 
 
 def balanced(assets: Sequence[ImageAsset], xyz: FloatArray) -> Balanced:
-    """Find gains, gammas and the fall-off; every image is decoded once, at a coarse level.
+    """Find gains, gammas, the fall-off and the shoulder; every image is decoded once, at a coarse level.
 
     Parameters
     ----------
@@ -65,10 +66,10 @@ def balanced(assets: Sequence[ImageAsset], xyz: FloatArray) -> Balanced:
             damaged.append(LeftOut(asset.name, error.problem.split(":")[0], error.remedy))
             continue
         near = within(points, asset.oriented, asset.heights)
-        colours = point_colours(asset.oriented, pixels, points[near], asked)
-        seen.append(replace(colours, point=near[colours.point]))
+        colours = point_colours(asset.oriented, pixels, points[near], asked, asset.white)
+        seen.append(replace(colours, point=near[colours.point], burnt=near[colours.burnt]))
         good.append(asset)
-    images, notes = _with_balance(good, seen)
+    images, notes = _with_balance(good, seen, asked.brightest_share)
     return Balanced(tuple(images), tuple(damaged), tuple(notes))
 
 
@@ -78,26 +79,44 @@ def _sampling(assets: Sequence[ImageAsset]) -> SampleParameters:
     return SampleParameters(level=int(np.clip(np.log2(side / LEAST_SIDE_PX), 0, usual.level)))
 
 
-def _with_balance(assets: list[ImageAsset], seen: list[PointColours]) -> tuple[list[ImageAsset], list[str]]:
-    """Images of as many bands are balanced among themselves: first gains alone, which tell groups of exposure, then all with a curve for each group."""
+def _with_balance(
+    assets: list[ImageAsset], seen: list[PointColours], brightest: float
+) -> tuple[list[ImageAsset], list[str]]:
+    """Images of as many bands are balanced among themselves: first gains alone, which tell groups of exposure, then all with a curve for each group.
+
+    `brightest`: where highlights end, share of the white level.
+    """
     done: dict[str, ImageAsset] = {}
     notes: list[str] = []
     for bands in sorted({a.bands for a in assets}):
         chosen = [i for i, a in enumerate(assets) if a.bands == bands]
         names = [assets[i].name for i in chosen]
-        pairs = pair_samples([seen[i] for i in chosen])
+        shown = [seen[i] for i in chosen]
+        pairs = pair_samples(shown)
         first = block_adjustment(pairs, len(chosen), parameters=ALONE)
         groups = exposure_groups(first.gain)
         balance = block_adjustment(pairs, len(chosen), groups)
-        done |= {assets[i].name: _balanced_asset(assets[i], balance, k) for k, i in enumerate(chosen)}
+        alike = tone(shown, balance, brightest * min(_white(assets[i]) for i in chosen))
+        done |= {assets[i].name: _balanced_asset(assets[i], balance, k, alike) for k, i in enumerate(chosen)}
         notes += _in_words(names, groups, first.gain)
     return [done[a.name] for a in assets], notes
 
 
-def _balanced_asset(asset: ImageAsset, balance: Balance, number: int) -> ImageAsset:
-    gain, gamma = (tuple(round(float(v), DIGITS) for v in of[number]) for of in (balance.gain, balance.gamma))
-    plain = all(g == 1.0 for g in gamma)
-    return replace(asset, gain=gain, gamma=() if plain else gamma, falloff=round(balance.falloff, DIGITS))
+def _white(asset: ImageAsset) -> float:
+    """The value that is shown as white, share of the dtype's greatest."""
+    return asset.white / float(np.iinfo(asset.dtype).max) if asset.white else 1.0
+
+
+def _balanced_asset(asset: ImageAsset, balance: Balance, number: int, alike: Tone) -> ImageAsset:
+    gain, gamma = (_rounded(of) for of in (alike.gain * balance.gain[number], balance.gamma[number]))
+    falloff, shoulder = _rounded([balance.falloff, alike.shoulder])
+    return replace(
+        asset, gain=gain, gamma=() if all(g == 1.0 for g in gamma) else gamma, falloff=falloff, shoulder=shoulder
+    )
+
+
+def _rounded(values: Iterable[float]) -> tuple[float, ...]:
+    return tuple(round(float(v), DIGITS) for v in values)
 
 
 def _in_words(names: Sequence[str], groups: IntArray, gain: FloatArray) -> list[str]:

@@ -90,12 +90,12 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
     kept, others = _of_one_kind(kept)
-    left_out += others
+    kept, left_out = with_white(kept), [*left_out, *others]
     # points on the ground say nothing of photographs from the street, which see walls in the place of them
     street = [a for a in kept if looks_level(a.oriented, heights.whole[1])]
     flown = [a for a in kept if not looks_level(a.oriented, heights.whole[1])]
     level = balanced(flown, model.sparse) if source.gains and flown else Balanced(tuple(flown), (), ())
-    kept, left_out = with_white([*level.images, *street]), [*left_out, *level.damaged]
+    kept, left_out = [*level.images, *street], [*left_out, *level.damaged]
     notes = [
         *model.notes,
         *_place(model.images, catalog.reference),

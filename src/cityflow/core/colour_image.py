@@ -14,14 +14,16 @@ from cityflow.core.pixels import Pixels, level_shape
 
 REACH_PX = 2
 """Of the cubic that is sampled with: two pixels to each side."""
+COLOURS = 3
+"""Bands that one sees: a fourth is near infrared."""
 
 
 @dataclass(frozen=True, slots=True)
 class ColourImage:
     """An image to colour something with, and how to balance it against the others.
 
-    A value v becomes ``gain · exp(falloff · r²) · top · (v / top) ** gamma``; r is the distance from the middle of the image over half its
-    diagonal, top the dtype's greatest value.
+    A value v becomes ``w = gain · exp(falloff · r²) · top · (v / top) ** gamma``, and that ``w · (1 - shoulder · b / top)``, b the brightest w of the
+    bands; r is the distance from the middle of the image over half its diagonal, top the dtype's greatest value.
 
     Attributes
     ----------
@@ -29,6 +31,7 @@ class ColourImage:
     pixels : its contents
     gain, gamma : one number per band, or one for all; empty means 1
     falloff : what the lens takes away towards the corners
+    shoulder : how much darker white is made, so that highlights stay below it
     white : the value that is shown as white, the same for a whole survey; 0 if unknown
     """
 
@@ -37,6 +40,7 @@ class ColourImage:
     gain: tuple[float, ...] = ()
     gamma: tuple[float, ...] = ()
     falloff: float = 0.0
+    shoulder: float = 0.0
     white: float = 0.0
 
 
@@ -61,7 +65,14 @@ def balanced(colours: Float32Array, source: ColourImage, u: FloatArray, v: Float
         half = np.array([camera.width, camera.height]) / 2.0
         r2 = ((u - half[0]) ** 2 + (v - half[1]) ** 2) / np.sum(half**2)
         colours = colours * np.exp(source.falloff * r2).astype(np.float32)[:, None]
-    return colours
+    return _below_white(colours, source.shoulder / float(top)) if source.shoulder else colours
+
+
+def _below_white(colours: Float32Array, bend: float) -> Float32Array:
+    """Darker the brighter a colour is, all bands by the same factor; what is brighter than the parabola's top is shown like it."""
+    brightest = np.maximum(colours[:, :COLOURS].max(axis=1, keepdims=True), np.float32(1e-6))
+    ends = np.minimum(brightest, np.float32(0.5 / bend))
+    return np.asarray(colours * ((ends - np.float32(bend) * ends**2) / brightest))
 
 
 def _per_band(values: Sequence[float], bands: int) -> Float32Array:

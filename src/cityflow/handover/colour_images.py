@@ -16,12 +16,13 @@ from cityflow.handover.field_types import OrientedField
 
 @dataclass(frozen=True, slots=True)
 class ShownImage(TaskInputs):
-    """Pose and balance of an image; `gain`, `gamma` and `falloff` as in `ColourImage`."""
+    """Pose and balance of an image; all but the pose as in `ColourImage`."""
 
     image: OrientedField
     gain: tuple[float, ...]
     gamma: tuple[float, ...]
     falloff: float
+    shoulder: float
 
     @property
     def text(self) -> str:
@@ -54,4 +55,5 @@ class ColourInputs(TaskInputs):
     def open(self, store: Store, name: str) -> ColourImage:
         """One of them."""
         shown = from_json(ShownImage, json.loads(self.shown[name]), name)
-        return ColourImage(shown.image, open_pixels(store, self.pixels[name]), shown.gain, shown.gamma, shown.falloff)
+        pixels = open_pixels(store, self.pixels[name])
+        return ColourImage(shown.image, pixels, shown.gain, shown.gamma, shown.falloff, shown.shoulder)

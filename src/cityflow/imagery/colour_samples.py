@@ -28,11 +28,9 @@ class SampleParameters(Parameters):
     level: int = Field(
         4, ge=0, le=10, description="pyramid level of the samples: each is the mean of 2**level pixels squared"
     )
-    darkest_share: float = Field(
-        0.02, ge=0, lt=0.5, description="darker samples say nothing, share of the greatest value"
-    )
+    darkest_share: float = Field(0.02, ge=0, lt=0.5, description="darker samples say nothing, share of the white level")
     brightest_share: float = Field(
-        0.97, gt=0.5, le=1, description="brighter samples may be saturated, share of the greatest value"
+        0.97, gt=0.5, le=1, description="brighter samples may be saturated, share of the white level"
     )
     least_points: int = Field(12, ge=3, description="a pair of images with fewer common points is not used")
     partners: int = Field(
@@ -53,11 +51,13 @@ class PointColours:
     point : (K,) int64, numbers of the points, rising
     log_colour : (K, bands) float32, natural logarithm of the share of the greatest value
     radius2 : (K,) float32, squared distance from the middle of the image over half its diagonal
+    burnt : int64, numbers of further points, rising, that are so bright that they may be saturated
     """
 
     point: IntArray
     log_colour: FloatArray
     radius2: FloatArray
+    burnt: IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,17 +85,26 @@ class PairSamples:
 
 
 def point_colours(
-    image: OrientedImage, pixels: Pixels, xyz: FloatArray, parameters: SampleParameters | None = None
+    image: OrientedImage,
+    pixels: Pixels,
+    xyz: FloatArray,
+    parameters: SampleParameters | None = None,
+    white: float = 0.0,
 ) -> PointColours:
-    """Colours of those of (N, 3) world points, metres, that the image shows well exposed. Whether they are hidden is not asked."""
+    """Colours of those of (N, 3) world points, metres, that the image shows well exposed. Whether they are hidden is not asked.
+
+    `white`: the value that is shown as white; 0: the dtype's greatest.
+    """
     asked = parameters or SampleParameters()
     uv, depth = image.project(xyz)
     shown = np.flatnonzero((depth > 0) & image.holds(uv, float(1 << asked.level)))
-    share = _at(pixels, uv[shown], asked.level) / float(np.iinfo(pixels.dtype).max)
-    good = np.all((share >= asked.darkest_share) & (share <= asked.brightest_share), axis=1)
+    top = float(np.iinfo(pixels.dtype).max)
+    share, level = _at(pixels, uv[shown], asked.level) / top, (white or top) / top
+    burnt = np.any(share > asked.brightest_share * level, axis=1)
+    good = np.all(share >= asked.darkest_share * level, axis=1) & ~burnt
     half = np.array([image.camera.width, image.camera.height]) / 2.0
     radius2 = np.sum((uv[shown] - half) ** 2, axis=1) / np.sum(half**2)
-    return PointColours(shown[good], np.log(share[good]), radius2[good])
+    return PointColours(shown[good], np.log(share[good]), radius2[good], shown[burnt])
 
 
 def pair_samples(seen: Sequence[PointColours], parameters: SampleParameters | None = None) -> PairSamples:

@@ -169,8 +169,8 @@ class ImageSurvey:
     def shown(self, name: str) -> str:
         """Pose and balance of an image as JSON text, made once: a task of a unit has dozens of them."""
         if name not in self._texts:
-            asset = self.assets[name]
-            self._texts[name] = ShownImage(self.views[name].image, asset.gain, asset.gamma, asset.falloff).text
+            a = self.assets[name]
+            self._texts[name] = ShownImage(self.views[name].image, a.gain, a.gamma, a.falloff, a.shoulder).text
         return self._texts[name]
 
     def ortho_images(self, tile: Tile) -> list[str]:

@@ -115,14 +115,16 @@ class RawInput(Parameters):
 
     def balance_of(self, asset: ImageAsset) -> ImageAsset:
         """The asset with the gains that its developed image takes: those of a catalog were found on the numbers in its file."""
-        gain, gamma = asset.gain, asset.gamma
-        if self.bits is not None and not self.left_aligned and gamma:
+        gain, gamma, shoulder = asset.gain, asset.gamma, asset.shoulder
+        if self.bits is not None and not self.left_aligned:
             wider = 2.0 ** (8 * np.dtype(asset.dtype).itemsize - self.bits)
-            gain = tuple(float(g * wider ** (1.0 - c)) for g, c in zip(_each(gain, len(gamma)), gamma, strict=True))
+            shoulder /= wider
+            gain = _each(gain, len(gamma)) if gamma else gain
+            gain = tuple(float(g * wider ** (1.0 - c)) for g, c in zip(gain, gamma or (1.0,) * len(gain), strict=True))
         if self.near_infrared is not None:
             # nothing is known of the other head's exposures
             gain, gamma = (*_each(gain, 3), 1.0), (*_each(gamma, 3), 1.0) if gamma else ()
-        return replace(asset, gain=gain, gamma=gamma)
+        return replace(asset, gain=gain, gamma=gamma, shoulder=shoulder)
 
     def dtype_of(self, stored: str) -> str:
         return "uint16" if self.makes_16_bits else stored

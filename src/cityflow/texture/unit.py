@@ -19,7 +19,6 @@ from cityflow.core.texture import Colour, FaceGrid, FaceKey, FacePlane, PlainFac
 from cityflow.errors import CityflowError
 from cityflow.texture.burnt_out import burnt_cells, without_burnt
 from cityflow.texture.doubtful import without_doubtful
-from cityflow.texture.highlights import below_white
 from cityflow.texture.ortho_image import is_ortho
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
@@ -157,8 +156,7 @@ def _attempted(
     used = {image for f in looked for image in _own(f)}
     orthos = {k for k, s in enumerate(sources) if is_ortho(s.image)}
     samples = {f.plane.key: _samples(f, used, sources, parameters.rank) for f in looked if f.kept}
-    alike = balance(list(samples.values()), parameters.radiometry, orthos)
-    models = below_white(alike, [(samples[f.plane.key], _own(f)) for f in looked if f.kept], used)
+    models = balance(list(samples.values()), parameters.radiometry, orthos)
     unit, walls = UnitSources(sources, models), _wall_colours(looked, samples, models)
     made = {f.plane.key: _patches(f, unit, scene, walls, parameters) for f in looked}
     found = {key: p for key, p in made.items() if p is not None}

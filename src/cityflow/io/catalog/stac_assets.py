@@ -97,8 +97,7 @@ class ImageAsset:
     oriented : camera and pose
     heights : lowest ground and highest object that it may show, world metres
     bands, dtype : of the file as it is; ``uint8`` or ``uint16``
-    gain, gamma, falloff : what makes the image match the others: a value v of a band becomes ``gain · exp(falloff · r²) · top · (v / top) ** gamma``,
-        r from the middle of the image over half its diagonal, top the dtype's greatest value; an empty gamma is 1
+    gain, gamma, falloff, shoulder : what makes the image match the others, and keeps highlights below white: as in `core.colour_image.ColourImage`
     pixel_mm : size of a pixel on the sensor, millimetres; 0 where unknown
     white : of 16-bit files the value that the survey's sensor shows as white, 4095 for one of 12 bits; 0 where unknown
     """
@@ -117,6 +116,7 @@ class ImageAsset:
     pixel_mm: float = 0.0
     gamma: tuple[float, ...] = ()
     falloff: float = 0.0
+    shoulder: float = 0.0
     white: float = 0.0
 
     def __eq__(self, other: object) -> bool:
@@ -194,7 +194,7 @@ def _plain(asset: ImageAsset) -> tuple[object, ...]:
     image = asset.oriented
     return (
         asset.name, asset.href, asset.checksum, asset.size, asset.bounds, asset.heights, asset.bands, asset.dtype, asset.gain,
-        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.white,
+        asset.date, asset.pixel_mm, asset.gamma, asset.falloff, asset.shoulder, asset.white,
         image.name, image.camera, image.rotation.tolist(), image.centre.tolist(),
     )  # fmt: skip
 

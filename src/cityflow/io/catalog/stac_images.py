@@ -54,6 +54,8 @@ def image_properties(asset: ImageAsset, reference: Reference) -> dict[str, Any]:
         properties["cityflow:gamma"] = list(asset.gamma)
     if asset.falloff:
         properties["cityflow:falloff"] = asset.falloff
+    if asset.shoulder:
+        properties["cityflow:shoulder"] = asset.shoulder
     if asset.white:
         properties["cityflow:white"] = asset.white
     if properties["view:off_nadir"] > 90:
@@ -132,6 +134,7 @@ def image_of_item(item: Mapping[str, Any], place: str, asset_key: str) -> ImageA
         pixel_mm=float(p.get("cityflow:pixel_mm", 0.0)),
         gamma=tuple(float(g) for g in p.get("cityflow:gamma", ())),
         falloff=float(p.get("cityflow:falloff", 0.0)),
+        shoulder=float(p.get("cityflow:shoulder", 0.0)),
         white=float(p.get("cityflow:white", 0.0)),
     )
 
