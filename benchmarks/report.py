@@ -25,7 +25,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
 from cityflow.flow.task import Record
 from cityflow.handover.export_rows import ROWS
-from cityflow.reporting.report import uncollected, write_report_files
+from cityflow.reporting.run_report import uncollected, write_report_files
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run

@@ -36,7 +36,7 @@ from cityflow.evaluation.roof_skeletons import (
     skeleton_nodes,
     united_by_plane,
 )
-from cityflow.geometry.roof_surfaces import RoofSurface
+from cityflow.geometry.roof_adjacency import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
 from cityflow.reconstruction.roof_types import best_roofs, reconstruct
 from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters, read

@@ -20,7 +20,7 @@ from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.runs.run_folder import open_run
-from cityflow.survey.source import ZARR
+from cityflow.survey.surface_source import ZARR
 
 AROUND_CELLS, LEVEL_M = 5, 1.0
 

@@ -27,7 +27,7 @@ from cityflow.synthetic.town import make_town
 from cityflow.texture.pages import pages_of
 from cityflow.texture.placement.place import place
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.views import views_of
+from cityflow.texture.ranking.face_views import views_of
 from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
 from texture_visibility import House, cut, run_surface, true_houses
 from texture_world import images_of, parameters_of

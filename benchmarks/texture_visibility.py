@@ -32,9 +32,9 @@ from cityflow.synthetic.mesh import Part, TownMesh
 from cityflow.synthetic.town import Town, make_town
 from cityflow.synthetic.town_truth import truth_rasters
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.frame import in_frame
+from cityflow.texture.ranking.face_views import views_of
+from cityflow.texture.ranking.field_of_view import in_frame
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
-from cityflow.texture.ranking.views import views_of
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, face_cells, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters

@@ -23,7 +23,7 @@ from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town, make_town
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.frame import in_frame
+from cityflow.texture.ranking.field_of_view import in_frame
 from cityflow.texture.unit import Surroundings, TexturedUnit, TextureParameters, texture_unit
 from cityflow.texture.visibility.scene import Scene
 from texture_visibility import BUILT, House, Truth, around, cut, run_houses, run_surface, true_houses, true_surface

@@ -23,8 +23,8 @@ from cityflow.evaluation.windows import IOU, MOSTLY, WindowCounts, intersection_
 from cityflow.synthetic.town_facades import WINDOW
 from cityflow.windows.candidates import channels_of
 from cityflow.windows.confidence import NAMES, features
+from cityflow.windows.facade_picture import picture_of
 from cityflow.windows.find import find_windows
-from cityflow.windows.picture import picture_of
 from cityflow.windows.search import searched
 from cityflow.windows.window_parameters import WindowParameters
 from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade

@@ -27,8 +27,8 @@ from cityflow.evaluation.windows import WindowCounts, compare_windows, on_face, 
 from cityflow.handover.texture_files import decode_unit
 from cityflow.stages.windows import planes_of
 from cityflow.synthetic.town_facades import WINDOW
+from cityflow.windows.facade_picture import picture_of
 from cityflow.windows.find import find_unit_windows, find_windows
-from cityflow.windows.picture import picture_of
 from cityflow.windows.window_parameters import WindowParameters
 from scenes.drawn_facades import STYLES, DrawnFacade, draw_facade
 from scenes.facade_errors import ImageErrors

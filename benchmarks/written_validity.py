@@ -17,7 +17,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from cityflow.core.written import WrittenGeometry
+from cityflow.core.written_geometry import WrittenGeometry
 from cityflow.evaluation.written import counted, faulty
 from cityflow.io.city_models.cityjson_sequence import document
 from cityflow.io.city_models.written_citygml import written_in_citygml

@@ -26,7 +26,7 @@ from cityflow.core.splitting import FrameRasters, SplitEvidence
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
-from cityflow.handover.depth_map import decode_depth_map, encode_depth_map
+from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.reconstruction.extruded import extrude

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import IntArray
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 
 CELL_M = 0.06
 WALL, PANE = 0.8, 0.35

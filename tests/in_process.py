@@ -12,7 +12,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers
 from cityflow.pipeline.city_source import CitySource
-from cityflow.survey.source import LIDAR, ZARR
+from cityflow.survey.surface_source import LIDAR, ZARR
 
 Records = dict[tuple[str, str], Record]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cityflow.core.written import WrittenGeometry
+from cityflow.core.written_geometry import WrittenGeometry
 from cityflow.io.city_models.written_citygml import written_in_citygml
 from cityflow.io.city_models.written_cityjson import written_in_cityjson
 from cityflow.io.city_models.written_obj import written_in_obj

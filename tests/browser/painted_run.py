@@ -17,7 +17,7 @@ from cityflow.flow.task import Record
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.reporting.report import report_data
+from cityflow.reporting.run_report import report_data
 from cityflow.reporting.view import write_run_view
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared

@@ -11,7 +11,7 @@ import pytest
 from browser.chromium import Chromium
 from cityflow.core.building import Status
 from cityflow.viewer.report import write_report
-from cityflow.viewer.rows import ReportData, StageRow, UnitRow
+from cityflow.viewer.report_rows import ReportData, StageRow, UnitRow
 
 EDGE_M, STEP_M = 10.0, 14.0
 

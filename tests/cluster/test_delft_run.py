@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from cityflow.core.written import GeometryKind
+from cityflow.core.written_geometry import GeometryKind
 from cityflow.evaluation.written import faulty
 from cluster.small_city import Commands
 from flow.conftest import free_port

@@ -12,7 +12,7 @@ from shapely.affinity import rotate, translate
 
 from cityflow.core.building import Face, Polyhedron, RoofPlane, Semantic
 from cityflow.core.roof_types import RoofType
-from cityflow.geometry.roof_surfaces import RoofSurface
+from cityflow.geometry.roof_adjacency import RoofSurface
 from cityflow.geometry.roof_type import roof_type, type_of_surfaces
 from cityflow.synthetic import roofs, town_shapes
 from cityflow.synthetic.roofs import LocalFace, Placement, visible_faces

@@ -5,7 +5,7 @@ import pytest
 
 from cityflow.core.depth_map import DepthMap
 from cityflow.errors import CityflowError
-from cityflow.handover.depth_map import decode_depth_map, encode_depth_map
+from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
 
 
 def _depth_map(shape: tuple[int, int], seed: int = 0) -> DepthMap:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cityflow.core.building import Building
-from cityflow.io.city_models.roof_type import roof_type_code
+from cityflow.io.city_models.roof_type_codes import roof_type_code
 
 
 def test_flat_and_gable_roofs_are_known(gable: Building, courtyard: Building) -> None:

@@ -10,7 +10,7 @@ from lxml import html
 
 from browser import painted_run as town
 from cityflow.core.building import Status
-from cityflow.reporting.report import write_report_files
+from cityflow.reporting.run_report import write_report_files
 from cityflow.reporting.unit_pages import page_path
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared

@@ -9,7 +9,7 @@ from cityflow.core.building import Status
 from cityflow.flow.store import Store
 from cityflow.reporting.unit_pages import chosen_units, page_path
 from cityflow.viewer.report_parameters import ReportParameters, UnitPageParameters
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 
 def pages(**counts: int) -> ReportParameters:

@@ -19,13 +19,13 @@ from cityflow.handover.refused_outlines import refused_shapes
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.reporting.report import _outlines
+from cityflow.reporting.run_report import _outlines
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settings import load_workflow
 from cityflow.survey.area import Area
-from cityflow.viewer.rows import EditRow
+from cityflow.viewer.report_rows import EditRow
 from cityflow.workflow.status import unused_lines
 from in_process import outcome_of, record_of
 

@@ -26,7 +26,7 @@ from cityflow.reporting.view_layers import Ridges
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import describe_run
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 from cityflow.workflow.serve import bring_up_to_date, reader
 
 BOUNDS = (80000.0, 440000.0, 90000.0, 450000.0)

@@ -21,8 +21,8 @@ from cityflow.stages import reconstruct, split
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.given_outlines import ACCURACY
-from cityflow.survey.lattice import SEEN_AROUND_M
 from cityflow.survey.results import HULL
+from cityflow.survey.tile_lattice import SEEN_AROUND_M
 from cityflow.survey.unit_entry import UnitEntry
 
 TILE = 250.0

@@ -20,7 +20,7 @@ from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import OUTLINES
 from cityflow.survey.given_outlines import ACCURACY
-from cityflow.survey.parameters import TileParameters
+from cityflow.survey.survey_parameters import TileParameters
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
 

@@ -22,8 +22,8 @@ from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.survey.parameters import PointsParameters, TileParameters
-from cityflow.survey.source import RASTERS, ZARR
+from cityflow.survey.surface_source import RASTERS, ZARR
+from cityflow.survey.survey_parameters import PointsParameters, TileParameters
 from in_process import run_all
 
 CELL, GROUND, EAVES = 0.25, 12.0, 17.0

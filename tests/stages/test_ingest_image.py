@@ -31,8 +31,8 @@ from cityflow.stages.ingest import images as ingest_image
 from cityflow.stages.ingest.develop import Corrections
 from cityflow.survey.raw_parameters import InfraredFrames, RawInput
 from cityflow.survey.survey import Survey
-from cityflow.synthetic.raw_frames import RawParameters, dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.sensor import SensorParameters
+from cityflow.synthetic.sensor_readout import RawParameters, dark_frame, flat_frame, raw_frame
 
 pytestmark = pytest.mark.filterwarnings("ignore::rasterio.errors.NotGeoreferencedWarning")
 

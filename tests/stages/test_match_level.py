@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.depth_map import points_of
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
-from cityflow.handover.depth_map import decode_depth_map
+from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters

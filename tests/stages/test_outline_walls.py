@@ -19,7 +19,7 @@ from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.ingest.outline_sample import sampled
 from cityflow.stages.outline import walls as outline_walls
-from cityflow.survey.source import ZARR
+from cityflow.survey.surface_source import ZARR
 
 TILE_M = 100.0
 

@@ -21,7 +21,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.rasters import surface_zarr
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers, write_tile
 from cityflow.stages.reconstruct import evidence as unit_evidence
-from cityflow.survey.source import OVERVIEW, ZARR
+from cityflow.survey.surface_source import OVERVIEW, ZARR
 
 HOUSE = shapely.box(1010.3, 2015.2, 1022.9, 2024.7)
 FINE, COARSE = Grid(1000, 2050, 0.1, 500, 500), Grid(1000, 2050, 0.5, 100, 100)

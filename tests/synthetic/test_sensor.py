@@ -7,8 +7,8 @@ import pytest
 
 from cityflow.core.arrays import Float32Array
 from cityflow.core.camera import Camera, OrientedImage
-from cityflow.synthetic.raw_frames import RawParameters, dark_frame, fixed_pattern, flat_frame, mosaic, raw_frame
 from cityflow.synthetic.sensor import SensorParameters, blurred, exposed, exposure_gain
+from cityflow.synthetic.sensor_readout import RawParameters, dark_frame, fixed_pattern, flat_frame, mosaic, raw_frame
 
 SHAPE = 240, 320
 QUIET = SensorParameters(vignetting=0, exposure=1.0, exposure_sigma=0, noise=False, tone="linear", bits=16)

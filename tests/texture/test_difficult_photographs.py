@@ -19,9 +19,9 @@ from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceKey, FacePlane,
 from cityflow.texture.comparisons import FaceSamples
 from cityflow.texture.plain_colours import WallColours
 from cityflow.texture.planes import face_planes
-from cityflow.texture.radiometry import balance
-from cityflow.texture.source import LinearModel
+from cityflow.texture.source_image import LinearModel
 from cityflow.texture.unit import DOUBTFUL, Surroundings, TexturedUnit, TextureParameters, texture_unit
+from cityflow.texture.unit_radiometry import balance
 from texture_scenes import GROUND, X, Y, house, looking, surface
 
 WIDE, TALL = 12.0, 8.0

@@ -10,7 +10,7 @@ import pytest
 from cityflow.core.grid import Grid
 from cityflow.texture.ortho_image import ortho_camera
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.views import views_of
+from cityflow.texture.ranking.face_views import views_of
 from texture_scenes import X, Y, house
 
 

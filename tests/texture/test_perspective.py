@@ -20,8 +20,8 @@ from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.pages import uvd
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches
-from cityflow.texture.ranking.views import views_of
-from cityflow.texture.source import Source, UnitSources
+from cityflow.texture.ranking.face_views import views_of
+from cityflow.texture.source_image import Source, UnitSources
 
 RING = np.array([(0.0, 0.0, 0.0), (14.0, 0.0, 0.0), (14.0, 0.0, 9.0), (6.0, 0.0, 11.0), (0.0, 0.0, 9.0)])
 X, Z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Status
-from cityflow.viewer.rows import EditRow, ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.viewer.report_rows import EditRow, ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 
 REASONS = {
     Status.DONE: "",

@@ -12,7 +12,7 @@ from lxml import html
 
 from cityflow.core.building import Status
 from cityflow.viewer.report import verdict, write_report
-from cityflow.viewer.rows import EditRow, ProblemRow, Product, ReportData, Source, UnitRow
+from cityflow.viewer.report_rows import EditRow, ProblemRow, Product, ReportData, Source, UnitRow
 
 HOSTILE = [
     "<script>alert(1)</script>",

@@ -11,11 +11,11 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.reporting.checkpoint_rows import checkpoint_rows
-from cityflow.viewer.figures import kind_of_reason, problem_groups
 from cityflow.viewer.image_rows import CheckpointRow, DirectionRow, ImageFigures, RefusedPairs, TileRow
 from cityflow.viewer.picture import picture
 from cityflow.viewer.report import write_report
-from cityflow.viewer.rows import ProblemRow, ReportData
+from cityflow.viewer.report_rows import ProblemRow, ReportData
+from cityflow.viewer.run_figures import kind_of_reason, problem_groups
 
 FIGURES = ImageFigures(
     images=30,

@@ -9,11 +9,11 @@ import numpy as np
 from lxml import html
 
 from cityflow.core.building import Status
-from cityflow.viewer.figures import report_figures
 from cityflow.viewer.image_rows import CheckpointRow
 from cityflow.viewer.report import write_report
 from cityflow.viewer.report_in_short import in_short, verdict
-from cityflow.viewer.rows import ProblemRow, ReportData, StageRow, UnitRow
+from cityflow.viewer.report_rows import ProblemRow, ReportData, StageRow, UnitRow
+from cityflow.viewer.run_figures import report_figures
 
 EXPORTED = StageRow("export", 1, 1, 0, 0, 0, 1.0, 1.0, 1.0, 100.0)
 MATCHED = replace(EXPORTED, stage="match", units=40, done=40)

@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 from cityflow.core.building import Status
+from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.review_list import review_list
-from cityflow.viewer.rows import UnitRow
 
 
 def unit(name: str, verdict: str, probability: float, rmse: float = 0.1, **more: object) -> UnitRow:

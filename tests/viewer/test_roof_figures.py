@@ -5,8 +5,8 @@ from dataclasses import replace
 from cityflow.core.building import Status
 from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.choose import MODULES
+from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.roof_figures import METHOD_TEXTS, TYPE_TEXTS, roof_figures
-from cityflow.viewer.rows import UnitRow
 
 ROW = UnitRow("a", "0_0", Status.DONE, method="roof_types")
 SEEN = {"overhang_max_m": 0.5}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cityflow.viewer.figures import image_summary
 from cityflow.viewer.image_rows import ImageFigures, TileRow
+from cityflow.viewer.run_figures import image_summary
 from cityflow.viewer.survey_in_short import shortfall, what_was_surveyed
 
 

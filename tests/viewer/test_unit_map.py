@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Status
-from cityflow.viewer.rows import ReportData, UnitRow
+from cityflow.viewer.report_rows import ReportData, UnitRow
 from cityflow.viewer.unit_map import UNITS_PER_METRE, colour_scales, draw_map
 
 

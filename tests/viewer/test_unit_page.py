@@ -8,7 +8,7 @@ from lxml import html
 
 from cityflow.core.building import Status
 from cityflow.viewer.picture import picture
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.unit_page import CandidateRow, PlaneRow, UnitPage, write_unit_page
 
 TRACEBACK = 'Traceback (most recent call last):\n  File "a.py", line 1\nValueError: <b>no plane</b>'

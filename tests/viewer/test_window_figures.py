@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from cityflow.core.building import Scalar, Status
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.window_figures import window_figures
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from cityflow.windows.agreement import completed_heights
 from cityflow.windows.candidates import channels_of
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 TALL = np.array([[20 + 30 * k, 20, 34 + 30 * k, 50] for k in range(5)], np.int64)

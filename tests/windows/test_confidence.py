@@ -19,7 +19,7 @@ from cityflow.windows.confidence import (
     local_deviation,
     unequal_neighbours,
 )
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 from drawn_walls import rows_of, wall
 

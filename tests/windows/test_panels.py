@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.panels import barred, panelled
-from cityflow.windows.picture import Picture
 from drawn_walls import CELL_M, wall
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cityflow.windows.candidates import Candidates, channels_of, measured
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.proposals import framed, fused, hold_panes
 from cityflow.windows.window_parameters import WindowParameters
 from drawn_walls import CELL_M, WALL, Box, wall

@@ -10,7 +10,7 @@ import pytest
 
 from cityflow.core.arrays import IntArray
 from cityflow.windows.candidates import Candidates, candidates, channels_of
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.shutters import between_shutters
 from cityflow.windows.window_parameters import WindowParameters
 from drawn_walls import wall

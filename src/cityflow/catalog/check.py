@@ -11,9 +11,9 @@ import shapely
 
 from cityflow.catalog.check_images import check_images
 from cityflow.catalog.check_outlines import check_outlines
+from cityflow.catalog.check_results import Seen
 from cityflow.catalog.findings import CheckReport, Level
 from cityflow.catalog.maps import write_maps
-from cityflow.catalog.seen import Seen
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError

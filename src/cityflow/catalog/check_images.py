@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from cityflow.catalog.findings import Finding, Level
-from cityflow.catalog.heights import low_points, raster_points
+from cityflow.catalog.height_ranges import low_points, raster_points
 from cityflow.catalog.images import box_of
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid

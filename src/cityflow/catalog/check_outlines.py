@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from cityflow.catalog.check_results import Seen
 from cityflow.catalog.findings import Level
-from cityflow.catalog.seen import Seen
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import Catalog, OutlineAsset
 from cityflow.io.tables.feature_ids import listing

@@ -12,7 +12,7 @@ from pyproj import CRS
 
 from cityflow.catalog.images import described_images
 from cityflow.catalog.orientation import ImageSource
-from cityflow.catalog.store import refuse_foreign_folder, store_catalog
+from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import (

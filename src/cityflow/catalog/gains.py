@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from cityflow.catalog.heights import low_points, within
+from cityflow.catalog.height_ranges import low_points, within
 from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.errors import CatalogError
 from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from cityflow.catalog.gains import Balanced, balanced
-from cityflow.catalog.heights import (
+from cityflow.catalog.height_ranges import (
     HeightRange,
     given_heights,
     heights_of_points,

@@ -10,7 +10,7 @@ import numpy as np
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import ImageAsset
 from cityflow.io.images.coarse_image import coarse_image
-from cityflow.texture.source import white_of
+from cityflow.texture.source_image import white_of
 
 LOOKED_AT = 24
 """Images that tell the white level of all; those in between were taken by the same sensor; set by hand."""

@@ -196,7 +196,7 @@ def report(
     """Write report.html, the pages of single buildings and report.json from the records."""
     look_at_run(run_url)
     look_at_settings(settings or [])
-    from cityflow.reporting.report import print_report
+    from cityflow.reporting.run_report import print_report
 
     print_report(run_url, settings or [], options.console)
 

@@ -12,7 +12,7 @@ from shapely import Polygon
 
 from cityflow.core.building import Polyhedron
 from cityflow.evaluation.roof_planes import SMALLEST_M2, RoofSurface, angle_between
-from cityflow.geometry.roof_surfaces import roof_surfaces
+from cityflow.geometry.roof_adjacency import roof_surfaces
 
 ALIKE_DEG, ALIKE_M = 2.0, 0.05
 """Neighbouring faces whose planes differ less are one plane, cut."""

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cityflow.core.written import GeometryKind, WrittenGeometry
+from cityflow.core.written_geometry import GeometryKind, WrittenGeometry
 from cityflow.geometry.faults import Fault
 from cityflow.geometry.validity import check_polygons, check_surface
 

@@ -12,7 +12,7 @@ from cityflow.core.depth_map import DepthMap, ImagePoints, joined, points_of
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
-from cityflow.handover.depth_map import decode_depth_map
+from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
 

@@ -14,7 +14,7 @@ from cityflow.core.depth_map import DepthMap
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.parameters import Parameters
 from cityflow.core.pixels import Pixels
-from cityflow.matching.edges import EdgeParameters, at_image_edges
+from cityflow.matching.depth_edges import EdgeParameters, at_image_edges
 from cityflow.matching.grey import GreyImage, TileStore
 from cityflow.matching.lattice import LatticeParameters, PairLattice
 from cityflow.matching.merge import DISPARITY_SIGMA_PX, MOST_SIGMA_GSD, MergeParameters, depths_of_pair, merged

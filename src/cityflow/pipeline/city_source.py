@@ -17,7 +17,7 @@ from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import City, outlines_are_missing
-from cityflow.survey.source import IMAGES
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
 

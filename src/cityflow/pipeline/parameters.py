@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import create_model
 
 from cityflow.pipeline.pipeline import PIPELINE
-from cityflow.survey.parameters import ExecutionParameters, StageLimits, SurveyParameters
+from cityflow.survey.survey_parameters import ExecutionParameters, StageLimits, SurveyParameters
 
 if TYPE_CHECKING:
     Execution = ExecutionParameters

@@ -14,10 +14,10 @@ from cityflow.reporting.asked_area import asked_area, surveyed_share
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import fuse, ingest, match, ortho, surface
 from cityflow.survey.area import EVERYWHERE, Area
-from cityflow.survey.source import IMAGES
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
-from cityflow.viewer.figures import kind_of_reason
 from cityflow.viewer.image_rows import DirectionRow, ImageFigures, RefusedPairs, TileRow
+from cityflow.viewer.run_figures import kind_of_reason
 
 Pairs = Mapping[str, Mapping[str, Any]]
 

@@ -28,7 +28,7 @@ from cityflow.viewer.mosaic import known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.relief import ortho_pixels
 from cityflow.viewer.relief_gaps import without_specks
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 MARGIN_M = 12.0
 """Ground shown around the models."""

@@ -18,14 +18,14 @@ from cityflow.reporting.model_pictures import densest_spot
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import outline, units
 from cityflow.stages.units import SPLITS
-from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.viewer.mosaic import Mosaic
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
 from cityflow.viewer.relief import height_range, ortho_pixels, shaded_heights
 from cityflow.viewer.relief_gaps import quiet_gaps, without_specks
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 CLOSE_M = 150.0
 GIVEN, WALL, ROOF = (250, 250, 250), (255, 226, 60), (90, 170, 255)

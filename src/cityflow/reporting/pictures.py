@@ -20,7 +20,7 @@ from cityflow.stages import atlas
 from cityflow.survey.survey import Survey
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.report_parameters import ReportParameters
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 MOST_AROUND = 300
 """Models around the densest spot; more would be behind those in front."""

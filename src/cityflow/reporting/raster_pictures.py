@@ -18,7 +18,7 @@ from cityflow.flow.task import Record
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import frame, ortho, surface
-from cityflow.survey.source import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR
+from cityflow.survey.surface_source import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.viewer.mosaic import Mosaic, known_window
 from cityflow.viewer.picture import MOST_PIXELS, Picture, picture

@@ -17,12 +17,12 @@ from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.handover.cached_reads import open_pixels
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.survey.source import IMAGES, RASTERS, ZARR
+from cityflow.survey.surface_source import IMAGES, RASTERS, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plan_view import Strokes, draw_plan
 from cityflow.viewer.relief import height_range, ortho_pixels, shaded_heights
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 MARGIN_M, CROP_PX, THUMB_PX, MOST_CELLS = 8.0, 420, 168, 1200
 OUTLINE = (255, 226, 60)

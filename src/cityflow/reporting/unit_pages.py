@@ -24,8 +24,8 @@ from cityflow.viewer.picture import Picture, picture
 from cityflow.viewer.plane_plan import draw_planes, plane_colour
 from cityflow.viewer.report import listed_units
 from cityflow.viewer.report_parameters import ReportParameters
+from cityflow.viewer.report_rows import ReportData, UnitRow
 from cityflow.viewer.review_list import review_list
-from cityflow.viewer.rows import ReportData, UnitRow
 from cityflow.viewer.unit_page import FOLDER, CandidateRow, PlaneRow, UnitPage, write_unit_page
 
 CANDIDATE_PX, LOOKING_DEG = 200, 20.0

@@ -25,7 +25,7 @@ from cityflow.runs.prepare import Prepared
 from cityflow.stages import ingest, outline, units
 from cityflow.survey.city import OUTLINES as GIVEN_OUTLINES
 from cityflow.survey.survey import Survey
-from cityflow.viewer.rows import EditRow
+from cityflow.viewer.report_rows import EditRow
 
 NEAR_M = 10.0
 """A unit this near to an edit is named: it may be the one that was meant."""

@@ -25,8 +25,8 @@ from cityflow.reporting.view_frame import PageFrame
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import ingest, split, surface
 from cityflow.survey.survey import Survey
-from cityflow.viewer.rows import UnitRow
-from cityflow.viewer.view_layers import Relief, encode_points, thinned
+from cityflow.viewer.report_rows import UnitRow
+from cityflow.viewer.view_arrays import Relief, encode_points, thinned
 
 Json = Any
 MOST_POINTS_OF_TILE = 300_000

@@ -18,7 +18,7 @@ from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import reconstruct, texture
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 Json = Any
 FIELDS = ("id", "tile", "status", "verdict", "nmad", "rmse", "place", "size")

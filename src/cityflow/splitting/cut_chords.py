@@ -7,7 +7,7 @@ import shapely
 from shapely import LineString, Point, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.splitting.skeleton import AxisStrip
+from cityflow.splitting.axis_strips import AxisStrip
 
 CORNER_M = 0.2
 """A border this near to a corner of the outline runs through it."""

@@ -11,11 +11,11 @@ from shapely import LineString, Point, Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import CutLine
+from cityflow.splitting.axis_strips import AxisStrip
 from cityflow.splitting.border_sides import Sides
 from cityflow.splitting.cut_chords import line_at
 from cityflow.splitting.cut_places import REACH_M, place
 from cityflow.splitting.score import score
-from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.strip_evidence import StripEvidence
 from cityflow.splitting.strip_rasters import CONTEXT_M
 from cityflow.splitting.weigh import Noise, Weighed, weigh

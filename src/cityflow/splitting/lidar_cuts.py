@@ -11,12 +11,12 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import grown
 from cityflow.core.points import HIGH_NOISE, HIGH_VEGETATION, LOW_NOISE, PointCloud
 from cityflow.core.splitting import CutLine, FrameRasters, SplitEvidence
+from cityflow.splitting.axis_strips import AxisStrip
 from cityflow.splitting.cut_chords import line_at
 from cityflow.splitting.cut_places import edge_position
 from cityflow.splitting.cuts import Candidate
 from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.roof_marks import RoofMarks, roof_marks, roof_rows
-from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
 from cityflow.splitting.strip_rasters import RoofRaster, eaves, roof_raster
 from cityflow.splitting.weigh import Weighed

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
+from cityflow.splitting.axis_strips import AxisStrip
 from cityflow.splitting.score_colour import DARK
-from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.strip_rasters import FacadeRaster
 
 BESIDE_CELLS = (2, 3)

@@ -12,7 +12,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.splitting import Segments
-from cityflow.splitting.skeleton import AxisStrip
+from cityflow.splitting.axis_strips import AxisStrip
 
 UPRIGHT_DEG = 75.0
 """Steeper segments are upright."""

@@ -12,6 +12,7 @@ from shapely import Polygon
 
 from cityflow.core.parameters import Parameters
 from cityflow.core.splitting import SURFACE, CutLine, Segments, SplitEvidence, Splitting, joined_segments
+from cityflow.splitting.axis_strips import AxisStrip, axis_strips, is_round
 from cityflow.splitting.cut_chords import line_at, off_corners, turned
 from cityflow.splitting.cuts import Candidate, candidates
 from cityflow.splitting.gap_strips import GapStrip, find_gaps
@@ -19,7 +20,6 @@ from cityflow.splitting.lidar_cuts import from_points, lidar_candidates
 from cityflow.splitting.partition import partition
 from cityflow.splitting.principal import Principal, PrincipalParameters, filtered, orientation_at, principal_directions
 from cityflow.splitting.segments import SegmentParameters, find_segments
-from cityflow.splitting.skeleton import AxisStrip, axis_strips, is_round
 from cityflow.splitting.slices import SegmentPoints, points_on_segments
 from cityflow.splitting.strip_evidence import look_at_strip
 from cityflow.splitting.strip_rasters import Cells, facade_cells, roof_raster

@@ -10,10 +10,10 @@ from shapely import Polygon
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.splitting import SplitEvidence
+from cityflow.splitting.axis_strips import AxisStrip
 from cityflow.splitting.score_colour import Change, facade_changes, roof_change
 from cityflow.splitting.score_height import HeightChange, height_change
 from cityflow.splitting.score_pipe import stripes
-from cityflow.splitting.skeleton import AxisStrip
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
 from cityflow.splitting.strip_rasters import Cells, FacadeRaster, RoofRaster, eaves, facade_rasters, roof_raster
 

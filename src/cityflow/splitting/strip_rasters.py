@@ -14,7 +14,7 @@ from shapely import Polygon
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.points import PointCloud
 from cityflow.core.splitting import FrameRasters
-from cityflow.splitting.skeleton import AxisStrip, uv_mask
+from cityflow.splitting.axis_strips import AxisStrip, uv_mask
 
 FACADE_BAND_M = (1.2, 0.6)
 """Façade points stand at most this far outside of and inside the end of a chord."""

@@ -21,7 +21,7 @@ from cityflow.io.images.image_write import jpeg_bytes, png_bytes
 from cityflow.survey.atlas_parameters import AtlasParameters
 from cityflow.survey.city import City
 from cityflow.survey.survey import Survey
-from cityflow.survey.textures import atlas_cells_of
+from cityflow.survey.texture_inputs import atlas_cells_of
 from cityflow.texture.pages import Page, corners_on_page, merged_names, pages_of, renumbered, uvd
 from cityflow.texture.placement.place import Placement, place
 

@@ -20,14 +20,14 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.depth_reader import DepthInputs, DepthReader
 from cityflow.handover.field_types import FrameField
-from cityflow.handover.rasters import store_layers, store_ortho
+from cityflow.handover.layer_files import store_layers, store_ortho
 from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
 from cityflow.survey.depths import depth_maps, depths_over, matches_over, reach_of
-from cityflow.survey.source import FRAMES, IMAGES
+from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"

@@ -19,7 +19,7 @@ from cityflow.flow.task import Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import open_pixels
-from cityflow.handover.depth_map import encode_depth_map
+from cityflow.handover.depth_map_files import encode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.survey.city import City

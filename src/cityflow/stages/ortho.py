@@ -16,14 +16,14 @@ from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
-from cityflow.handover.rasters import publish_rasters, store_ortho
+from cityflow.handover.layer_files import publish_rasters, store_ortho
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
-from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "ortho"

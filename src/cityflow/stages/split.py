@@ -24,11 +24,11 @@ from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.splitting.edits import is_locked, with_edits
+from cityflow.splitting.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample
 from cityflow.survey.city import City
-from cityflow.survey.source import FRAMES, IMAGES, LIDAR, ZARR
+from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.unit_entry import UnitEntry
 

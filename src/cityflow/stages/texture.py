@@ -21,8 +21,8 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block
 from cityflow.handover.colour_images import ColourInputs
+from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.outline_lines import OutlineAt
-from cityflow.handover.rasters import GivenOrtho, given_colours
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.city_models.cityjson import read_feature
@@ -32,14 +32,14 @@ from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs
-from cityflow.survey.source import ZARR
+from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
-from cityflow.survey.texture_needs import texture_needs
-from cityflow.survey.textures import (
+from cityflow.survey.texture_inputs import (
     STAGE_TEXTURE,
     surfaces_around,
     texture_parameters,
 )
+from cityflow.survey.texture_needs import texture_needs
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.doubtful import wall_sigma
 from cityflow.texture.ortho_image import ortho_camera

@@ -11,7 +11,7 @@ from cityflow.flow.task import Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import DepthInputs, DepthReader
-from cityflow.handover.wall_points import encode_walls
+from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.survey.city import City
 from cityflow.survey.depths import depths_over, matches_over, reach_of

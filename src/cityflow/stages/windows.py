@@ -20,8 +20,8 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.texture_files import Rings, decode_unit
 from cityflow.handover.window_files import encode_openings
 from cityflow.survey.city import City
+from cityflow.survey.texture_inputs import windows_are_wanted
 from cityflow.survey.texture_needs import texture_needs
-from cityflow.survey.textures import windows_are_wanted
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.texture.planes import face_planes
 from cityflow.windows.find import find_unit_windows

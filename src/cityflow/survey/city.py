@@ -11,9 +11,9 @@ from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
-from cityflow.survey.parameters import SurveyParameters
-from cityflow.survey.source import IMAGES, RASTERS
+from cityflow.survey.surface_source import IMAGES, RASTERS
 from cityflow.survey.survey import Survey
+from cityflow.survey.survey_parameters import SurveyParameters
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 

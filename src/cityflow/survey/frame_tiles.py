@@ -14,7 +14,7 @@ from shapely import MultiPoint
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.orientation.views import View, gsd
-from cityflow.survey.parameters import FRAME_HALO_M, nearest_cell
+from cityflow.survey.survey_parameters import FRAME_HALO_M, nearest_cell
 
 
 @dataclass(frozen=True, slots=True)

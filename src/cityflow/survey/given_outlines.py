@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cityflow.flow.task import Record
-from cityflow.survey.point_index import stem
+from cityflow.survey.point_files import stem
 
 ACCURACY = "outline_accuracy"
 """Unit of the stage ``ingest`` that says how exact given outlines are."""

@@ -24,8 +24,8 @@ from cityflow.orientation.view_index import ViewIndex
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
 from cityflow.survey.frame_tiles import FrameTiles
-from cityflow.survey.parameters import SurveyParameters, nearest_cell
-from cityflow.survey.source import IMAGES, OVERVIEW
+from cityflow.survey.surface_source import IMAGES, OVERVIEW
+from cityflow.survey.survey_parameters import SurveyParameters, nearest_cell
 
 CELL_M, IMAGES_A_CELL = 10.0, 6
 """Images for the ortho are chosen on a lattice of so many metres, so many for each of its cells."""

@@ -10,8 +10,8 @@ import shapely
 from cityflow.core.grid import Bounds, Tile, bounds_meet, tiles_over
 from cityflow.core.points import BUILDING, GROUND
 from cityflow.io.catalog.stac_assets import LidarAsset
-from cityflow.survey.parameters import SurveyParameters
-from cityflow.survey.source import LIDAR, ZARR
+from cityflow.survey.surface_source import LIDAR, ZARR
+from cityflow.survey.survey_parameters import SurveyParameters
 
 
 class LidarSurvey:

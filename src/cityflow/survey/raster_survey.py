@@ -8,8 +8,8 @@ from functools import cached_property
 from cityflow.core.grid import Bounds, Tile, tiles_over
 from cityflow.io.catalog.stac_assets import RasterAsset
 from cityflow.surface.overview import overview_factor
-from cityflow.survey.parameters import SurveyParameters, nearest_cell
-from cityflow.survey.source import OVERVIEW, RASTERS
+from cityflow.survey.surface_source import OVERVIEW, RASTERS
+from cityflow.survey.survey_parameters import SurveyParameters, nearest_cell
 
 
 class RasterSurvey:

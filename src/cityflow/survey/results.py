@@ -9,7 +9,7 @@ from sys import intern
 from cityflow.core.building import Status
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record
-from cityflow.handover.hull import Hull
+from cityflow.handover.hull_input import Hull
 
 HULL = "hull.city.jsonl"
 """What reconstruction leaves of a unit."""

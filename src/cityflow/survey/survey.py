@@ -12,8 +12,8 @@ from cityflow.core.grid import Bounds
 from cityflow.core.parameters import Parameters, merged
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Limits, Record
+from cityflow.handover.layer_files import GivenOrtho
 from cityflow.handover.product_metadata import ProductMetadata
-from cityflow.handover.rasters import GivenOrtho
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import Catalog, RasterAsset
 from cityflow.io.tables.edits_gpkg import read_edits
@@ -22,13 +22,13 @@ from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.survey.given_outlines import GivenOutlines
 from cityflow.survey.image_survey import ImageSurvey
-from cityflow.survey.lattice import Lattice
 from cityflow.survey.lidar_survey import LidarSurvey
-from cityflow.survey.parameters import OutlineParameters, SurveyParameters
-from cityflow.survey.point_index import PointIndex
+from cityflow.survey.point_files import PointIndex
 from cityflow.survey.raster_survey import RasterSurvey
 from cityflow.survey.results import Results
-from cityflow.survey.source import IMAGES, LIDAR, RASTERS, Source
+from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, Source
+from cityflow.survey.survey_parameters import OutlineParameters, SurveyParameters
+from cityflow.survey.tile_lattice import Lattice
 from cityflow.texture.unit import TextureParameters
 
 M = TypeVar("M", bound=Parameters)

@@ -11,7 +11,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Tile
 from cityflow.survey.city import City
-from cityflow.survey.textures import LONGEST_M, texture_parameters, tiles_around
+from cityflow.survey.texture_inputs import LONGEST_M, texture_parameters, tiles_around
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 from cityflow.texture.unit import TextureParameters

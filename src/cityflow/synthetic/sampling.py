@@ -8,7 +8,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.kernels import njit
 from cityflow.synthetic.caster import Surfaces
-from cityflow.synthetic.textures import LEAF
+from cityflow.synthetic.procedural_textures import LEAF
 
 SPLINE_STEP_PX = 32
 BEND = 0.25

@@ -10,7 +10,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.synthetic.caster import Surfaces
 from cityflow.synthetic.mesh import Material
-from cityflow.synthetic.textures import GRASS, LEAF, METAL, SOIL, WATER, hashed, texture
+from cityflow.synthetic.procedural_textures import GRASS, LEAF, METAL, SOIL, WATER, hashed, texture
 
 GLASS, PAINT = int(Material.GLASS), int(Material.PAINT)
 RED, GREEN, BLUE, NIR = 0, 1, 2, 3

@@ -15,7 +15,7 @@ from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
 from cityflow.texture.ranking.usable import grazing
-from cityflow.texture.source import Source
+from cityflow.texture.source_image import Source
 
 SPECK = 3
 """Burnt cells in fewer rows or columns than this are frames and sparkles, which every image has; set by hand."""

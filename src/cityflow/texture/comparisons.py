@@ -9,7 +9,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.texture.linear_fit import LEAST_CELLS, fitted
-from cityflow.texture.source import LinearModel
+from cityflow.texture.source_image import LinearModel
 
 PARTNERS = 6
 """Images that one is compared with at least, if it can be: those with most cells in common; set by hand, as are those below."""

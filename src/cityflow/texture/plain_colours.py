@@ -9,7 +9,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.texture import Colour, FaceKey
 from cityflow.texture.comparisons import FaceSamples
-from cityflow.texture.source import SAME, LinearModel
+from cityflow.texture.source_image import SAME, LinearModel
 
 OWN_SHARE = 0.1
 """A wall of which at least this share is seen has a colour of its own; others get the unit's; set by hand, as are those below."""

@@ -14,7 +14,7 @@ import numpy as np
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.texture.comparisons import UnitCells
 from cityflow.texture.linear_fit import LEAST_CELLS, MOST_GAIN, fitted
-from cityflow.texture.source import SAME, WHITE, LinearModel
+from cityflow.texture.source_image import SAME, WHITE, LinearModel
 
 CELLS_OF_SWEEP = 6_000
 """Cells of a unit that a sweep looks at; bounds time."""

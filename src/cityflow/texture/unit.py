@@ -22,18 +22,18 @@ from cityflow.texture.doubtful import without_doubtful
 from cityflow.texture.ortho_image import is_ortho
 from cityflow.texture.patches.compose import FaceSources, Visible
 from cityflow.texture.patches.make import FacePatches, make_patches
-from cityflow.texture.patches.parameters import PatchParameters
+from cityflow.texture.patches.patch_parameters import PatchParameters
 from cityflow.texture.placement.place import PlacementParameters
 from cityflow.texture.plain_colours import WallColours
-from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance, face_samples
-from cityflow.texture.ranking.choose import METHODS
-from cityflow.texture.ranking.frame import in_frame
+from cityflow.texture.ranking.face_views import views_of
+from cityflow.texture.ranking.field_of_view import in_frame
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
+from cityflow.texture.ranking.rankings import METHODS
 from cityflow.texture.ranking.usable import grazing
-from cityflow.texture.ranking.views import views_of
 from cityflow.texture.readable import watched
 from cityflow.texture.redundancy import RedundancyParameters, kept
-from cityflow.texture.source import LinearModel, Source, UnitSources, sources_of
+from cityflow.texture.source_image import LinearModel, Source, UnitSources, sources_of
+from cityflow.texture.unit_radiometry import FaceSamples, RadiometryParameters, balance, face_samples
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters

@@ -12,12 +12,12 @@ from markupsafe import Markup
 from cityflow.core.building import Status
 from cityflow.core.json_values import PLAIN, finite
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import figures_text, measured, report_figures
 from cityflow.viewer.histogram import Histogram, histogram
 from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_parameters import ReportParameters
-from cityflow.viewer.rows import ReportData, UnitRow
+from cityflow.viewer.report_rows import ReportData, UnitRow
+from cityflow.viewer.run_figures import figures_text, measured, report_figures
 from cityflow.viewer.survey_in_short import shortfall
 from cityflow.viewer.unit_map import draw_map
 

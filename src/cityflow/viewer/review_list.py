@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cityflow.core.building import Status
 from cityflow.core.verdicts import Verdict
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 NO_REASON = "no reason given"
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.roof_types import RoofType
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 CLAIMS_M = (0.1, 0.2)
 

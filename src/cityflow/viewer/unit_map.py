@@ -12,8 +12,8 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.core.verdicts import Verdict
-from cityflow.viewer.figures import quantile
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
+from cityflow.viewer.run_figures import quantile
 
 UNITS_PER_METRE = 10
 STATUS_ORDER = (Status.REFUSED, Status.DONE, Status.DEGRADED, Status.FAILED)

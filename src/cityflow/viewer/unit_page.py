@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from cityflow.core.building import Status
 from cityflow.core.verdicts import Verdict
 from cityflow.viewer.environment import rendered, template_text
-from cityflow.viewer.figures import explain_command, rerun_command
 from cityflow.viewer.picture import Picture
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
+from cityflow.viewer.run_figures import explain_command, rerun_command
 
 FOLDER = "report"
 """Where the pages lie, beside report.html."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cityflow.viewer.rows import UnitRow
+from cityflow.viewer.report_rows import UnitRow
 
 RATIO, STOREYS, COUNT, MISSING = "window_to_wall_ratio", "storeys_by_windows", "windows", "windows_missing"
 MANY_STOREYS = 8

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.windows.edges import Edges, completeness
+from cityflow.windows.box_edges import Edges, completeness
 from cityflow.windows.rows import ALIKE
 
 LEAST_WHOLE = 2

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.windows.edges import (
+from cityflow.windows.box_edges import (
     BRIGHT,
     DARK,
     Edges,
@@ -21,8 +21,8 @@ from cityflow.windows.edges import (
     seen_share,
     strength,
 )
-from cityflow.windows.picture import Picture
-from cityflow.windows.segments import LEAST_PX, segments
+from cityflow.windows.facade_picture import Picture
+from cityflow.windows.level_segments import LEAST_PX, segments
 from cityflow.windows.window_parameters import WindowParameters
 
 ALIGN_M = 0.15

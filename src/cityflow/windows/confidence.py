@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.windows.box_edges import Edges, box_sums, integral, roughness
 from cityflow.windows.candidates import RIM_M, Candidates
-from cityflow.windows.edges import Edges, box_sums, integral, roughness
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 
 NAMES = (
     "one", "sides", "two worst sides", "worst step", "contrast", "support", "alone", "completed", "rough rim", "rough inside", "aspect", "size",

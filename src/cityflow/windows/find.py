@@ -10,9 +10,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import VERTEX_DECIMALS, Semantic
 from cityflow.core.openings import FaceOpenings, Opening, OpeningKind, UnitOpenings
 from cityflow.core.texture import FaceKey, FacePlane, Patch
+from cityflow.windows.facade_picture import Picture, picture_of
 from cityflow.windows.fitting import fitted
 from cityflow.windows.panels import JOINT_PX, barred, panelled
-from cityflow.windows.picture import Picture, picture_of
 from cityflow.windows.search import LEAST_KEPT, Found, found_on
 from cityflow.windows.storeys import storeys_of
 from cityflow.windows.window_parameters import WindowParameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 
 JOINT_M, JOINT_PX = 0.3, 3.0
 """Widest joint between panels: metres, and cells where these are coarse; set by hand on drawn façades, as are those below."""

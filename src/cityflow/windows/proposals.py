@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, IntArray
+from cityflow.windows.box_edges import Edges, strength
 from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
-from cityflow.windows.edges import Edges, strength
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 MULLION_M, MULLION_PX = 0.3, 4.0

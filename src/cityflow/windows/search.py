@@ -9,6 +9,7 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.windows.agreement import completed_heights
+from cityflow.windows.box_edges import Edges
 from cityflow.windows.candidates import (
     ALIGN_M,
     LEAST_SEEN,
@@ -22,9 +23,8 @@ from cityflow.windows.candidates import (
 )
 from cityflow.windows.choice import chosen, support_of
 from cityflow.windows.confidence import confidence, lines_beyond_corners
-from cityflow.windows.edges import Edges
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.fitting import bounds_of
-from cityflow.windows.picture import Picture
 from cityflow.windows.proposals import WHOLE, framed, fused, hold_panes
 from cityflow.windows.rows import aligned, in_column, overlap, places
 from cityflow.windows.shutters import between_shutters

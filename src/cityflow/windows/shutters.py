@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from cityflow.windows.box_edges import Edges, box_sums, completeness, integral
 from cityflow.windows.candidates import ALIGN_M, Candidates, measured, sized
-from cityflow.windows.edges import Edges, box_sums, completeness, integral
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.proposals import WHOLE
 from cityflow.windows.rows import in_row, overlap
 from cityflow.windows.window_parameters import WindowParameters

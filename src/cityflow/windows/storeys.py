@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 
 LEAST_STOREY_M, USUAL_STOREY_M, MOST_STOREY_M = 2.2, 2.9, 4.5
 """Heights of storeys: lowest, usual and highest of houses and shops; set by hand."""

@@ -25,7 +25,7 @@ from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.io.tables.checkpoints import Checkpoints, read_checkpoints
 from cityflow.reporting.checkpoint_rows import CHECKPOINTS
 from cityflow.runs.run_folder import open_run
-from cityflow.survey.source import IMAGES, ZARR
+from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.workflow.printed import print_json
 

@@ -17,7 +17,7 @@ from cityflow.io.rasters.surface_zarr import LAYERS, Layer, create, create_group
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.asked import Asked, circumstances, write_asked
 from cityflow.runs.prepare import Prepared
-from cityflow.survey.source import FRAMES, IMAGES, LIDAR, ZARR
+from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import expected_tasks
 from cityflow.workflow.retired import standing

@@ -21,7 +21,7 @@ from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac_outside import refuse_outside
-from cityflow.reporting.report import write_run_report
+from cityflow.reporting.run_report import write_run_report
 from cityflow.runs.current import current_records
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import check_run, describe_run

@@ -17,7 +17,7 @@ from rich.console import Console
 from cityflow.errors import CityflowError, RunError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
-from cityflow.reporting.report import report_data
+from cityflow.reporting.run_report import report_data
 from cityflow.reporting.view import CITY, state_of, write_run_view
 from cityflow.runs.current import current_records
 from cityflow.runs.run_folder import open_run

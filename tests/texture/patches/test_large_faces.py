@@ -19,8 +19,8 @@ from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import INTERPOLATED, FaceGrid, FacePlane, FaceView, SeenFace
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches
-from cityflow.texture.patches.parameters import PatchParameters
-from cityflow.texture.source import Source, UnitSources
+from cityflow.texture.patches.patch_parameters import PatchParameters
+from cityflow.texture.source_image import Source, UnitSources
 
 CELL = 0.05
 MOST_BYTES = 85

@@ -17,9 +17,9 @@ from cityflow.errors import CatalogError
 from cityflow.geometry.triangulation import triangulate_polygon
 from cityflow.texture.patches.compose import FaceSources
 from cityflow.texture.patches.make import FacePatches, make_patches
-from cityflow.texture.patches.parameters import PatchParameters
-from cityflow.texture.radiometry import balance, face_samples
-from cityflow.texture.source import Source, UnitSources, sources_of
+from cityflow.texture.patches.patch_parameters import PatchParameters
+from cityflow.texture.source_image import Source, UnitSources, sources_of
+from cityflow.texture.unit_radiometry import balance, face_samples
 from facade_scene import Panel, as_pixels, looking_at, plain, plane, storeys, wall
 
 LENS = (-0.08, 0.02, 0.0005, -0.0004, 0.0)

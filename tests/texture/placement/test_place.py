@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.texture.placement.layout import TURN, Bounds, filled
+from cityflow.texture.placement.parallel_search import filled_by_threads
 from cityflow.texture.placement.pixel_runs import patches_of
 from cityflow.texture.placement.place import PatchEmpty, PatchTooLarge, Placement, PlacementParameters, Spot, place
-from cityflow.texture.placement.segments import filled_by_threads
 
 SMALL = PlacementParameters(page_px=256, first_px=16, effort=0.0)
 

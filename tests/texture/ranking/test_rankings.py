@@ -7,8 +7,8 @@ import numpy as np
 from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import FaceView, SeenFace
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.choose import METHODS
 from cityflow.texture.ranking.ranking_parameters import RankingParameters
+from cityflow.texture.ranking.rankings import METHODS
 from texture_scenes import house
 
 FACE = face_planes(house(0, 0, 10, 8, 6), None)[0]

@@ -8,7 +8,7 @@ import pytest
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.texture import FaceGrid
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.views import views_of
+from cityflow.texture.ranking.face_views import views_of
 from cityflow.texture.visibility.scene import Scene
 from cityflow.texture.visibility.seen import coarse_grid, face_cells, seen_faces
 from cityflow.texture.visibility.visibility_parameters import VisibilityParameters

@@ -31,9 +31,9 @@ from cityflow.io.city_models.citygml_appearance import (
 from cityflow.io.city_models.citygml_elements import generic_xml, members_xml, polygon_xml, positions, text_xml
 from cityflow.io.city_models.citygml_openings import WallsWithOpenings
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
-from cityflow.io.city_models.openings import NO_OPENINGS, Openings, attributes_of_faces
-from cityflow.io.city_models.roof_planes import plane_attributes
-from cityflow.io.city_models.roof_type import ROOF_TYPE_CODES, roof_type_code
+from cityflow.io.city_models.exported_openings import NO_OPENINGS, Openings, attributes_of_faces
+from cityflow.io.city_models.roof_plane_attributes import plane_attributes
+from cityflow.io.city_models.roof_type_codes import ROOF_TYPE_CODES, roof_type_code
 
 Tin = tuple[str, FloatArray, IntArray]
 """Name, (V, 3) world vertices, (T, 3) triangles counter-clockwise from above."""

@@ -12,8 +12,7 @@ from cityflow.io.attributes import ncname
 from cityflow.io.city_models.appearance import Look
 from cityflow.io.city_models.citygml_appearance import BEYOND_MARK, SOLID_MARK, BuildingAppearance, polygon_stem
 from cityflow.io.city_models.citygml_elements import generic_xml, polygon_xml, positions
-from cityflow.io.city_models.opening_looks import opened_looks
-from cityflow.io.city_models.openings import (
+from cityflow.io.city_models.exported_openings import (
     SEMANTICS,
     attributes_of_opening,
     attributes_of_walls,
@@ -21,6 +20,7 @@ from cityflow.io.city_models.openings import (
     openings_of,
     source_storeys,
 )
+from cityflow.io.city_models.opening_looks import opened_looks
 
 
 class WallsWithOpenings:

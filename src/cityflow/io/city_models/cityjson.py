@@ -22,14 +22,14 @@ from cityflow.io.attributes import GROUND_KEY, OVERHANGS_KEY, PLANES_KEY, REASON
 from cityflow.io.city_models.appearance import BARE, Appearance, Looks
 from cityflow.io.city_models.cityjson_appearance import FeatureAppearance
 from cityflow.io.city_models.cityjson_openings import geometry_with_openings
-from cityflow.io.city_models.openings import (
+from cityflow.io.city_models.exported_openings import (
     NO_OPENINGS,
     AttributesOfFaces,
     Openings,
     attributes_of_faces,
     attributes_of_walls,
 )
-from cityflow.io.city_models.roof_planes import number_or_none, plane_attributes, plane_json, plane_of
+from cityflow.io.city_models.roof_plane_attributes import number_or_none, plane_attributes, plane_json, plane_of
 
 Json = Any
 UNITS_PER_METRE = 10_000

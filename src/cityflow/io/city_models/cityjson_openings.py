@@ -11,8 +11,7 @@ from cityflow.core.openings import Opening, UnitOpenings
 from cityflow.core.texture import Shell, TexturePage
 from cityflow.io.city_models.appearance import Look, Looks
 from cityflow.io.city_models.cityjson_appearance import FeatureAppearance
-from cityflow.io.city_models.opening_looks import OpenedLook, opened_looks
-from cityflow.io.city_models.openings import (
+from cityflow.io.city_models.exported_openings import (
     SEMANTICS,
     AttributesOfFaces,
     attributes_of_opening,
@@ -20,6 +19,7 @@ from cityflow.io.city_models.openings import (
     holes,
     openings_of,
 )
+from cityflow.io.city_models.opening_looks import OpenedLook, opened_looks
 
 LOD = "3"
 Add = Callable[[FloatArray], list[int]]

@@ -12,7 +12,7 @@ from cityflow.core.building import Polyhedron
 from cityflow.core.openings import Opening
 from cityflow.core.texture import FaceTexture, TexturePage
 from cityflow.io.city_models.appearance import Look, Looks
-from cityflow.io.city_models.openings import holes
+from cityflow.io.city_models.exported_openings import holes
 
 LARGEST_RESIDUAL_PX = 0.5
 """Of a wall's corners from the affine map: beyond it the texture is not that of the face."""

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.written import GeometryKind, WrittenGeometry
+from cityflow.core.written_geometry import GeometryKind, WrittenGeometry
 
 GML, XLINK = "{http://www.opengis.net/gml}", "{http://www.w3.org/1999/xlink}"
 _KINDS = {

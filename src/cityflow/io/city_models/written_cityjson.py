@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
-from cityflow.core.written import GeometryKind, WrittenGeometry
+from cityflow.core.written_geometry import GeometryKind, WrittenGeometry
 
 
 def written_in_cityjson(lines: Iterable[bytes]) -> Iterator[WrittenGeometry]:

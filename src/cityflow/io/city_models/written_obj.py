@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cityflow.core.written import GeometryKind, WrittenGeometry
+from cityflow.core.written_geometry import GeometryKind, WrittenGeometry
 
 
 def written_in_obj(lines: Iterable[bytes]) -> Iterator[WrittenGeometry]:

@@ -11,7 +11,7 @@ from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.core.texture import Drape, TextureSet
 from cityflow.io.city_models.cityjson_sequence import Bounds3, extent_of
-from cityflow.io.city_models.openings import NO_OPENINGS, Openings
+from cityflow.io.city_models.exported_openings import NO_OPENINGS, Openings
 
 Files = Iterator[tuple[str, bytes]]
 """RUN-relative path, contents."""

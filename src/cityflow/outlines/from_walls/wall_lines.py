@@ -14,9 +14,9 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.wall_points import WallPoints
 from cityflow.outlines.from_walls.wall_joining import joined
 from cityflow.outlines.from_walls.wall_line import CURVE, LINE, Heights, WallLine
-from cityflow.outlines.from_walls.wall_merging import MergeRules, merged
 from cityflow.outlines.from_walls.wall_pieces import Piece, PieceRules, PointIndex, near_fit, strip_pieces
 from cityflow.outlines.from_walls.wall_raster import CellRules, strips, wall_cells
+from cityflow.outlines.from_walls.wall_rejoining import MergeRules, merged
 
 CELL_GSD = 1.5
 """Edge of the raster's cells, ground sampling distances: Nex 2013 §2.3 takes 1 to 2."""

@@ -15,7 +15,7 @@ from cityflow.core.building import Polyhedron, Semantic
 from cityflow.geometry.polyhedron import face_areas
 from cityflow.geometry.validity import is_valid
 from cityflow.reconstruction.party.wall_mesh import WallMesh, WallPart, coordinate_rings
-from cityflow.reconstruction.party.wall_pieces import SharedWall, share_wall
+from cityflow.reconstruction.party.wall_overlaps import SharedWall, share_wall
 from cityflow.reconstruction.party.wall_profiles import Plan, Point, profile_of
 from cityflow.reconstruction.solids.tied_heights import settled
 

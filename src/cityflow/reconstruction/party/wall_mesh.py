@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cityflow.core.building import Face, Polyhedron
-from cityflow.reconstruction.party.wall_pieces import Edge, Ring, SharedWall
+from cityflow.reconstruction.party.wall_overlaps import Edge, Ring, SharedWall
 from cityflow.reconstruction.party.wall_profiles import Plan, Point
 
 

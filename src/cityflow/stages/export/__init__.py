@@ -18,7 +18,7 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.block import failed_block, surface_over
 from cityflow.handover.export_rows import ROWS, encode_rows
-from cityflow.handover.hull import Hull
+from cityflow.handover.hull_input import Hull
 from cityflow.handover.outline_lines import Standing, decode_all
 from cityflow.handover.product_metadata import ProductMetadata
 from cityflow.handover.surfaces import Surfaces
@@ -35,10 +35,10 @@ from cityflow.stages.export.windows import openings_on, with_window_figures
 from cityflow.surface.tin import Tin, terrain_tin
 from cityflow.surface.tin_parts import connected_parts
 from cityflow.survey.city import CITY, EXPORT, City
-from cityflow.survey.parameters import ExportParameters
-from cityflow.survey.source import IMAGES
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
-from cityflow.survey.textures import atlas_cells_of, tiles_around, windows_are_wanted
+from cityflow.survey.survey_parameters import ExportParameters
+from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around, windows_are_wanted
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT

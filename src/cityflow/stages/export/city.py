@@ -45,8 +45,8 @@ from cityflow.io.tables.outlines_gpkg import (
 )  # fmt: skip
 from cityflow.survey.city import CITY
 from cityflow.survey.city import EXPORT as NAME
-from cityflow.survey.parameters import ExportParameters
 from cityflow.survey.survey import Survey
+from cityflow.survey.survey_parameters import ExportParameters
 
 VERSION = 7
 RASTERS = ("dsm", "dtm", "ortho")

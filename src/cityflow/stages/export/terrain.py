@@ -19,14 +19,14 @@ from cityflow.core.texture import Drape, TexturePage
 from cityflow.errors import CatalogError
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.rasters import GivenOrtho, given_colours
+from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
 from cityflow.io.rasters.surface_zarr import read_layers
-from cityflow.survey.source import ZARR
+from cityflow.survey.surface_source import ZARR
 from cityflow.texture.patches.fill import interpolated
 
 DRAPE_QUALITY = 88

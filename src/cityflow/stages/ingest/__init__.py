@@ -27,8 +27,8 @@ from cityflow.stages.ingest import outline_accuracy
 from cityflow.stages.ingest.outline_sample import SAMPLE, sampled
 from cityflow.survey.city import INGEST, OUTLINES, City
 from cityflow.survey.given_outlines import ACCURACY
-from cityflow.survey.parameters import TileParameters
 from cityflow.survey.survey import Survey
+from cityflow.survey.survey_parameters import TileParameters
 
 NAME = INGEST
 VERSION = 1

@@ -19,7 +19,7 @@ from cityflow.handover.field_types import EditsField
 from cityflow.handover.outline_lines import decode_all, entries, lines, owned
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.surfaces import Surfaces
-from cityflow.handover.wall_points import read_walls
+from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
@@ -30,9 +30,9 @@ from cityflow.stages.outline import walls as outline_walls
 from cityflow.survey.city import INGEST, City
 from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN
 from cityflow.survey.given_outlines import ACCURACY
-from cityflow.survey.parameters import OutlineParameters
-from cityflow.survey.source import LIDAR
+from cityflow.survey.surface_source import LIDAR
 from cityflow.survey.survey import Survey
+from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
 VERSION = 8

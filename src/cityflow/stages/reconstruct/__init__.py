@@ -29,7 +29,7 @@ from cityflow.reconstruction.verdicts.judge import attributes_of, judged_model
 from cityflow.stages.reconstruct.evidence import EvidenceInputs, evidence_inputs, inputs_of, read_evidence
 from cityflow.survey.city import City
 from cityflow.survey.results import HULL
-from cityflow.survey.source import IMAGES
+from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import UNREAD, WALL_MARGIN_M, Survey
 from cityflow.survey.unit_entry import UnitEntry
 

@@ -27,18 +27,18 @@ from cityflow.flow.typed import TaskInputs
 from cityflow.geometry.outline_distances import distances_to_outline
 from cityflow.handover.cached_reads import read_points
 from cityflow.handover.house_points import LOW_M, NO_PART_OF_HOUSES
-from cityflow.handover.rasters import GivenOrtho, given_colours
+from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.surfaces import Surfaces
-from cityflow.handover.wall_points import read_walls
+from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.rasters.surface_zarr import read_layers, window_of
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
 from cityflow.surface.vegetation import is_foliage
-from cityflow.survey.lattice import SEEN_AROUND_M
-from cityflow.survey.source import IMAGES, LIDAR, RASTERS, ZARR
+from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
+from cityflow.survey.tile_lattice import SEEN_AROUND_M
 from cityflow.survey.unit_entry import UnitEntry
 
 GROUND_SAMPLING_M = 0.5

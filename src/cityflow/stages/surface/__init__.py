@@ -16,13 +16,13 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import read_points
-from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.handover.layer_files import given_dtm, publish_rasters, store_layers
 from cityflow.stages.surface import images as surface_images
 from cityflow.stages.surface import rasters as surface_rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 from cityflow.survey.city import City
-from cityflow.survey.source import IMAGES, LIDAR, RASTERS, ZARR
+from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
 
 NAME = "surface"

@@ -20,7 +20,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.depth_reader import DepthInputs, DepthReader
 from cityflow.handover.field_types import OrientedField
 from cityflow.handover.fused import UNMATCHED, read_fused
-from cityflow.handover.rasters import given_dtm, publish_rasters, store_layers
+from cityflow.handover.layer_files import given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.crs import crs_of, resolve
 from cityflow.io.points.las_image_points import write_image_points
@@ -31,7 +31,7 @@ from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
 from cityflow.survey.depths import depths_over, reach_of
-from cityflow.survey.source import OVERVIEW, ZARR
+from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"

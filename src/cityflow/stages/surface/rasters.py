@@ -16,7 +16,7 @@ from cityflow.core.reference import Reference
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.rasters import given_colours, given_dtm, publish_rasters, store_layers
+from cityflow.handover.layer_files import given_colours, given_dtm, publish_rasters, store_layers
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import RASTERS as RASTER_KINDS
 from cityflow.io.crs import resolve
@@ -26,7 +26,7 @@ from cityflow.stages.surface.images import NAME, parameters_of, write_pieces, wr
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile, fine_grid
 from cityflow.surface.image_surface import ImageSurfaceParameters, surface_of_fused
-from cityflow.survey.source import ZARR
+from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 
 VERSION = 1

@@ -29,9 +29,9 @@ from cityflow.io.rasters.raster import write_cog
 from cityflow.stages.synth.synthetic_survey import RawOutput, SynthParameters, town_of
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.raw_frames import dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.render import RenderParameters, irradiance
 from cityflow.synthetic.sensor import SensorParameters, exposed
+from cityflow.synthetic.sensor_readout import dark_frame, flat_frame, raw_frame
 from cityflow.synthetic.town import Town, TownParameters
 from cityflow.synthetic.town_lidar import TownLidarParameters, town_lidar
 from cityflow.synthetic.town_truth import NO_PART, JudgedCells, TruthRasters, judged_cells, truth_rasters

@@ -14,8 +14,8 @@ from cityflow.core.parameters import Parameters
 from cityflow.synthetic.flight import FlightParameters, head_rotation, plan_flight
 from cityflow.synthetic.flight_presets import PRESETS
 from cityflow.synthetic.footprints import ground_quad
-from cityflow.synthetic.raw_frames import RawParameters
 from cityflow.synthetic.render import RenderParameters
+from cityflow.synthetic.sensor_readout import RawParameters
 from cityflow.synthetic.town import Town, TownParameters, make_town, town_terrain
 from cityflow.synthetic.town_lidar import HALO_M, TownLidarParameters
 

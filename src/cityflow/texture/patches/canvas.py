@@ -15,7 +15,7 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.texture import FaceGrid, FacePlane
 from cityflow.geometry.triangulation import triangulate_polygon
-from cityflow.texture.patches.parameters import PatchParameters
+from cityflow.texture.patches.patch_parameters import PatchParameters
 from cityflow.texture.patches.pixel_set import depth_inside
 
 MOST_DISTORTION_PX = 0.5

@@ -14,9 +14,9 @@ from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.texture import FIRST_IMAGE, OUTSIDE, Colour, FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.patches.canvas import Canvas
-from cityflow.texture.patches.parameters import PatchParameters
-from cityflow.texture.ranking.frame import in_frame
-from cityflow.texture.source import UnitSources
+from cityflow.texture.patches.patch_parameters import PatchParameters
+from cityflow.texture.ranking.field_of_view import in_frame
+from cityflow.texture.source_image import UnitSources
 
 AT_ONCE = 1 << 18
 """Pixels whose rays are followed at once."""

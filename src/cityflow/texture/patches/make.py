@@ -18,8 +18,8 @@ from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, OUTSIDE, Colour, Fa
 from cityflow.texture.patches.canvas import Canvas, front_canvas, root_canvas
 from cityflow.texture.patches.compose import AT_ONCE, Composition, FaceSources, Visible, compose
 from cityflow.texture.patches.fill import interpolated, nearest
-from cityflow.texture.patches.parameters import PatchParameters
-from cityflow.texture.source import UnitSources
+from cityflow.texture.patches.patch_parameters import PatchParameters
+from cityflow.texture.source_image import UnitSources
 
 SUPERSAMPLING = 4
 """Samples per pixel and axis at most where a patch is scaled down; set by hand, to save time."""

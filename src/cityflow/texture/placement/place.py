@@ -14,8 +14,8 @@ from cityflow.core.arrays import BoolArray, IntArray
 from cityflow.core.parameters import Parameters
 from cityflow.errors import CityflowError
 from cityflow.texture.placement.layout import COL, NOWHERE, ROW, TURN, filled
+from cityflow.texture.placement.parallel_search import filled_by_threads
 from cityflow.texture.placement.pixel_runs import TURNS, Patches, patches_of
-from cityflow.texture.placement.segments import filled_by_threads
 from cityflow.texture.placement.trials import Edges, Trial, power_of_two, trials
 
 

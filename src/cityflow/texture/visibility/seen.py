@@ -12,8 +12,8 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.run_lengths import RunLengthMask
 from cityflow.core.texture import FaceGrid, FacePlane, FaceView, SeenFace
-from cityflow.texture.ranking.frame import in_frame
-from cityflow.texture.ranking.views import WHOLE
+from cityflow.texture.ranking.face_views import WHOLE
+from cityflow.texture.ranking.field_of_view import in_frame
 from cityflow.texture.visibility.scene import Scene
 
 GROWTH = 1.05

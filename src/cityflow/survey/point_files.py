@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cityflow.core.grid import Bounds, tiles_over
 from cityflow.flow.task import Record
-from cityflow.survey.parameters import TileParameters
-from cityflow.survey.source import LIDAR, Source
+from cityflow.survey.surface_source import LIDAR, Source
+from cityflow.survey.survey_parameters import TileParameters
 
 
 class PointIndex:

@@ -11,8 +11,8 @@ from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.camera import Camera
 from cityflow.core.texture import FaceGrid, FacePlane
 from cityflow.texture.planes import face_planes
-from cityflow.texture.ranking.frame import in_frame
-from cityflow.texture.ranking.views import views_of
+from cityflow.texture.ranking.face_views import views_of
+from cityflow.texture.ranking.field_of_view import in_frame
 from cityflow.texture.visibility.seen import face_cells
 from texture_scenes import BENT, CAMERA, FISHEYE, GROUND, X, Y, house, looking
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from cityflow.core.building import Status
 from cityflow.core.json_values import finite
-from cityflow.viewer.figures import problem_groups, rerun_command, summary
-from cityflow.viewer.rows import ReportData, UnitRow
+from cityflow.viewer.report_rows import ReportData, UnitRow
+from cityflow.viewer.run_figures import problem_groups, rerun_command, summary
 
 
 def unit(name: str, status: Status = Status.DONE, reason: str = "", **more: float) -> UnitRow:

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cityflow.windows.edges import BRIGHT, DARK, without_bars
-from cityflow.windows.picture import Picture
+from cityflow.windows.box_edges import BRIGHT, DARK, without_bars
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import Float32Array
-from cityflow.texture.radiometry import FaceSamples, RadiometryParameters, balance
-from cityflow.texture.source import LinearModel
+from cityflow.texture.source_image import LinearModel
+from cityflow.texture.unit_radiometry import FaceSamples, RadiometryParameters, balance
 
 EXPOSURES = {0: (1.0, 0.0), 1: (0.25, 2.0), 2: (1.25, -8.0), 3: (0.9, 6.0), 4: (1.1, 0.0)}
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 from cityflow.core.grid import Bounds, Grid, Tile, grid_over, grown, tiles_over
 from cityflow.flow.task import digest_of
-from cityflow.survey.source import Source
+from cityflow.survey.surface_source import Source
 from cityflow.survey.unit_entry import UnitEntry
 
 SEEN_AROUND_M = 5.0

@@ -15,7 +15,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.texture import FacePlane, FaceView
 from cityflow.texture.ranking.clipping import in_frames, in_pyramids, ring_measures
-from cityflow.texture.ranking.frame import NEAR_M, reach
+from cityflow.texture.ranking.field_of_view import NEAR_M, reach
 
 PIECES = 12
 """Into how many pieces an edge is cut where the lens bends it: half a pixel is left of a bend of 70; set by hand."""

@@ -6,7 +6,7 @@ import pytest
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.pixels import ArrayPixels
-from cityflow.texture.source import LinearModel, Source, UnitSources, sources_of, white_level
+from cityflow.texture.source_image import LinearModel, Source, UnitSources, sources_of, white_level
 
 UV = np.array([[3.5, 2.5], [10.5, 7.5]])
 

@@ -17,9 +17,9 @@ from cityflow.core.building import Status
 from cityflow.core.json_values import finite
 from cityflow.core.verdicts import Verdict, verdict_counts
 from cityflow.viewer.image_rows import ImageFigures
+from cityflow.viewer.report_rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.review_list import review_list
 from cityflow.viewer.roof_figures import roof_figures
-from cityflow.viewer.rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.window_figures import window_figures
 
 EXPORT = "export"

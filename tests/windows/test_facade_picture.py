@@ -8,7 +8,7 @@ from shapely import Polygon, box
 
 from cityflow.core.building import Semantic
 from cityflow.core.texture import FIRST_IMAGE, INTERPOLATED, FaceFigures, FacePlane, Patch
-from cityflow.windows.picture import picture_of
+from cityflow.windows.facade_picture import picture_of
 from cityflow.windows.window_parameters import WindowParameters
 
 P = WindowParameters()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import ByteArray, Float32Array
-from cityflow.matching.edges import EdgeParameters, at_image_edges, near_steps
+from cityflow.matching.depth_edges import EdgeParameters, at_image_edges, near_steps
 
 GSD, ROOF_M, GROUND_M = 0.1, 50.0, 56.0
 P = EdgeParameters()

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cityflow.windows.edges import BRIGHT, DARK, edges_of
-from cityflow.windows.picture import Picture
-from cityflow.windows.segments import segments
+from cityflow.windows.box_edges import BRIGHT, DARK, edges_of
+from cityflow.windows.facade_picture import Picture
+from cityflow.windows.level_segments import segments
 from cityflow.windows.window_parameters import WindowParameters
 from drawn_walls import rows_of, wall
 

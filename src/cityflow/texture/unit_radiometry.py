@@ -22,7 +22,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.texture import FaceGrid, FacePlane, SeenFace
 from cityflow.errors import CityflowError
 from cityflow.texture.comparisons import Comparison, FaceSamples, Tree, UnitCells, comparisons, spanning_trees
-from cityflow.texture.source import SAME, LinearModel, Source
+from cityflow.texture.source_image import SAME, LinearModel, Source
 from cityflow.texture.sweeps import bounded, settled
 
 __all__ = ["FaceSamples", "RadiometryParameters", "balance", "face_samples"]

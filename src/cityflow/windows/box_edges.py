@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, FloatArray, IntArray
-from cityflow.windows.picture import Picture
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 DARK, BRIGHT = -1, 1

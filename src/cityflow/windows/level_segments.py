@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from cityflow.core.arrays import Float32Array, IntArray
-from cityflow.windows.edges import DARK, Edges
-from cityflow.windows.picture import Picture
+from cityflow.windows.box_edges import DARK, Edges
+from cityflow.windows.facade_picture import Picture
 from cityflow.windows.window_parameters import WindowParameters
 
 LEAST_PX = 3.0

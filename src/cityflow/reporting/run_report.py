@@ -45,8 +45,8 @@ from cityflow.runs.settings import checked, parse_setting
 from cityflow.stages import export, ingest, outline, reconstruct, surface, units
 from cityflow.survey.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
+from cityflow.viewer.report_rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.viewer.review_list import review_list
-from cityflow.viewer.rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
 from cityflow.viewer.view_page import FOLDER as VIEW
 
 PRODUCTS = {
