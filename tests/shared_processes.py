@@ -21,7 +21,7 @@ TOGETHER = {
         "cluster/test_tilings.py",
     ),
     "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py"),
-    "clusters that are killed": ("flow/test_cluster.py",),
+    "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
     "a browser": ("browser",),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),

@@ -44,7 +44,7 @@ def test_what_is_written_is_what_is_read(tmp_path: Path) -> None:
     assert read_catalog(tmp_path / "c") == created.catalog
     assert _files(tmp_path / "c") == [
         "collection.json",
-        *(f"items/{n}.json" for n in ("ahn3_cropped_1", "ahn3_cropped_2", "outlines")),
+        *(f"items/{n}" for n in ("ahn3_cropped_1.json", "ahn3_cropped_2.json", "items.parquet", "outlines.json")),
     ]
     assert os.listdir(tmp_path) == ["c"]
 

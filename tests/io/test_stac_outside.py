@@ -41,7 +41,7 @@ def test_files_that_its_maker_named_are_used_where_it_was_made(city: SmallCity, 
 def test_a_catalog_with_its_files_goes_anywhere(city: SmallCity, folder: Path) -> None:
     shutil.copytree(city.folder / "lidar", folder / "lidar")
     shutil.copy(city.outlines, folder)
-    for item in (folder / "items").iterdir():
+    for item in (folder / "items").glob("*.json"):
         tree = json.loads(item.read_text())
         name = Path(tree["assets"]["data"]["href"]).name
         tree["assets"]["data"]["href"] = f"../lidar/{name}" if name.endswith("laz") else f"../{name}"

@@ -9,19 +9,22 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from cityflow.catalog.check_files import MADE_AGAIN, check_file, read_files
 from cityflow.catalog.check_images import check_images
 from cityflow.catalog.check_outlines import check_outlines
 from cityflow.catalog.check_results import Seen
+from cityflow.catalog.file_reading import CheckedFile, LidarContents
 from cityflow.catalog.findings import CheckReport, Level
 from cityflow.catalog.maps import write_maps
+from cityflow.catalog.reading import Reading, told_of
 from cityflow.core.grid import Bounds, bounds_meet
 from cityflow.core.points import GROUND
 from cityflow.errors import CatalogError
-from cityflow.io.catalog.stac import Asset, Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog, sha256_of
+from cityflow.io.catalog.stac import Catalog, ImageAsset, LidarAsset, RasterAsset, read_catalog
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.io.crs import contradiction, suspicion, vertical_datum
-from cityflow.io.points.las import Dropped, sample
-from cityflow.io.points.las_header import LasHeader, read_header
+from cityflow.io.points.las import Dropped
+from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.tables.feature_ids import listing
 
@@ -35,11 +38,14 @@ CLASS_NAMES = {
     0: "never classified", 1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation",
     6: "building", 7: "low noise", 9: "water", 17: "bridge", 18: "high noise", 26: "civil structure",
 }  # fmt: skip
-MADE_AGAIN = "fetch the file again, or make the catalog again if the new file is meant"
 
 
 def check_catalog(
-    catalog: str | Path | Catalog, maps: str | Path | None = None, *, allow_outside: bool = False
+    catalog: str | Path | Catalog,
+    maps: str | Path | None = None,
+    *,
+    allow_outside: bool = False,
+    reading: Reading | None = None,
 ) -> CheckReport:
     """Read every header, take every checksum, compare; of images, say what their flight will see.
 
@@ -47,6 +53,7 @@ def check_catalog(
     ----------
     maps : a folder for maps of that
     allow_outside : it may name files elsewhere, wherever it comes from
+    reading : where files are read; one after another in this process where it is not given
 
     Raises
     ------
@@ -57,10 +64,13 @@ def check_catalog(
     if not allow_outside and not isinstance(catalog, Catalog):
         refuse_outside(known)
     seen = Seen()
-    for asset in known.assets:
-        _check_file(asset, seen)
-    for lidar in known.lidar:
-        _check_lidar(lidar, known, seen)
+    for note in known.notes:
+        seen.say(Level.WARNING, known.href, note)
+    files = read_files(known, reading or Reading())
+    for asset, file in zip(known.assets, files, strict=True):
+        check_file(asset, file.digest, seen)
+    for lidar, file in zip(known.lidar, files[: len(known.lidar)], strict=True):
+        _check_lidar(lidar, file, known, seen)
     _check_points(known, seen)
     _check_neighbours(known, seen)
     for raster in known.rasters.values():
@@ -70,7 +80,8 @@ def check_catalog(
     _check_whole(known, seen)
     rows = _summary(known, seen)
     if known.images:
-        found = check_images(known, seen.bad_images)
+        images = [(a, f) for a, f in zip(known.assets, files, strict=True) if isinstance(a, ImageAsset)]
+        found = check_images(known, {a.name: f.contents for a, f in images}, seen.bad_images)
         seen.findings += found.findings
         rows = _with_images(rows, found.summary)
         if maps is not None:
@@ -87,38 +98,13 @@ def _with_images(rows: dict[str, str], images: Mapping[str, str]) -> dict[str, s
     return first | dict(images) | {key: value for key, value in rows.items() if key in last}
 
 
-def _check_file(asset: Asset, seen: Seen) -> None:
-    """Is it there, and is it the file that the catalog was made from? A run goes on without an image, but not without another file."""
-    level, before = Level.WARNING if isinstance(asset, ImageAsset) else Level.ERROR, len(seen.findings)
-    _compare_file(asset, level, seen)
-    if isinstance(asset, ImageAsset) and len(seen.findings) > before:
-        seen.bad_images.append(asset.name)
-
-
-def _compare_file(asset: Asset, level: Level, seen: Seen) -> None:
-    try:
-        checksum, size = sha256_of(asset.href)
-    except FileNotFoundError:
-        seen.say(level, asset.href, "the file is missing", "put it back, or make the catalog again without it")
-        return
-    except OSError as error:
-        seen.say(level, asset.href, f"the file cannot be read ({error})", "check its permissions or address")
-        return
-    if size < asset.size:
-        problem = f"the file is truncated or was replaced: {size:,} bytes instead of {asset.size:,}"
-        seen.say(level, asset.href, problem, MADE_AGAIN)
-    elif checksum != asset.checksum:
-        seen.say(level, asset.href, "the file has changed since the catalog was made: its checksum differs", MADE_AGAIN)
-
-
-def _check_lidar(asset: LidarAsset, catalog: Catalog, seen: Seen) -> None:
-    try:
-        header = read_header(asset.href)
-        seen.samples[asset.name] = sample(asset.href)
-    except CatalogError as error:
+def _check_lidar(asset: LidarAsset, file: CheckedFile, catalog: Catalog, seen: Seen) -> None:
+    if not isinstance(file.contents, LidarContents):
         if not any(f.where == asset.href and f.level is Level.ERROR for f in seen.findings):
-            seen.fail(error, asset.href)
+            error = told_of(file.contents, asset.href)
+            seen.say(Level.ERROR, error.where, error.problem, error.remedy)
         return
+    header, seen.samples[asset.name] = file.contents.header, file.contents.sample
     seen.headers[asset.name] = header
     if header.points != asset.points:
         problem = f"the header says {header.points:,} points, the catalog {asset.points:,}"

@@ -9,18 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from cityflow.catalog.file_reading import ImageContents
 from cityflow.catalog.findings import Finding, Level
 from cityflow.catalog.height_ranges import low_points, raster_points
 from cityflow.catalog.images import box_of
+from cityflow.catalog.reading import told_of
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.local_frame import LocalFrame
-from cityflow.errors import CatalogError
+from cityflow.errors import CityflowError
 from cityflow.imagery.radiometry import exposure_groups, gain_of_mid_grey
 from cityflow.io.catalog.stac import Catalog, ImageAsset, united
 from cityflow.io.crs import suspicion
 from cityflow.io.fetch import local_file
-from cityflow.io.images.image_header import check_against, image_header
+from cityflow.io.images.image_header import check_against
 from cityflow.io.points.las import read_points
 from cityflow.io.tables.feature_ids import listing
 from cityflow.orientation.coverage import Coverage, coverage
@@ -56,15 +58,16 @@ class Preflight:
     footprints: Mapping[str, shapely.Polygon]
 
 
-def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
+def check_images(catalog: Catalog, files: Mapping[str, object], unusable: Sequence[str] = ()) -> Preflight:
     """Look at every image's header, and at what all of them see together.
 
     Parameters
     ----------
+    files : name of an image → `file_reading.ImageContents`, or the error of who read it
     unusable : names of images whose files are already known to be bad
     """
     bad = set(unusable)
-    groups = _files(a for a in catalog.images if a.name not in bad)
+    groups = _files((a, files[a.name]) for a in catalog.images if a.name not in bad)
     findings = [
         Finding(Level.WARNING, listing(n), problem, remedy or LEFT_OUT) for (problem, remedy), n in groups.items()
     ]
@@ -95,17 +98,16 @@ def check_images(catalog: Catalog, unusable: Sequence[str] = ()) -> Preflight:
     return Preflight(tuple(findings), summary, maps, frames, ground)
 
 
-def _files(assets: Iterator[ImageAsset]) -> Mapping[tuple[str, str], list[str]]:
+def _files(files: Iterator[tuple[ImageAsset, object]]) -> Mapping[tuple[str, str], list[str]]:
     """Headers against cameras: problem and remedy → images."""
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for asset in assets:
+    for asset, found in files:
         try:
-            with local_file(asset.href) as path:
-                check_against(image_header(path), asset.oriented.camera)
-        except CatalogError as error:
+            if not isinstance(found, ImageContents):
+                raise told_of(found, asset.href)
+            check_against(found.header, asset.oriented.camera)
+        except CityflowError as error:
             groups[error.problem, error.remedy].append(asset.name)
-        except OSError:
-            groups["the file cannot be read", LEFT_OUT].append(asset.name)
     return groups
 
 

@@ -10,8 +10,10 @@ from pathlib import Path
 import fsspec
 from pyproj import CRS
 
+from cityflow.catalog.file_reading import DIGESTS, LIDAR_FILES, Digest, LidarFile, bytes_of
 from cityflow.catalog.images import described_images
 from cityflow.catalog.orientation import ImageSource
+from cityflow.catalog.reading import Reading, refuse_unreadable
 from cityflow.catalog.write_folder import refuse_foreign_folder, store_catalog
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
@@ -22,13 +24,11 @@ from cityflow.io.catalog.stac import (
     LidarAsset,
     OutlineAsset,
     RasterAsset,
-    sha256_of,
     united,
 )
 from cityflow.io.catalog.stac_write import lidar_asset, raster_asset
 from cityflow.io.crs import contradiction, horizontal_transform, reference_of, resolve, suspicion
-from cityflow.io.points.las import sample
-from cityflow.io.points.las_header import LasHeader, read_header
+from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.tables.vector import read_layer, read_outlines
 
@@ -62,6 +62,7 @@ def create_catalog(
     attribution: str = "",
     date: str = "",
     copy: bool = False,
+    reading: Reading | None = None,
 ) -> CreatedCatalog:
     """Describe files as a catalog in the folder `out`.
 
@@ -77,15 +78,18 @@ def create_catalog(
     id_column, id_format, layer : see `io.tables.vector.read_outlines`
     date : ISO day of the survey; empty takes the dates of the LiDAR headers
     copy : put copies of the files beside the catalog instead of referring to them
+    reading : where files are read; one after another in this process where it is not given. The catalog does not depend on it
 
     Raises
     ------
     CatalogError
-        Where a file is missing, unreadable, of another CRS, or without one and none is assigned; nothing is written then.
+        Where a file is missing, unreadable, of another CRS, or without one and none is assigned; nothing is written then. All files that cannot be
+        read are named.
     """
-    target = Path(out)
+    target, reading = Path(out), reading or Reading()
     refuse_foreign_folder(target)
-    headers = [read_header(path) for path in lidar_files(lidar)]
+    files = _read_lidar(lidar_files(lidar), reading)
+    headers = [file.contents.header for file in files]
     heights = {kind: path for kind, path in (("dsm", dsm), ("dtm", dtm)) if path is not None}
     given = {**heights, **{"ortho" if k == 1 else f"ortho-{k}": path for k, path in enumerate(orthos, 1)}}
     if not headers and not given and images is None:
@@ -101,18 +105,18 @@ def create_catalog(
         reference=reference,
         licence=licence or "other",
         attribution=attribution,
-        lidar=_lidar_assets(headers, date),
-        rasters=_raster_assets(given, reference, date, notes),
+        lidar=_lidar_assets(files, date),
+        rasters=_raster_assets(given, reference, date, notes, reading),
     )
     made: dict[str, bytes] = {}
     if images is not None:
-        found_images = described_images(images, catalog, date)
+        found_images = described_images(images, catalog, date, reading)
         notes += found_images.notes
         made = found_images.made
         catalog = replace(catalog, images=found_images.images, sparse=found_images.sparse)
     if outlines is not None:
         found = OutlineAsset(OUTLINES, str(outlines), "", 0, catalog.bounds, 0, id_column, id_format, layer, date)
-        catalog = replace(catalog, outlines=_described(found, reference, notes))
+        catalog = replace(catalog, outlines=_described(found, reference, notes, reading))
     return CreatedCatalog(store_catalog(catalog, target, copy, made), tuple(notes))
 
 
@@ -196,13 +200,17 @@ def _check_crs(path: str, found: CRS | None, reference: Reference, notes: list[s
         notes.append(f"{Path(path).name}: {against}; its coordinates are taken as they are")
 
 
-def _lidar_assets(headers: Sequence[LasHeader], date: str) -> tuple[LidarAsset, ...]:
-    names = _unique([Path(h.path).stem for h in headers])
+def _read_lidar(paths: Sequence[str], reading: Reading) -> list[LidarFile]:
+    answers = reading.answers(LIDAR_FILES, paths, len(paths), bytes_of(paths))
+    return refuse_unreadable(answers, paths)
+
+
+def _lidar_assets(files: Sequence[LidarFile], date: str) -> tuple[LidarAsset, ...]:
+    names = _unique([Path(f.contents.header.path).stem for f in files])
     assets = []
-    for header, name in zip(headers, names, strict=True):
-        checksum, _ = sha256_of(header.path)
-        seen = sample(header.path)
-        asset = lidar_asset(header, name, checksum, tuple(seen.classes), date)
+    for file, name in zip(files, names, strict=True):
+        header, seen = file.contents.header, file.contents.sample
+        asset = lidar_asset(header, name, file.digest.checksum, tuple(seen.classes), date)
         assets.append(replace(asset, returns=max(asset.returns, seen.returns)))
     return tuple(assets)
 
@@ -223,11 +231,12 @@ def _unique(stems: Sequence[str]) -> list[str]:
 
 
 def _raster_assets(
-    given: Mapping[str, str | Path], reference: Reference, date: str, notes: list[str]
+    given: Mapping[str, str | Path], reference: Reference, date: str, notes: list[str], reading: Reading
 ) -> dict[str, RasterAsset]:
     assets = {}
-    for name, path in given.items():
-        header = read_raster_header(path)
+    headers = {name: read_raster_header(path) for name, path in given.items()}
+    for (name, path), digest in zip(given.items(), _digests([str(p) for p in given.values()], reading), strict=True):
+        header = headers[name]
         if header.crs is None:
             notes.append(f"{Path(path).name} carries no CRS; {reference.name} is assumed")
         elif contradiction(reference, header.crs):
@@ -238,19 +247,24 @@ def _raster_assets(
             notes.append(
                 f"{Path(path).name} is in {header.crs.name if header.crs else ''}; it is reprojected when it is read"
             )
-        assets[name] = raster_asset(header, name, name.partition("-")[0], *sha256_of(path), date)
+        assets[name] = raster_asset(header, name, name.partition("-")[0], digest.checksum, digest.size, date)
     return assets
 
 
-def _described(asset: OutlineAsset, reference: Reference, notes: list[str]) -> OutlineAsset:
+def _digests(paths: Sequence[str], reading: Reading) -> list[Digest]:
+    answers = reading.answers(DIGESTS, paths, len(paths), bytes_of(paths))
+    return refuse_unreadable(answers, paths)
+
+
+def _described(asset: OutlineAsset, reference: Reference, notes: list[str], reading: Reading) -> OutlineAsset:
     source = read_layer(asset.href, asset.layer)
     found, remarks = read_outlines(asset.href, asset.id_column, asset.id_format, reference, asset.layer)
     notes += remarks
-    checksum, size = sha256_of(asset.href)
+    (digest,) = _digests([asset.href], reading)
     return replace(
         asset,
-        checksum=checksum,
-        size=size,
+        checksum=digest.checksum,
+        size=digest.size,
         bounds=united([o.polygon.bounds for o in found if not o.polygon.is_empty]),
         count=len(found),
         layer=source.name,

@@ -6,19 +6,22 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from scipy.spatial import cKDTree
 
+from cityflow.catalog.colour_reading import COLOURS, ColourJob
 from cityflow.catalog.height_ranges import low_points, within
+from cityflow.catalog.plan_index import PlanIndex
+from cityflow.catalog.reading import Reading, told_of
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.errors import CatalogError
-from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples, point_colours
+from cityflow.core.grid import Bounds
+from cityflow.imagery.colour_samples import PointColours, SampleParameters, pair_samples
 from cityflow.imagery.highlights import Tone, tone
 from cityflow.imagery.radiometry import Balance, RadiometryParameters, block_adjustment, exposure_groups
 from cityflow.io.catalog.stac import ImageAsset, united
-from cityflow.io.images.coarse_image import coarse_image
 from cityflow.io.orientation.oriented_images import LeftOut
 from cityflow.io.tables.feature_ids import listing
-from cityflow.orientation.views import View, footprint
+from cityflow.orientation.views import View, footprint, footprints
 
 POINTS_PER_IMAGE = 400
 """Common points that are compared, in the mean of an image; bounds time; set by hand."""
@@ -47,30 +50,38 @@ class Balanced:
     notes: tuple[str, ...]
 
 
-def balanced(assets: Sequence[ImageAsset], xyz: FloatArray) -> Balanced:
+def balanced(assets: Sequence[ImageAsset], xyz: FloatArray, reading: Reading) -> Balanced:
     """Find gains, gammas, the fall-off and the shoulder; every image is decoded once, at a coarse level.
 
     Parameters
     ----------
     xyz : (N, 3) tie points, world metres; the lowest ground's level where there are none
     """
-    points = _points(assets, xyz)
-    asked = _sampling(assets)
+    points, asked = PlanIndex(_points(assets, xyz)), _sampling(assets)
+    near = [points.inside(box) for box in _boxes(assets)]
+    jobs = (ColourJob(a.href, a.oriented, points.xyz[n], asked, a.white) for a, n in zip(assets, near, strict=True))
+    found = reading.answers(COLOURS, jobs, len(assets), sum(a.size for a in assets))
     seen: list[PointColours] = []
     good: list[ImageAsset] = []
     damaged = []
-    for asset in assets:
-        try:
-            pixels = coarse_image(asset.href, asked.level)
-        except CatalogError as error:
-            damaged.append(LeftOut(asset.name, error.problem.split(":")[0], error.remedy))
-            continue
-        near = within(points, asset.oriented, asset.heights)
-        colours = point_colours(asset.oriented, pixels, points[near], asked, asset.white)
-        seen.append(replace(colours, point=near[colours.point], burnt=near[colours.burnt]))
-        good.append(asset)
+    for asset, at, colours in zip(assets, near, found, strict=True):
+        if isinstance(colours, PointColours):
+            seen.append(replace(colours, point=at[colours.point], burnt=at[colours.burnt]))
+            good.append(asset)
+        else:
+            problem = told_of(colours, asset.href)
+            damaged.append(LeftOut(asset.name, problem.problem.split(":")[0], problem.remedy))
     images, notes = _with_balance(good, seen, asked.brightest_share)
     return Balanced(tuple(images), tuple(damaged), tuple(notes))
+
+
+def _boxes(assets: Sequence[ImageAsset]) -> list[Bounds]:
+    """Around all that each image may see between its lowest ground and its highest object, as `heights.within`; NaN where it sees none."""
+    views = [View(a.oriented, a.heights) for a in assets]
+    planes = [footprints(views, np.array([a.heights[k] for a in assets])) for k in (0, 1)]
+    boxes = np.array([shapely.bounds(np.array(shapes, object)) for shapes in planes])
+    low, high = np.fmin.reduce(boxes[..., :2], axis=0), np.fmax.reduce(boxes[..., 2:], axis=0)
+    return [(x_0, y_0, x_1, y_1) for (x_0, y_0), (x_1, y_1) in zip(low.tolist(), high.tolist(), strict=True)]
 
 
 def _sampling(assets: Sequence[ImageAsset]) -> SampleParameters:

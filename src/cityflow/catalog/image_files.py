@@ -107,22 +107,3 @@ def unit_names(names: Sequence[str], taken: Iterable[str] = ()) -> list[str]:
         used.add(name)
         result.append(name)
     return result
-
-
-def refuse_cut_off(path: Path) -> None:
-    """A JPEG ends with a mark of its own, perhaps followed by a little padding.
-
-    Raises
-    ------
-    CatalogError
-        Where it does not.
-    """
-    if path.suffix.lower() not in (".jpg", ".jpeg"):
-        return
-    with path.open("rb") as file:
-        file.seek(max(0, path.stat().st_size - 4096))
-        tail = file.read()
-    if b"\xff\xd9" not in tail:
-        raise CatalogError(
-            "the file is truncated", where=str(path), remedy="copy the file again, or leave the image out"
-        )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cityflow.catalog.file_reading import IMAGE_FILES, ImageFile, bytes_of
 from cityflow.catalog.gains import Balanced, balanced
 from cityflow.catalog.height_ranges import (
     HeightRange,
@@ -20,8 +21,9 @@ from cityflow.catalog.height_ranges import (
     low_points,
     raster_points,
 )
-from cityflow.catalog.image_files import ImageFiles, matched, refuse_cut_off, sizes_of, unit_names
+from cityflow.catalog.image_files import ImageFiles, matched, sizes_of, unit_names
 from cityflow.catalog.orientation import ImageSource, read_model
+from cityflow.catalog.reading import Reading, told_of
 from cityflow.catalog.white import with_white
 from cityflow.core.arrays import FloatArray
 from cityflow.core.camera import OrientedImage
@@ -29,9 +31,10 @@ from cityflow.core.grid import Bounds
 from cityflow.core.points import PointCloud
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError
-from cityflow.io.catalog.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset, sha256_of
+from cityflow.flow.spread import Answer
+from cityflow.io.catalog.stac import OUTLINES, RASTERS, SPARSE, Catalog, ImageAsset, SparseAsset
 from cityflow.io.crs import crs_of, suspicion
-from cityflow.io.images.image_header import ImageHeader, check_against, image_header
+from cityflow.io.images.image_header import ImageHeader, check_against
 from cityflow.io.orientation.oriented_images import LeftOut, OrientationModel
 from cityflow.io.points.las_write import write_points
 from cityflow.io.tables.feature_ids import listing
@@ -56,7 +59,7 @@ class DescribedImages:
     notes: list[str] = field(default_factory=list)
 
 
-def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> DescribedImages:
+def described_images(source: ImageSource, catalog: Catalog, date: str, reading: Reading) -> DescribedImages:
     """Describe all images of a source that can be used.
 
     Parameters
@@ -70,22 +73,25 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     """
     if not source.folder.is_dir():
         raise CatalogError("no such folder of images", where=str(source.folder), remedy="check --images")
-    files = ImageFiles.of(source.folder)
-    model = read_model(source, catalog.reference, sizes_of(files)).moved(source.origin)
+    there = ImageFiles.of(source.folder)
+    model = read_model(source, catalog.reference, sizes_of(there)).moved(source.origin)
     taken = {a.name for a in catalog.assets} | {OUTLINES, SPARSE, *RASTERS}
-    found, missing = matched(model.images, files, source.folder)
+    found, missing = matched(model.images, there, source.folder)
     names = unit_names([name for name, _ in found], taken)
     left_out = [*model.left_out, *missing]
     kept: list[ImageAsset] = []
     heights = _heights(source, model, catalog)
     plausible, doubts = _plausible(model.images, heights)
     oriented = {i.name: i for i in model.images}
+    paths = [str(path) for name, path in found if name not in doubts]
+    answers = reading.answers(IMAGE_FILES, paths, len(paths), bytes_of(paths))
+    files = dict(zip(paths, answers, strict=True))
     for (name, path), unit in zip(found, names, strict=True):
         if name in doubts:
             left_out.append(doubts[name])
             continue
         try:
-            asset = _described(path, replace(oriented[name], name=unit), heights, date)
+            asset = _described(path, files[str(path)], replace(oriented[name], name=unit), heights, date)
             kept.append(replace(asset, pixel_mm=model.pixel_mm.get(name, 0.0)))
         except CatalogError as error:
             left_out.append(LeftOut(name, error.problem, error.remedy))
@@ -94,7 +100,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
     # points on the ground say nothing of photographs from the street, which see walls in the place of them
     street = [a for a in kept if looks_level(a.oriented, heights.whole[1])]
     flown = [a for a in kept if not looks_level(a.oriented, heights.whole[1])]
-    level = balanced(flown, model.sparse) if source.gains and flown else Balanced(tuple(flown), (), ())
+    level = balanced(flown, model.sparse, reading) if source.gains and flown else Balanced(tuple(flown), (), ())
     kept, left_out = [*level.images, *street], [*left_out, *level.damaged]
     notes = [
         *model.notes,
@@ -102,7 +108,7 @@ def described_images(source: ImageSource, catalog: Catalog, date: str = "") -> D
         *plausible,
         *_datum(model, catalog),
         *level.notes,
-        *_unused(found, files),
+        *_unused(found, there),
         *_in_words(left_out),
     ]
     _refuse_too_few(kept, left_out, source)
@@ -129,10 +135,16 @@ def _kind(bands: int, dtype: str) -> str:
     return f"{bands} band{'s' if bands > 1 else ''} of {dtype.removeprefix('uint')} bits"
 
 
-def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str) -> ImageAsset:
-    header = image_header(path)
+def _described(
+    path: Path, file: Answer[ImageFile], image: OrientedImage, heights: HeightRange, date: str
+) -> ImageAsset:
+    if not isinstance(file, ImageFile):
+        raise told_of(file, str(path))
+    header = file.contents.header
     check_against(header, image.camera)
-    refuse_cut_off(path)
+    if file.contents.is_cut_off:
+        remedy = "copy the file again, or leave the image out"
+        raise CatalogError("the file is truncated", where=str(path), remedy=remedy)
     level = looks_level(image, heights.whole[1])
     low, high = heights.whole if level else heights.over(image)
     if image.centre[2] <= low:
@@ -144,11 +156,10 @@ def _described(path: Path, image: OrientedImage, heights: HeightRange, date: str
         raise CatalogError(
             "it does not look at the ground", where=str(path), remedy="check angle unit and rotation order"
         )
-    checksum, size = sha256_of(path)
     ones = (1.0,) * header.bands
     day = date or _day(header)
     return ImageAsset(
-        image.name, str(path), checksum, size, _rounded(seen.bounds), image, (low, high), header.bands, header.dtype, ones, day
+        image.name, str(path), file.digest.checksum, file.digest.size, _rounded(seen.bounds), image, (low, high), header.bands, header.dtype, ones, day
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable, Mapping
 from functools import wraps
@@ -13,7 +14,7 @@ import typer
 from typer.core import TyperCommand
 
 from cityflow.cli import options
-from cityflow.cli.options import OutsideOption
+from cityflow.cli.options import CatalogWorkersOption, OutsideOption, SchedulerOption
 from cityflow.io.orientation.readers import READERS, option
 from cityflow.runs.first_look import (
     look_at_catalog,
@@ -103,21 +104,38 @@ def catalog_create(
     licence: Annotated[str, typer.Option(help="SPDX name of the data's licence")] = "",
     attribution: Annotated[str, typer.Option(help="Attribution text of the data")] = "",
     copy: Annotated[bool, typer.Option("--copy", help="Copy the files into the catalog's folder")] = False,
+    scheduler: SchedulerOption = "",
+    workers: CatalogWorkersOption = 0,
 ) -> None:
-    """Make a catalog from files."""
+    """Make a catalog from files. Headers, digests and colours of files are read by Dask tasks; what was read is kept for the next time."""
     from cityflow.catalog.create import create_catalog
     from cityflow.catalog.orientation import image_source
+    from cityflow.workflow.catalog_reading import reading_files
 
-    made = create_catalog(
-        out, lidar=lidar or [], images=image_source(images, orientation, origin, heights, gains), outlines=outlines, dsm=dsm, dtm=dtm,
-        orthos=ortho or (), crs=crs or None, id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
-        licence=licence, attribution=attribution, date=date, copy=copy,
-    )  # fmt: skip
+    # workers elsewhere stand in another folder
+    here = _absolute if scheduler else _as_typed
+    folder = Path(here(str(images))) if images is not None else None
+    with reading_files(scheduler, workers, options.console, kept_beside=out) as reading:
+        made = create_catalog(
+            out, lidar=[here(p) for p in lidar or []], images=image_source(folder, orientation, origin, heights, gains),
+            outlines=outlines and here(str(outlines)), dsm=dsm and here(str(dsm)), dtm=dtm and here(str(dtm)),
+            orthos=[here(str(p)) for p in ortho or ()], crs=crs or None,
+            id_column=id_column or None, id_format=id_format or None, layer=layer or None, title=title,
+            licence=licence, attribution=attribution, date=date, copy=copy, reading=reading,
+        )  # fmt: skip
     for note in made.notes:
         options.console.print(f"Note: {note}", markup=False, highlight=False, soft_wrap=True)
     options.console.print(
         f"Catalog written to {out}. Next: cityflow catalog check {shlex.quote(str(out))}", markup=False, soft_wrap=True
     )
+
+
+def _absolute(path: str) -> str:
+    return path if "://" in path else os.path.abspath(path)
+
+
+def _as_typed(path: str) -> str:
+    return path
 
 
 def catalog_check(
@@ -127,12 +145,16 @@ def catalog_check(
         typer.Option(metavar="DIR", help="Folder for coverage maps: GeoTIFF, GeoPackage, HTML"),
     ] = None,
     allow_outside: OutsideOption = False,
+    scheduler: SchedulerOption = "",
+    workers: CatalogWorkersOption = 0,
 ) -> None:
     """Check a catalog: missing or contradictory data, and for images coverage and expected quality."""
     look_at_catalog(catalog)
     from cityflow.catalog.check import check_catalog
+    from cityflow.workflow.catalog_reading import reading_files
 
-    result = check_catalog(catalog, maps, allow_outside=allow_outside)
+    with reading_files(scheduler, workers, options.console) as reading:
+        result = check_catalog(catalog, maps, allow_outside=allow_outside, reading=reading)
     options.console.print(result.text(), markup=False, highlight=False, soft_wrap=True)
     if result.has_errors:
         raise typer.Exit(1)

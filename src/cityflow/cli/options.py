@@ -51,6 +51,15 @@ SchedulerOption = Annotated[
 WorkersOption = Annotated[int, typer.Option(min=0, help="Workers of the local cluster; 0: one per core")]
 
 
+CatalogWorkersOption = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        help="Workers of the local cluster that reads files; 1: none; 0: one per core, where there are many files",
+    ),
+]
+
+
 AreaOption = Annotated[
     str,
     typer.Option(

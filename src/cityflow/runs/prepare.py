@@ -71,10 +71,10 @@ def prepared(
     )
     refuse_unfit(workflow.city, found)
     area = Area.of_wkt(known["area"]) if known.get("area") and not aoi else parse_area(aoi, found.reference)
-    notes: tuple[str, ...] = ()
+    notes = found.notes
     if known:
         limited = " and its area" if known.get("area") and not aoi else ""
-        notes = (f"Catalog{limited} as in the RUN: {found.href}",)
+        notes += (f"Catalog{limited} as in the RUN: {found.href}",)
     if doubt := suspicion(found.reference, found.bounds):
         notes += (f"Warning: {doubt}; cityflow catalog check {shlex.quote(found.href)} says more",)
     return Prepared(workflow, found, area, store, notes)

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import posixpath
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
 import fsspec
 import pystac
-from pystac.stac_io import DefaultStacIO
 
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac_assets import (
@@ -33,7 +31,8 @@ from cityflow.io.catalog.stac_assets import (
     SparseAsset,
     united,
 )
-from cityflow.io.catalog.stac_images import image_of_item
+from cityflow.io.catalog.stac_files import contents
+from cityflow.io.catalog.stac_item_reader import MISFITS, naming, read_items
 from cityflow.io.catalog.stac_items import (
     ASSET,
     CRS_KEY,
@@ -45,10 +44,9 @@ from cityflow.io.catalog.stac_items import (
     raster_of,
     sparse_of,
 )
-from cityflow.io.catalog.stac_outside import MADE_IN, check_place
+from cityflow.io.catalog.stac_outside import MADE_IN
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import file_system_of, reaching
-from cityflow.io.given_files import SMALL_MB, json_of, read_small
+from cityflow.io.given_files import json_of, read_small
 
 __all__ = [
     "ASSET", "COLLECTION", "CRS_KEY", "IMAGE", "KIND", "LIDAR", "OUTLINES", "RASTERS", "SHA256_MULTIHASH", "SPARSE", "UNKNOWN_DATE",
@@ -60,18 +58,6 @@ COLLECTION = "collection.json"
 UNKNOWN_DATE = "1970-01-01"
 """STAC wants a date of every item; one with `cityflow:date_unknown` means none."""
 T = TypeVar("T")
-
-MISFITS = (ValueError, TypeError, AttributeError, IndexError, OverflowError, pystac.STACError, pystac.STACTypeError)
-"""What JSON that is no catalog of ours may raise on its way into values."""
-BATCH = 500
-"""Items fetched at once from a remote place."""
-
-
-class _FsspecIO(DefaultStacIO):
-    """pystac's reader for any URL that fsspec opens."""
-
-    def read_text_from_href(self, href: str) -> str:
-        return _text_of(href)
 
 
 def sha256_of(href: str | Path) -> tuple[str, int]:
@@ -108,9 +94,11 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
     href = _collection_href(str(folder))
     base = posixpath.dirname(href)
     try:
-        collection = pystac.Collection.from_file(href, stac_io=_FsspecIO())
-        images, rest = _items(collection, base, allow_outside)
-        items = sorted(rest, key=lambda item: str(item.id))
+        tree = json_of(contents(href))
+        own_links = [link for link in tree.get("links", ()) if link.get("rel") not in ("item", "child")]
+        collection = pystac.Collection.from_dict({**tree, "links": own_links}, href=href, migrate=True)
+        found, note = read_items(tree, href, allow_outside)
+        items = sorted(found.rest, key=lambda item: str(item.id))
         code, title = str(collection.extra_fields[CRS_KEY]), collection.title or collection.id
         made_in = collection.extra_fields.get(MADE_IN, "")
         if not isinstance(title, str) or not isinstance(made_in, str):
@@ -145,26 +133,16 @@ def read_catalog(folder: str | Path, *, allow_outside: bool = False) -> Catalog:
         lidar=lidar,
         outlines=outlines[0] if outlines else None,
         rasters=rasters,
-        images=tuple(sorted(images, key=lambda image: image.name)),
+        images=tuple(sorted(found.images, key=lambda image: image.name)),
         sparse=sparse[0] if sparse else None,
         made_in=made_in,
+        notes=(note,) if note else (),
     )
 
 
 def _made(make: Callable[[pystac.Item], T], item: pystac.Item) -> T:
-    with _naming(str(item.get_self_href())):
+    with naming(str(item.get_self_href())):
         return make(item)
-
-
-@contextmanager
-def _naming(place: str) -> Iterator[None]:
-    """Whatever does not fit in an item becomes a ValueError that names its file."""
-    try:
-        yield
-    except KeyError as error:
-        raise ValueError(f"{place} lacks {error}") from error
-    except MISFITS as error:
-        raise ValueError(f"{place}: {error}") from error
 
 
 def _rasters(items: Sequence[pystac.Item]) -> dict[str, RasterAsset]:
@@ -181,66 +159,3 @@ def _rasters(items: Sequence[pystac.Item]) -> dict[str, RasterAsset]:
 def _collection_href(folder: str) -> str:
     place = folder if "://" in folder else Path(folder).absolute().as_posix()
     return place if place.endswith(".json") else f"{place.rstrip('/')}/{COLLECTION}"
-
-
-def _items(collection: pystac.Collection, base: str, allow_outside: bool) -> tuple[list[ImageAsset], list[pystac.Item]]:
-    """Images, and all other items, also those of its children.
-
-    There may be very many images, and pystac's objects are slow: their items are read as plain JSON.
-    """
-    images, rest = [], []
-    for place, text in _texts(_item_places(collection, base, allow_outside)):
-        with _naming(place):
-            tree = json_of(text)
-        if not isinstance(tree, dict) or not isinstance(tree.get("properties"), dict):
-            raise ValueError(f"{place} is no item")
-        with _naming(place):
-            if tree["properties"].get(KIND) == IMAGE:
-                images.append(image_of_item(tree, place, ASSET))
-            else:
-                rest.append(pystac.Item.from_dict(tree, href=place))
-    return images, rest
-
-
-def _item_places(collection: pystac.Collection, base: str, allow_outside: bool) -> list[str]:
-    """Where the items are, child by child. Raises ValueError where a child is its own ancestor."""
-    left: list[pystac.Catalog] = [collection]
-    seen, places = {str(collection.get_self_href())}, []
-    while left:
-        node = left.pop(0)
-        for link in (*node.get_item_links(), *node.get_child_links()):
-            if not isinstance(link.href, str):
-                raise TypeError(f"a link leads to {link.href!r:.60}")
-            place = str(link.get_absolute_href())
-            if not allow_outside:
-                check_place(base, place)
-            if link.rel != "child":
-                places.append(place)
-                continue
-            if place in seen:
-                raise ValueError(f"its child {place} is listed twice, or is its own ancestor")
-            seen.add(place)
-            left.append(pystac.Catalog.from_dict(json_of(_text_of(place)), href=place, migrate=True))
-    return places
-
-
-def _text_of(place: str) -> str:
-    if "://" not in place:
-        return read_small(place)
-    with reaching(place):
-        fs, path = file_system_of(place, small=True)
-        return bytes(fs.cat_file(path, end=int(SMALL_MB * 1e6))).decode()
-
-
-def _texts(places: list[str]) -> Iterator[tuple[str, str | bytes]]:
-    """Contents of files; remote ones many at a time."""
-    for start in range(0, len(places), BATCH):
-        batch = places[start : start + BATCH]
-        if any("://" in place for place in batch):
-            with reaching(batch[0]):
-                fs, _ = file_system_of(batch[0], small=True)
-                paths = [fs._strip_protocol(place) for place in batch]
-                contents = fs.cat(paths)
-            yield from ((place, contents[path]) for place, path in zip(batch, paths, strict=True))
-        else:
-            yield from ((place, read_small(place)) for place in batch)

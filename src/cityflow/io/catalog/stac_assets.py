@@ -159,6 +159,7 @@ class Catalog:
     rasters : kind → raster
     images : sorted by name;  sparse : their tie points
     made_in : folder that it was made in, where it names files outside; empty where it does not say
+    notes : what whoever opened it should know
     """
 
     href: str
@@ -172,6 +173,7 @@ class Catalog:
     images: tuple[ImageAsset, ...] = ()
     sparse: SparseAsset | None = None
     made_in: str = field(default="", compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def assets(self) -> tuple[Asset, ...]:

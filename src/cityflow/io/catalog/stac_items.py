@@ -24,6 +24,19 @@ KIND, CRS_KEY = "cityflow:kind", "cityflow:crs"
 
 SHA256_MULTIHASH = "1220"
 """Multihash prefix: function SHA2-256, 32 bytes."""
+ITEM_SIZE, ITEM_MD5 = "cityflow:item_size", "cityflow:item_md5"
+"""Columns of the table of items: size and MD5 of the item's own file."""
+TABLE, TABLE_ASSET = "items/items.parquet", "items"
+"""The table of all items, and the collection's asset that names it."""
+
+
+class StaleTable(ValueError):
+    """The table of items is damaged, or not that of the items."""
+
+
+def item_place(name: str) -> str:
+    """Where the item of an asset lies in the catalog's folder."""
+    return f"items/{name}.json"
 
 
 def kind_of(item: pystac.Item) -> str:

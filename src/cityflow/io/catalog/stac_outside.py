@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import posixpath
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac_assets import Catalog
@@ -23,26 +23,46 @@ def is_inside(root: str, place: str) -> bool:
     >>> is_inside("s3://a/cat", "/etc/passwd"), is_inside("/cat", "file:///cat/x"), is_inside("/cat", "/catalogue/x")
     (False, False, False)
     """
+    return _insider(root)(place)
+
+
+def _insider(root: str) -> Callable[[str], bool]:
+    """`is_inside` for many places: what a folder really is is looked up once."""
     if "://" in root:
-        rest = place.removeprefix(f"{root.rstrip('/')}/")
-        return rest != place and not posixpath.normpath(rest).startswith("..") and "%2e" not in rest.lower()
-    if "://" in place:
-        return False
-    top, file = os.path.realpath(root), os.path.realpath(place)
-    return os.path.commonpath([top, file]) == top
+        start = f"{root.rstrip('/')}/"
+        return lambda place: (
+            place.startswith(start)
+            and not posixpath.normpath(place[len(start) :]).startswith("..")
+            and "%2e" not in place[len(start) :].lower()
+        )
+    top = os.path.realpath(root)
+    folders: dict[str, bool] = {}
+
+    def is_local_inside(place: str) -> bool:
+        if "://" in place:
+            return False
+        folder, name = os.path.split(place)
+        if name in ("", ".", "..") or os.path.islink(place):
+            folder = os.path.realpath(place)
+        if folder not in folders:
+            folders[folder] = os.path.commonpath([top, os.path.realpath(folder)]) == top
+        return folders[folder]
+
+    return is_local_inside
 
 
-def check_place(root: str, place: str) -> str:
-    """A place that a catalog's own links name, which are never elsewhere in one that cityflow made.
+def check_places(root: str, places: Iterable[str]) -> None:
+    """Places that a catalog's own links name, which are never elsewhere in one that cityflow made.
 
     Raises
     ------
     CatalogError
-        It leaves the catalog's folder.
+        One leaves the catalog's folder.
     """
-    if not is_inside(root, place):
-        raise CatalogError(f"a link leaves the catalog: {place:.200}", where=root, remedy=REMEDY)
-    return place
+    inside = _insider(root)
+    for place in places:
+        if not inside(place):
+            raise CatalogError(f"a link leaves the catalog: {place:.200}", where=root, remedy=REMEDY)
 
 
 def refuse_outside(catalog: Catalog) -> None:
@@ -59,8 +79,9 @@ def refuse_outside(catalog: Catalog) -> None:
         and os.path.realpath(catalog.made_in) == os.path.realpath(catalog.href)
     ):
         return
+    inside = _insider(catalog.href)
     for asset in catalog.assets:
-        if not is_inside(catalog.href, asset.href):
+        if not inside(asset.href):
             raise CatalogError(
                 f"'{asset.name}' lies outside the catalog, which was not made here: {asset.href:.200}", where=catalog.href,
                 remedy=f"make it here with `cityflow catalog create`; {REMEDY}",

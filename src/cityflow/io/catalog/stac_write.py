@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,6 @@ from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.io.catalog.stac import (
     COLLECTION,
-    IMAGE,
     LIDAR,
     OUTLINES,
     SPARSE,
@@ -29,8 +29,9 @@ from cityflow.io.catalog.stac import (
     SparseAsset,
 )
 from cityflow.io.catalog.stac_images import PERSPECTIVE_IMAGERY, VIEW, image_properties
-from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH
+from cityflow.io.catalog.stac_items import ASSET, CRS_KEY, KIND, SHA256_MULTIHASH, TABLE, TABLE_ASSET, item_place
 from cityflow.io.catalog.stac_outside import MADE_IN, leaves
+from cityflow.io.catalog.stac_table import ItemTable
 from cityflow.io.crs import crs_of, geographic_bounds, vertical_datum
 from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import RasterHeader
@@ -65,39 +66,55 @@ def write_catalog(folder: Path, catalog: Catalog, hrefs: dict[str, str], made_in
     -------
     The files written.
     """
-    written = []
-    items = [item_of(asset, catalog.reference, hrefs[asset.name]) for asset in catalog.assets]
-    for item in items:
+    written, table = [], ItemTable()
+    links = [{"rel": "root", "href": f"./{COLLECTION}", "type": "application/json"}]
+    for asset in catalog.assets:
+        item = item_of(asset, catalog.reference, hrefs[asset.name])
         item["links"] = [_link("root"), _link("parent"), _link("collection")]
         item["collection"] = _identifier(catalog.title)
         # There may be very many images; their items have no indentation.
-        indent = None if item["properties"][KIND] == IMAGE else 2
-        written.append(_write_json(folder / "items" / f"{item['id']}.json", item, indent))
-    links = [{"rel": "root", "href": f"./{COLLECTION}", "type": "application/json"}]
-    links += [{"rel": "item", "href": f"./items/{i['id']}.json", "type": "application/geo+json"} for i in items]
+        text = _json_text(item, None if isinstance(asset, ImageAsset) else 2)
+        written.append(_write(folder / item_place(asset.name), text))
+        links.append({"rel": "item", "href": f"./{item_place(asset.name)}", "type": "application/geo+json"})
+        table.add(item, text)
+    data = table.as_bytes()
+    # After its items: one that is younger than the table may have changed since.
+    written.append(_write(folder / TABLE, data))
     place = {MADE_IN: made_in} if made_in and leaves(hrefs) else {}
-    written.append(_write_json(folder / COLLECTION, {**collection_of(catalog, items), **place, "links": links}))
+    tree = {**collection_of(catalog), **place, "assets": {TABLE_ASSET: _table_asset(data)}, "links": links}
+    written.append(_write(folder / COLLECTION, _json_text(tree)))
     return written
+
+
+def _table_asset(data: bytes) -> dict[str, Any]:
+    return {
+        "href": f"./{TABLE}", "type": "application/vnd.apache.parquet", "title": "All items as one table (stac-geoparquet)",
+        "roles": ["collection-mirror"], "file:checksum": SHA256_MULTIHASH + hashlib.sha256(data).hexdigest(), "file:size": len(data),
+    }  # fmt: skip
 
 
 def _link(relation: str) -> dict[str, str]:
     return {"rel": relation, "href": f"../{COLLECTION}", "type": "application/json"}
 
 
-def _write_json(path: Path, tree: dict[str, Any], indent: int | None = 2) -> Path:
+def _json_text(tree: dict[str, Any], indent: int | None = 2) -> bytes:
+    return (json.dumps(tree, indent=indent, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _write(path: Path, data: bytes) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(tree, indent=indent, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    path.write_bytes(data)
     return path
 
 
-def collection_of(catalog: Catalog, items: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def collection_of(catalog: Catalog) -> dict[str, Any]:
     """The collection as JSON, without links.
 
     In a local frame nothing has a place on Earth: the spatial extent, which STAC demands, is then the whole Earth.
     """
     degrees = geographic_bounds(catalog.reference, catalog.bounds)
-    days = sorted(i["properties"]["datetime"] for i in items if not i["properties"].get("cityflow:date_unknown"))
-    interval: list[datetime | None] = [_time(days[0]), _time(days[-1])] if days else [None, None]
+    days = sorted({a.date for a in catalog.assets if a.date})
+    interval: list[datetime | None] = [_day(days[0]), _day(days[-1])] if days else [None, None]
     collection = pystac.Collection(
         id=_identifier(catalog.title),
         title=catalog.title,
@@ -128,8 +145,8 @@ def _identifier(title: str) -> str:
     return "-".join("".join(c if c.isalnum() else " " for c in title.lower()).split()) or "survey"
 
 
-def _time(text: str) -> datetime:
-    return datetime.fromisoformat(text.replace("Z", "+00:00")).astimezone(UTC)
+def _day(text: str) -> datetime:
+    return datetime.fromisoformat(f"{text}T00:00:00+00:00").astimezone(UTC)
 
 
 def item_of(asset: Asset, reference: Reference, href: str) -> dict[str, Any]:
@@ -140,7 +157,7 @@ def item_of(asset: Asset, reference: Reference, href: str) -> dict[str, Any]:
     """
     degrees = geographic_bounds(reference, asset.bounds)
     properties, extensions = _properties(asset, reference), [FILE, PROJECTION]
-    properties |= {"proj:code": None if reference.is_local else reference.code, "proj:bbox": list(asset.bounds)}
+    properties |= {**_crs_properties(reference), "proj:bbox": list(asset.bounds)}
     if isinstance(asset, LidarAsset | SparseAsset):
         extensions.append(POINT_CLOUD)
     if isinstance(asset, ImageAsset):
@@ -149,20 +166,25 @@ def item_of(asset: Asset, reference: Reference, href: str) -> dict[str, Any]:
         properties["cityflow:crs_in_file"] = asset.crs_in_file
     if not asset.date:
         properties["cityflow:date_unknown"] = True
-    crs = crs_of(reference)
-    if crs is not None and crs.to_epsg() is None:
-        # `proj:code` takes registered codes only.
-        properties |= {"proj:code": None, "proj:projjson": crs.to_json_dict()}
     item = pystac.Item(
         id=asset.name,
         geometry=shapely.geometry.mapping(shapely.box(*degrees)) if degrees else None,
         bbox=list(degrees) if degrees else None,
-        datetime=_time(f"{asset.date or UNKNOWN_DATE}T00:00:00Z"),
+        datetime=_day(asset.date or UNKNOWN_DATE),
         properties=properties,
         stac_extensions=sorted(extensions),
     )
     item.add_asset(ASSET, _asset(asset, href))
     return item.to_dict(include_self_link=False)
+
+
+@lru_cache(maxsize=8)
+def _crs_properties(reference: Reference) -> dict[str, Any]:
+    crs = crs_of(reference)
+    if crs is not None and crs.to_epsg() is None:
+        # `proj:code` takes registered codes only.
+        return {"proj:code": None, "proj:projjson": crs.to_json_dict()}
+    return {"proj:code": None if reference.is_local else reference.code}
 
 
 def _asset(asset: Asset, href: str) -> pystac.Asset:
