@@ -123,6 +123,7 @@ def test_marks_that_say_nothing_go_with_their_records(store: Store) -> None:
         assert ledger.join() == 1
         assert not ledger.join()
         assert (ledger.state(task), ledger.state(toy("v")), ledger.count_files()) == (State.DONE, State.SPOILED, before)
+        ledger.refresh()
         assert store.find("records") == [mark_path("toy", "v", 1)]
         ledger.spoil("toy", "u")
         assert ledger.state(task) is State.SPOILED
@@ -166,6 +167,7 @@ def _join_and_die(store: Store, steps: int) -> NoReturn:
         for module, name in DOES:
             halting(module, name)
         ledger.join()
+        ledger.close()
         os._exit(0)
     except BaseException:  # noqa: BLE001 - a child of pytest has to end here
         traceback.print_exc()
@@ -208,6 +210,7 @@ print("open", flush=True)
 sys.stdin.read(1)
 while ledger.join():
     pass
+ledger.close()
 """
 
 

@@ -24,12 +24,21 @@ class Joining:
             self._progress.message(line)
 
     def tick(self) -> bool:
-        """Join one segment if there are enough records; True where one was.
+        """Join one segment if there are enough records and the files of the one before are gone; True where one was.
 
         Raises
         ------
         UnwritableError : the disk takes nothing more
         """
+        return not self._ledger.is_removing and self._join()
+
+    def end(self) -> None:
+        """Join all that can be joined."""
+        while self._join():
+            pass
+        self.mend()
+
+    def _join(self) -> bool:
         if time.monotonic() < self._not_before:
             return False
         try:
@@ -40,9 +49,3 @@ class Joining:
             self._progress.message(f"records stay files of their own for now: {error}")
             self._not_before = time.monotonic() + PAUSE_S
             return False
-
-    def end(self) -> None:
-        """Join all that can be joined."""
-        while self.tick():
-            pass
-        self.mend()

@@ -16,6 +16,7 @@ from cityflow.flow.loose import Held, Loose
 from cityflow.flow.mending import mended
 from cityflow.flow.outputs import Outputs
 from cityflow.flow.records import quoted, write_mark
+from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
 from cityflow.flow.segment_rows import GOOD, Place, Rows
 from cityflow.flow.segments import bits_of, write_segment
@@ -56,6 +57,7 @@ class Ledger:
         self._outputs = Outputs(store, verify=verify)
         self._loose = Loose(store)
         self._joined = Joined(store, verify=verify)
+        self._removal = Removal(store)
         self._uncommitted = 0
         self._waiting = 0
         self._last: Record | None = None
@@ -88,11 +90,13 @@ class Ledger:
         self.close()
 
     def close(self) -> None:
+        self._removal.close()
         self._loose.close()
 
     def refresh(self) -> int:
         """Take over records and marks that others wrote, forget those that are gone or changed; returns how many files of them were new."""
         self._last = None
+        self._removal.settle()
         new = self._loose.refresh()
         self._joined.refresh()
         self._waiting = self._loose.count()
@@ -214,23 +218,28 @@ class Ledger:
     def join(self) -> int:
         """Join the oldest records that lie in files of their own, if they fill a segment; returns how many.
 
-        Their files go when the segment was read back. For drivers only. A driver that is killed loses nothing: until then
+        Their files go in the background when the segment was read back. For drivers only. A driver that is killed loses nothing: until then
         the files are there, and what stands in both is one record.
 
         Raises
         ------
-        OSError : the segment cannot be written
+        OSError : the segment cannot be written, or files of an earlier one cannot be removed
         """
         if self._waiting < self._segment:
             return 0
+        self._removal.settle()
         lines = self._loose.oldest(self._segment)
         new = [line for line in lines if not self._joined.has_same(line)]
         if new:
             self._joined.add(segment := write_segment(self.store, new))
-        files = self._loose.moved(lines, [segment.name] if new else [])
-        self.store.remove_files(files)
+        self._removal.begin(self._loose.moved(lines, [segment.name] if new else []))
         self._waiting = self._loose.count()
         return len(lines)
+
+    @property
+    def is_removing(self) -> bool:
+        """Whether files of joined records are still to go."""
+        return bool(self._removal)
 
     def mend(self) -> list[str]:
         """Take damaged segments apart, and write tables that are missing; returns what was found, a line for each. For drivers only."""

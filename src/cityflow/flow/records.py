@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import MISSING, fields
+from functools import lru_cache
 from hashlib import sha256
 from types import UnionType
 from typing import Any
@@ -23,6 +24,7 @@ MAX_NAME_BYTES = 180
 """File systems take 255 bytes; the rest is for suffixes."""
 
 
+@lru_cache(maxsize=10_000)
 def quoted(name: str) -> str:
     """A file name for any id: percent-encoded, reversible by `unquoted` up to 180 bytes, beyond that cut and hashed.
 
