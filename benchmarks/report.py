@@ -63,8 +63,8 @@ def _measure(run: Prepared, folder: Path, what: str) -> None:
     cpu, wall = time.process_time(), time.perf_counter()
     with uncollected(), Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    walked = time.process_time() - cpu
-    data = write_report_files(run, records)
+        walked = time.process_time() - cpu
+        data = write_report_files(run, records)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     pages = list((folder / "report").glob("*.html"))
     sizes = [(folder / "report.html").stat().st_size, *(p.stat().st_size for p in pages)]
@@ -80,17 +80,17 @@ def _repeated(run: Prepared, args: argparse.Namespace) -> int:
     """Write the copies; returns how many buildings there are."""
     with Ledger.open(run.store) as ledger:
         records = current_records(run, ledger)
-    times = -(-args.units // len(records.of(reconstruct.NAME)))
-    outlined = units.NAME if records.of(units.NAME) else outline.NAME
-    changed: list[Record] = []
-    for number, record in enumerate(records.of(reconstruct.NAME)):
-        changed += [_spoiled(_named(record, k), k * 1009 + number, args) for k in range(1, times)]
-    changed += [_named(record, k) for record in records.of(texture.NAME) for k in range(1, times)]
-    changed += [_with_entries(run, record, times) for record in records.of(outlined)]
-    changed += [_with_json(run, record, f"/{ROWS}", times, _rows) for record in records.of(export.NAME)]
-    for record in changed:
-        write_record(run.store, replace(record, attempt=record.attempt + 1))
-    return _count(run, records)
+        times = -(-args.units // len(records.of(reconstruct.NAME)))
+        outlined = units.NAME if records.of(units.NAME) else outline.NAME
+        changed: list[Record] = []
+        for number, record in enumerate(records.of(reconstruct.NAME)):
+            changed += [_spoiled(_named(record, k), k * 1009 + number, args) for k in range(1, times)]
+        changed += [_named(record, k) for record in records.of(texture.NAME) for k in range(1, times)]
+        changed += [_with_entries(run, record, times) for record in records.of(outlined)]
+        changed += [_with_json(run, record, f"/{ROWS}", times, _rows) for record in records.of(export.NAME)]
+        for record in changed:
+            write_record(run.store, replace(record, attempt=record.attempt + 1))
+        return _count(run, records)
 
 
 def _count(run: Prepared, before: CurrentRecords) -> int:

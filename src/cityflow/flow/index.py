@@ -72,6 +72,8 @@ def is_damage(error: Exception) -> bool:
 
     A flipped bit can look like nearly anything: a table that is not there, a text that is none, a file of a later format.
     """
+    if isinstance(error, sqlite3.ProgrammingError):
+        return False  # a closed connection, or another thread's
     if isinstance(error, sqlite3.Error):
         return getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF not in _ELSEWHERE
     return isinstance(error, DamagedIndexError | ValueError | TypeError | KeyError | OverflowError | zlib.error)

@@ -36,6 +36,10 @@ class Inputs:
         found = {path: self._find(path) for path in _paths(task.arguments)}
         return {path: written for path, written in found.items() if written is not None}
 
+    def get(self, path: str, /) -> Written | None:
+        """What was written under a path, for readers that look one up."""
+        return self._find(path)
+
     def maker(self, path: str) -> Node | None:
         """Stage and unit that left a file."""
         return self._products[path][0] if path in self._products else node_of(path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from cityflow.core.parameters import merged
 from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.row import Row
 from cityflow.flow.task import Record
 from cityflow.handover.export_rows import read_rows
 from cityflow.handover.outline_lines import decode_all
@@ -123,7 +125,7 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         for u in listed_units(data.units, parameters.listed)
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
-    newest = {r.unit: r for r in records.of(reconstruct.NAME)}
+    newest = {r.unit: r for r in records.of(reconstruct.NAME) if r.unit in chosen.addresses}
     looks = {s.unit.id: s.reason for s in review_list(data.units)}
     write_pages(run.store, survey, chosen, newest, crops, data, looks)
     data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
@@ -143,8 +145,8 @@ def print_report(url: str, settings: Sequence[str], console: Console) -> None:
     """
     run = with_settings(open_run(url), settings)
     with uncollected(), Ledger.open(run.store) as ledger:
-        records = current_records(run, ledger)
-    console.print(write_run_report(run, records, url), markup=False, highlight=False, soft_wrap=True)
+        page = write_run_report(run, current_records(run, ledger), url)
+    console.print(page, markup=False, highlight=False, soft_wrap=True)
 
 
 def with_settings(run: Prepared, settings: Sequence[str]) -> Prepared:
@@ -175,7 +177,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
         units=rows,
-        stages=tuple(_stage(stage, records.of(stage)) for stage in records.stages()),
+        stages=tuple(_stage(stage, sorted(records.rows(stage), key=lambda row: row.unit)) for stage in records.stages()),
         problems=tuple(
             ProblemRow(r.stage, r.unit, r.status, r.reason)
             for stage in records.stages() if stage not in unit_stages
@@ -277,9 +279,9 @@ def _rings(shape: shapely.Geometry) -> tuple[FloatArray, ...]:
     return tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape))
 
 
-def _stage(stage: str, records: list[Record]) -> StageRow:
+def _stage(stage: str, records: Sequence[Row]) -> StageRow:
     seconds = np.array([r.seconds for r in records])
-    count = {s: sum(r.status is s for r in records) for s in Status}
+    count = Counter(r.status for r in records)
     return StageRow(
         stage, len(records), count[Status.DONE], count[Status.DEGRADED], count[Status.FAILED], count[Status.REFUSED],
         float(seconds.sum()), float(np.median(seconds)), float(seconds.max()), max(r.peak_mb for r in records),

@@ -58,7 +58,7 @@ def write_run_view(run: Prepared, records: CurrentRecords, data: ReportData) -> 
 
 def state_of(records: CurrentRecords) -> str:
     """A digest that changes when anything has been made again, or the page itself is another one."""
-    made = [[r.stage, r.unit, r.attempt] for stage in sorted(records.stages()) for r in records.of(stage)]
+    made = sorted([r.stage, r.unit, r.attempt] for stage in records.stages() for r in records.rows(stage))
     return digest_of([page_version(), made])
 
 

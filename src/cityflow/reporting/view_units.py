@@ -67,11 +67,14 @@ def unit_files(
     units: Sequence[UnitRow], records: CurrentRecords, atlas_cells: Mapping[str, str], pages: Set[str] = frozenset()
 ) -> Iterator[tuple[str, Json]]:
     """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit, `pages` are those that the report has."""
-    made = {r.unit: r for r in records.of(reconstruct.NAME)}
-    textured = {r.unit: r for r in records.of(texture.NAME)}
+    good = (Status.DONE, Status.DEGRADED)
+    textured = {r.unit: dict(r.result) for r in records.of(texture.NAME) if r.status in good}
+    rows = {unit.id: unit for unit in units}
     by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
-    for unit in units:
-        entry = _known(unit, made[unit.id], textured.get(unit.id))
+    for record in records.of(reconstruct.NAME):
+        if (unit := rows.get(record.unit)) is None:
+            continue
+        entry = _known(unit, record, textured.get(unit.id))
         if unit.id in atlas_cells:
             entry["leaf"] = atlas_cells[unit.id]
         if page_path(unit.id) in pages:
@@ -81,15 +84,15 @@ def unit_files(
         yield tile, finite(known)
 
 
-def _known(unit: UnitRow, record: Record, textured: Record | None) -> dict[str, Json]:
+def _known(unit: UnitRow, record: Record, textured: Json) -> dict[str, Json]:
     entry: dict[str, Json] = {
         "reason": unit.reason, "verdict_reason": unit.verdict_reason, "good_probability": _short(unit.good_probability),
         "method": unit.method, "lod": unit.lod, "planes": unit.planes, "seconds": round(unit.seconds, 3),
         "share_explained": _short(unit.share_explained), "kept": record.result.get("kept"), "scores": _scores(record),
         "attributes": {k: v for k, v in unit.attributes.items() if not isinstance(v, dict | list)},
     }  # fmt: skip
-    if textured is not None and textured.status in (Status.DONE, Status.DEGRADED):
-        entry["texture"] = dict(textured.result)
+    if textured is not None:
+        entry["texture"] = textured
     return entry
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import overload
 
-from cityflow.flow.inputs import LeftBehind
+from cityflow.flow.inputs import Inputs, LeftBehind
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.row import Row, row_of
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
@@ -15,23 +17,70 @@ from cityflow.runs.prepare import Prepared
 
 
 @dataclass(frozen=True, slots=True)
+class StoredRecords(Sequence[Record]):
+    """The newest records of some units of a stage, each read from the ledger when its turn comes: only names are in memory.
+
+    The ledger has to be open as long as these are in use.
+    """
+
+    ledger: Ledger
+    stage: str
+    units: Sequence[str]
+
+    def __len__(self) -> int:
+        return len(self.units)
+
+    @overload
+    def __getitem__(self, index: int) -> Record: ...
+    @overload
+    def __getitem__(self, index: slice) -> StoredRecords: ...
+    def __getitem__(self, index: int | slice) -> Record | StoredRecords:
+        if isinstance(index, slice):
+            return replace(self, units=self.units[index])
+        record = self.ledger.latest(self.stage, self.units[index])
+        if record is None:
+            raise IndexError(f"{self.stage}-{self.units[index]} has no record any more")
+        return record
+
+    def __iter__(self) -> Iterator[Record]:
+        return (record for unit in self.units if (record := self.ledger.latest(self.stage, unit)) is not None)
+
+    def rows(self) -> Iterator[Row]:
+        """In short, in no order; no record is read."""
+        wanted = frozenset(self.units)
+        return (row for row in self.ledger.rows(self.stage) if row.unit in wanted)
+
+
+@dataclass(frozen=True, slots=True)
 class CurrentRecords:
     """The newest record of every task of a run that has one."""
 
-    by_stage: Mapping[str, list[Record]]
+    by_stage: Mapping[str, Sequence[Record]]
 
     def stages(self) -> list[str]:
         """Names of the stages that have records, in the order of the flow."""
         return list(self.by_stage)
 
-    def of(self, stage: str) -> list[Record]:
-        """Records of a stage, sorted by unit."""
-        return self.by_stage.get(stage, [])
+    def of(self, stage: str) -> Sequence[Record]:
+        """Records of a stage, sorted by unit; read one by one."""
+        return self.by_stage.get(stage, ())
+
+    def units(self, stage: str) -> Sequence[str]:
+        """Names of the units of a stage that have a record, sorted."""
+        found = self.of(stage)
+        return found.units if isinstance(found, StoredRecords) else [record.unit for record in found]
+
+    def rows(self, stage: str) -> Iterator[Row]:
+        """Records of a stage in short, in no order."""
+        found = self.of(stage)
+        return found.rows() if isinstance(found, StoredRecords) else map(row_of, found)
 
     def checking(self, run: Prepared) -> Prepared:
         """The run, for readers that name a file in ``work/`` that is not as its record says."""
-        left = LeftBehind(r for stage in self.stages() for r in self.of(stage))
-        return replace(run, store=run.store.expecting(left))
+        every = [self.of(stage) for stage in self.stages()]
+        stored = next((found for found in every if isinstance(found, StoredRecords)), None)
+        known = LeftBehind(r for found in every for r in found) if stored is None else Inputs(stored.ledger)
+        return replace(run, store=run.store.expecting(known))
 
 
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
@@ -42,14 +91,20 @@ def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
 def walked(
     source: CitySource, ledger: Ledger, visit: Callable[[Task, Record], None] = lambda _task, _record: None
 ) -> CurrentRecords:
-    """The newest record of every task that the source comes to; `visit` is told of each."""
-    found: dict[str, list[Record]] = defaultdict(list)
-    queue = deque(source.initial())
-    while queue:
-        task = queue.popleft()
+    """The newest record of every task that the source comes to; `visit` is told of each.
+
+    What a record makes ready is followed before what stands beside it, so that few tasks wait at a time.
+    """
+    found: dict[str, list[str]] = defaultdict(list)
+    ready: list[Iterator[Task]] = [iter(source.initial())]
+    while ready:
+        task = next(ready[-1], None)
+        if task is None:
+            ready.pop()
+            continue
         record = ledger.latest(task.stage, task.unit)
         if record is not None:
-            found[task.stage].append(record)
+            found[task.stage].append(task.unit)
             visit(task, record)
-            queue.extend(source.after(task, record))
-    return CurrentRecords({stage: sorted(found[stage], key=lambda r: r.unit) for stage in in_flow_order(found)})
+            ready.append(iter(source.after(task, record)))
+    return CurrentRecords({s: StoredRecords(ledger, s, sorted(found[s])) for s in in_flow_order(found)})

@@ -24,7 +24,7 @@ def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
         stale[task.stage] += ledger.state(task) is not State.DONE
 
     records = walked(source, ledger, count)
-    tasks, expected = {s: [r.unit for r in records.of(s)] for s in records.stages()}, source.expected_units()
+    tasks, expected = {s: records.units(s) for s in records.stages()}, source.expected_units()
     # behind a task without a record, such as one that an earlier version did not have, nobody knows what is asked for: what stands there is of before
     unreached = {s: units for s in expected if s not in tasks and (units := ledger.units(s))}
     stale.update({s: len(units) for s, units in unreached.items()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
@@ -12,9 +12,9 @@ from rich.console import Console
 from cityflow.core.building import Status
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.row import Row
 from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
-from cityflow.flow.task import Record
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.runs.current import CurrentRecords, current_records
@@ -59,10 +59,10 @@ def rerun_units(
         refuse_outside(wanted.catalog)
     with Ledger.open(wanted.store) as ledger:
         records = current_records(wanted, ledger)
-    chosen = select(records, selection)
-    if not trust:
-        refuse_untrusted(wanted, settings, of_the_run=True, cleared=chosen if clear else frozenset())
-    refuse_foreign(settings, chosen, records, wanted.store.root)
+        chosen = select(records, selection)
+        if not trust:
+            refuse_untrusted(wanted, settings, of_the_run=True, cleared=chosen if clear else frozenset())
+        refuse_foreign(settings, chosen, records, wanted.store.root)
     if not chosen:
         console.print("Nothing to run again: no unit is of that kind.")
         return
@@ -92,7 +92,7 @@ def select(records: CurrentRecords, selection: Selection) -> set[Node]:
         raise RunError(
             f"no stage '{selection.stage}' in this run", where="--stage", remedy=f"known: {', '.join(stages)}"
         )
-    chosen = {(s, u) for s in stages if selection.stage in ("", s) for u in _units(records.of(s), selection)}
+    chosen = {(s, u) for s in stages if selection.stage in ("", s) for u in _units(records.rows(s), selection)}
     missing = set(selection.units) - {u for _, u in chosen}
     if missing and not selection.failed:
         raise RunError(
@@ -148,7 +148,7 @@ def _elsewhere(section: str, setting: str, chosen: AbstractSet[Node], records: C
     if section == "report":
         return f"cityflow report {here} --set {quoted}"
     whole = f"cityflow run WORKFLOW --out {here} --set {quoted}"
-    names = {r.unit for r in records.of(section)}
+    names = set(records.units(section))
     if not names:
         return f"it is one value for the whole run: {whole}"
     tiles = sorted(_tiles_of({unit for _, unit in chosen}, records) & names)
@@ -163,7 +163,7 @@ def _tiles_of(units_wanted: AbstractSet[str], records: CurrentRecords) -> set[st
     return {r.unit for r in owners if any(entry["id"] in units_wanted for entry in r.result.get("units", []))}
 
 
-def _units(records: Sequence[Record], selection: Selection) -> set[str]:
+def _units(records: Iterable[Row], selection: Selection) -> set[str]:
     if selection.failed:
         statuses = (Status.FAILED, Status.DEGRADED) if selection.degraded else (Status.FAILED,)
         found = {r.unit for r in records if r.status in statuses}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -17,12 +17,13 @@ from cityflow.flow.damage import DamagedFileError
 from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
+from cityflow.flow.row import Row
 from cityflow.flow.run_page import page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.reporting.run_report import write_run_report
-from cityflow.runs.current import current_records
+from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.stages import reconstruct, texture
@@ -119,9 +120,10 @@ def execute(
             except DamagedFileError as error:
                 console.print(passes.spoil(error, ledger), markup=False, soft_wrap=True)
         standing = standing_of(wanted.store, note_asked(wanted, ledger), ledger, wanted.store.root)
+        failed = _failed(records)
     if talk is not Talk.QUIET:
         print_summary(standing, report, console)
-    _refuse_success(wanted, [r for stage in records.stages() for r in records.of(stage)])
+    _refuse_success(wanted, failed)
 
 
 def _undamaged(
@@ -146,9 +148,15 @@ def _undamaged(
             return source.city.survey
 
 
-def _refuse_success(wanted: Prepared, records: Iterable[Record]) -> None:
+def _failed(records: CurrentRecords) -> list[Row]:
+    """What failed and is no building, in the order of the flow."""
+    stages = (stage for stage in records.stages() if stage not in OF_A_BUILDING)
+    rows = ((row for row in records.rows(stage) if row.status is Status.FAILED) for stage in stages)
+    return [row for found in rows for row in sorted(found, key=lambda row: row.unit)]
+
+
+def _refuse_success(wanted: Prepared, failed: Sequence[Row]) -> None:
     """A building may fail; a file, a tile or an export that failed leaves the city incomplete."""
-    failed = [r for r in records if r.status is Status.FAILED and r.stage not in OF_A_BUILDING]
     if failed:
         names = ", ".join(f"{r.stage}-{r.unit}" for r in failed[:NAMED]) + (", …" if len(failed) > NAMED else "")
         raise RunError(

@@ -19,7 +19,8 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.reporting.run_report import report_data
 from cityflow.reporting.view import CITY, state_of, write_run_view
-from cityflow.runs.current import current_records
+from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.stages import reconstruct
 from cityflow.viewer.cities_page import cities_page
@@ -100,7 +101,10 @@ def bring_up_to_date(url: str, console: Console) -> None:
         console.print(f"Note: shown as it was when it was last written; {error}", markup=False, soft_wrap=True)
         return
     with Ledger.open(run.store) as ledger:
-        records = current_records(run, ledger)
+        _write_anew(run, current_records(run, ledger), before, console)
+
+
+def _write_anew(run: Prepared, records: CurrentRecords, before: dict[str, Any], console: Console) -> None:
     if before and before["state"] == state_of(records) and _has_its_city(run.store, before):
         return
     if before and sum(before["counts"].values()) and not records.of(reconstruct.NAME):
