@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
+from cityflow.core.colour_image import COLOURS
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.reference import Reference
 from cityflow.flow.typed import TaskInputs
@@ -23,8 +24,6 @@ from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.rasters.raster_white import WHITE, white_of_raster
 from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
 from cityflow.surface.true_ortho import Ortho
-
-COLOURS = 3
 
 
 @dataclass(frozen=True, slots=True)

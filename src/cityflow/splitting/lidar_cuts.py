@@ -14,7 +14,7 @@ from cityflow.core.splitting import CutLine, FrameRasters, SplitEvidence
 from cityflow.splitting.axis_strips import AxisStrip
 from cityflow.splitting.cut_chords import line_at
 from cityflow.splitting.cut_places import edge_position
-from cityflow.splitting.cuts import Candidate
+from cityflow.splitting.cuts import CROSSWISE_ODDS, LEAST_LOG_ODDS, SHORT_WING_M, SHORT_WING_ODDS, Candidate
 from cityflow.splitting.lidar_surface import lidar_raster
 from cityflow.splitting.roof_marks import RoofMarks, roof_marks, roof_rows
 from cityflow.splitting.slices import SegmentPoints, SliceEvidence, slice_evidence
@@ -28,12 +28,10 @@ STEP_HALF, VALLEY_HALF, WALL_HALF, TRENCH_HALF = 0.3, 0.45, 0.5, 0.35
 """Shares of the depth at which a mark alone is as likely a border as not."""
 MOST_LOG_ODDS, CLEAR = 6.0, 5.0
 """How fast the logarithm of the odds grows with the marks, and where it ends."""
-LEAST_LOG_ODDS = -3.0
 APART_M = 1.2
 """Maxima nearer to one another are one."""
 FREE_END_M = 2.5
 """No border is nearer to a free end of a row."""
-CROSSWISE_ODDS, SHORT_WING_ODDS, SHORT_WING_M = 2.0, 1.5, 8.0
 USUAL_WIDTH_M, LEAST_WIDTH_M, NARROW_ODDS = 4.2, 2.4, 3.0
 NEAR_M = 0.5
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cityflow.core.arrays import FloatArray
+from cityflow.splitting.score_colour import QUIET, QUIET_SIGMAS
 from cityflow.splitting.strip_rasters import RoofRaster
 
 GROUPS = 4
@@ -16,7 +17,6 @@ ROW_M = 0.3
 FLOOR_M = 0.04
 VALLEY_SLOPE = 0.2
 """Roofs that fall towards a line from both sides more steeply than this meet in a valley."""
-QUIET, QUIET_SIGMAS = 0.4, 0.7
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.camera import OrientedImage
 from cityflow.core.parameters import Parameters
 from cityflow.synthetic.sensor import ROWS_AT_ONCE, SensorParameters, exposure_gain, noisy, vignette
+from cityflow.synthetic.shading import BLUE, GREEN, RED
 
-RED, GREEN, BLUE = 0, 1, 2
 BANDS_OF = {"R": RED, "G": GREEN, "B": BLUE}
 
 

@@ -17,12 +17,11 @@ from cityflow.reconstruction.monolithic_parts.cell_groups import NONE
 from cityflow.reconstruction.monolithic_parts.skeleton_values import Frame, Inconsistency, Skeleton
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.subdivision import Subdivision
+from cityflow.reconstruction.solids.corner_heights import SAME_HEIGHT
 from cityflow.reconstruction.solids.ring_tracing import Edge, ring_edges
 
 RIM_M = 0.5
 """Cells nearer to the outline are not judged: eaves and gutters, m; set by hand."""
-SAME_HEIGHT = 0.012
-"""Heights (m) at a vertex that are one to `solids.assemble`."""
 MIN_AGREEMENT = 0.85
 """Share of the cells that lie in their own surface's face; set by hand, as is the next."""
 INSTALLATION_M2 = 2.0

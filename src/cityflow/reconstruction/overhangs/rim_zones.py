@@ -14,14 +14,12 @@ import shapely
 from shapely import LineString, Polygon
 
 from cityflow.core.arrays import FloatArray
-from cityflow.reconstruction.overhangs.creases import Crease, corners_on_creases, crease_of, up_to_corners
+from cityflow.reconstruction.overhangs.creases import TURN_DEG, Crease, corners_on_creases, crease_of, up_to_corners
 from cityflow.reconstruction.overhangs.rim_edges import RimEdge, meeting, turn_between
 from cityflow.reconstruction.overhangs.roof_plan import RoofPlan
 
 LONGEST_MITRE = 3.0
 """A corner reaches out by no more than so many times the greater reach of its edges; sharper ones are cut off; set by hand."""
-TURN_DEG = 1.0
-"""At corners that turn less, a triangle closes the slit between two strips; set by hand."""
 PARTY_TURN_DEG = (40.0, 140.0)
 """Where a wall shared with a neighbour leaves the façade under such an angle, the roof ends on its extension; set by hand."""
 SLIVER_M2 = 1e-4

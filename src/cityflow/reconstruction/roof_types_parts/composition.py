@@ -11,6 +11,7 @@ from shapely import Polygon
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.roof_types import RoofType
+from cityflow.geometry.roof_type import LEVEL_SHARE, MAIN_SHARE, RIVAL_SHARE, STEP_M
 from cityflow.reconstruction.roof_types_parts.decomposition import Layout, Wing, ridge_line
 from cityflow.reconstruction.roof_types_parts.height_fit import RIDGED, linear_fit
 from cityflow.reconstruction.roof_types_parts.hypotheses import hypotheses, wing_hypotheses
@@ -22,12 +23,8 @@ from cityflow.reconstruction.roof_types_parts.skeletons import D0, Quad, Skeleto
 NO_REGION = np.empty((0, 3))
 MAINS_TRIED, MAINS_WITHIN, WINGS_TRIED = 3, 8.0, 4
 """Main skeletons of different types that wings are tried on: so many, as long as they cost so little more than the best; set by hand."""
-MAIN_SHARE, RIVAL_SHARE, LEVEL_SHARE = 0.55, 0.35, 0.7
-"""A roof has the type of so much of its area, where no other sloped type has more than a rival's share; set by hand."""
 LIFT_M, LIFT_GAIN = 0.6, 1.5
 """How far a wing is lifted at most, and what that must gain (log-likelihood); set by hand."""
-STEP_M = 1.0
-"""Level roofs that differ by more are stepped; set by hand."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ Sides and fronts are sought where lines are; heights tell which rectangle of the
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -31,7 +30,7 @@ from cityflow.reconstruction.roof_types_parts.dormer_values import (
 )
 from cityflow.reconstruction.roof_types_parts.heights import COARSE_M, HeightCells
 from cityflow.reconstruction.roof_types_parts.roof_model import PlacedSkeleton, RoofModel, roof_model
-from cityflow.reconstruction.roof_types_parts.shape_fit import CUT, Clues, cell_means, line_gain
+from cityflow.reconstruction.roof_types_parts.shape_fit import CUT, TURN_COS, Clues, cell_means, line_gain
 from cityflow.reconstruction.roof_types_parts.skeletons import Quad, Skeleton, ridge_shape
 
 U0, U1, V0, FRONT, TILT, RISE = range(6)
@@ -43,8 +42,6 @@ TILTS, RISES = (0.25, 0.45), (0.3, 0.5)
 """Slopes of shed dormers as shares of the main slope; rises of gabled ones as shares of half their width; set by hand."""
 PLACES = 4
 """Places along a cell's edge at which heights are looked at: fronts and sides are steps; set by hand."""
-TURN_COS = math.cos(math.radians(12.0))
-"""Sides turn less off the slope's own frame; set by hand."""
 SAME_M, ALIKE_M = 0.15, 0.35
 """Lines nearer are one; dormers whose measures differ less are alike; set by hand."""
 ON_LINE = 0.5

@@ -11,11 +11,10 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.reconstruction import Evidence
 from cityflow.geometry.roof_distances import NEAR, roof_hits
+from cityflow.reconstruction.noise.voxel_filter import LEAST_NOISE_M
 from cityflow.reconstruction.planes.roof_cloud import typical_density
 from cityflow.reconstruction.verdicts.no_roof import Kind, kinds_of
 
-LEAST_NOISE_M = 0.02
-"""Noise is never taken as smaller than this; set by hand."""
 NO_DENSITY = 1.0
 """Points per square metre where there are none to count; set by hand."""
 FROM_CLOUD = 1.4826

@@ -26,7 +26,7 @@ from cityflow.io.crs import crs_of, resolve
 from cityflow.io.images.image_write import JPEG_ENDING, TIFF_ENDING, jpeg_bytes, tiff_bytes
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster import write_cog
-from cityflow.stages.synth.synthetic_survey import RawOutput, SynthParameters, town_of
+from cityflow.stages.synth.synthetic_survey import BELOW_M, RawOutput, SynthParameters, town_of
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.footprints import ground_quad
 from cityflow.synthetic.render import RenderParameters, irradiance
@@ -45,7 +45,6 @@ SHADOW_M = 60.0
 SCENE_STEP_M = 100.0
 WHOLE_TOWN_M = 450.0
 """A town up to this wide is one scene for all pictures; of a wider one each picture takes its part, cut on a lattice."""
-BELOW_M = 15.0
 RIM_M = 1.0
 LIMITS = Limits(time_s=7200, memory_mb=8000)
 LAYERS: dict[str, tuple[str, float | None]] = {
