@@ -42,6 +42,26 @@ def overlap_m2(outlines: list[Outline]) -> float:
     return float(shapely.area(array(outlines)).sum() - shapely.union_all(array(outlines)).area)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_vertices_depend_neither_on_the_order_nor_on_outlines_far_away(seed: int) -> None:
+    """Noding by tile needs this: any order, and each chain of neighbours alone, to the bit."""
+    rows = [
+        affinity.translate(o.polygon, 40.0 * (k % 3), 12.0 * (k // 3))
+        for k in range(6)
+        for o in terrace(10 * seed + k, 0.02)
+    ]
+    outlines = named(*rows)
+    whole = {o.id: o.polygon.wkb for o in node_outlines(clean_outlines(outlines)[0])}
+    shuffled = [outlines[i] for i in np.random.default_rng(seed).permutation(len(outlines))]
+    assert {o.id: o.polygon.wkb for o in node_outlines(clean_outlines(shuffled)[0])} == whole
+    chains = shapely.get_parts(shapely.union_all(shapely.buffer(array(outlines), 0.1)))
+    assert len(chains) > 1
+    for chain in chains:
+        alone = [o for o in outlines if chain.intersects(o.polygon)]
+        for noded in node_outlines(clean_outlines(alone)[0]):
+            assert noded.polygon.wkb == whole[noded.id]
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([0.002, 0.01, 0.02]))
 def test_terraces_with_noise_become_a_coverage(seed: int, noise_m: float) -> None:

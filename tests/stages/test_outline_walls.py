@@ -10,12 +10,12 @@ import shapely
 from shapely import Polygon
 
 from cityflow.core.building import Outline
-from cityflow.core.grid import Grid
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.store import Store
-from cityflow.handover.outline_lines import decode, encode, owned
+from cityflow.handover.outline_lines import Standing, decode, decode_all, encode, owned
 from cityflow.handover.surfaces import Surfaces
-from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.stages.ingest.outline_sample import sampled
 from cityflow.stages.outline import walls as outline_walls
@@ -87,3 +87,25 @@ def test_outlines_are_sampled_from_the_file_that_most_stand_in() -> None:
     assert len(text.splitlines()) == 3
     assert sampled(standings, {"none": files["none"]}) == ("", b"")
     assert sampled(standings, {}) == ("", b"")
+
+
+def test_the_sample_is_of_the_file_that_most_outlines_stand_in() -> None:
+    rng = np.random.default_rng(3)
+    corners, widths = rng.uniform(0, 600, (200, 2)).round(1).tolist(), rng.uniform(3, 120, 200).round(1).tolist()
+    houses = [
+        Standing(Outline(f"o{k}", shapely.box(x, y, x + w, y + 8)), (), ())
+        for k, ((x, y), w) in enumerate(zip(corners, widths, strict=True))
+    ]
+    files = {f"f{i}": (200.0 * i - 50, -50.0, 200.0 * i + 350, 700.0) for i in range(3)}
+
+    def stands_in(house: Standing, bounds: Bounds) -> bool:
+        x_0, y_0, x_1, y_1 = grown(house.outline.polygon.bounds, NEAR_M)
+        is_usual = max(x_1 - x_0, y_1 - y_0) <= LARGEST_M
+        return is_usual and x_0 >= bounds[0] and y_0 >= bounds[1] and x_1 <= bounds[2] and y_1 <= bounds[3]
+
+    inside = {name: [h.outline.id for h in houses if stands_in(h, b)] for name, b in files.items()}
+    most = max(sorted(inside), key=lambda name: len(inside[name]))
+    name, sample = sampled(houses, files)
+    assert (name, sorted(s.outline.id for s in decode_all(sample))) == (most, sorted(inside[most]))
+    assert 0 < len(inside[most]) < len(houses)
+    assert sampled(houses, {}) == ("", b"")
