@@ -81,7 +81,8 @@ def _heights(outline: Polygon, grid: Grid) -> Float32Array:
 
 def _evidence(outline: Polygon, pictures: bool = True, points: bool = False) -> SplitEvidence:
     bounds = grown(outline.bounds, 2.0) if not outline.is_empty else (X, Y, X + 5, Y + 5)
-    grid = Grid.covering(bounds, CELL_M if bounds[2] - bounds[0] < 100 else 0.5)
+    # four points per m² over the largest are enough; twelve took most of the time of these tests
+    grid = Grid.covering(bounds, CELL_M if bounds[2] - bounds[0] < (60 if points else 100) else 0.5)
     dsm = _heights(outline, grid)
     grey = np.clip(60 * (dsm - GROUND) / 2 + 20, 0, 255).astype(np.uint8)
     ortho = np.repeat(grey[None], 3, axis=0) if pictures else None
