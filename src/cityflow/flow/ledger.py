@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from enum import StrEnum
 from types import TracebackType
 
-import numpy as np
-
-from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
 from cityflow.flow.joined import Joined
 from cityflow.flow.loose import Held, Loose
@@ -18,9 +15,10 @@ from cityflow.flow.outputs import Outputs
 from cityflow.flow.records import quoted, write_mark
 from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
-from cityflow.flow.segment_rows import GOOD, Place, Rows
+from cityflow.flow.segment_rows import Place, Rows
 from cityflow.flow.segments import bits_of, write_segment
 from cityflow.flow.store import Store
+from cityflow.flow.tally import Tally, tally_of
 from cityflow.flow.task import Record, Task
 
 COMMIT_EVERY = 200
@@ -169,11 +167,13 @@ class Ledger:
         """Names of the stages that have records, sorted."""
         return sorted({row.stage for row in self._loose.newest()} | self._joined.stages())
 
+    def tally(self, stage: str, units: Iterable[str] | None = None) -> Tally:
+        """What the newest records of a stage come to, or those of some of its units; none of them is read."""
+        return tally_of(*self._newest(stage), None if units is None else frozenset(units))
+
     def count_by_status(self, stage: str) -> dict[Status, int]:
         """How many units have a newest record of each status; every status is a key."""
-        loose, table, joined = self._newest(stage)
-        count = Counter(row.status for row in loose) + Counter(table.statuses(joined))
-        return {status: count[status] for status in Status}
+        return self.tally(stage).status
 
     def count_files(self) -> int:
         """How many attempts left a record, or a mark and nothing since."""
@@ -190,13 +190,11 @@ class Ledger:
 
     def mean_seconds(self, stage: str) -> float | None:
         """Mean time of the units of a stage that gave a result, or None where there is none."""
-        found = self._figures(stage, "seconds")
-        return float(found.mean()) if len(found) else None
+        return tally.mean_seconds if (tally := self.tally(stage)).seconds else None
 
     def peak_mb(self, stage: str) -> float | None:
         """Highest memory of the units of a stage that gave a result, or None where there is none."""
-        found = self._figures(stage, "peak_mb")
-        return float(found.max()) if len(found) else None
+        return tally.peak_mb if (tally := self.tally(stage)).seconds else None
 
     def state(self, task: Task) -> State:
         """What has to be done about a task; see `State`."""
@@ -283,9 +281,3 @@ class Ledger:
         rows, joined = self._joined.newest(stage)
         loose, joined = rows.overlaid(loose, joined)
         return loose, rows, joined
-
-    def _figures(self, stage: str, name: str) -> FloatArray:
-        """Seconds or megabytes of the units of a stage that gave a result."""
-        loose, table, joined = self._newest(stage)
-        good = [getattr(row, name) for row in loose if row.status in GOOD]
-        return np.concatenate([np.array(good, float), table.figures(name, joined)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -82,10 +83,21 @@ class Rows:
                 kept[i] = False
         return rows, newest[kept]
 
-    def statuses(self, rows: IntArray) -> dict[Status, int]:
-        """How many of some rows have which status."""
-        counted = pc.value_counts(self.table["status"].take(pa.array(rows)))
-        return {Status(found["values"]): found["counts"] for found in counted.to_pylist()}
+    def among(self, rows: IntArray, units: AbstractSet[str]) -> IntArray:
+        """Those of some rows that are of these units."""
+        found = pc.is_in(self.table["unit"].take(pa.array(rows)), pa.array(units, pa.string()))
+        return rows[found.to_numpy()]
+
+    def kinds(self, rows: IntArray) -> dict[tuple[Status, str], int]:
+        """How many of some rows have which status and verdict."""
+        part = self.table.select(["status", "verdict"]).take(pa.array(rows))
+        plain = pa.table([column.cast(pa.string()) for column in part.columns], names=["status", "verdict"])
+        counted = plain.group_by(["status", "verdict"], use_threads=False).aggregate([([], "count_all")]).to_pylist()
+        return {(Status(found["status"]), found["verdict"]): found["count_all"] for found in counted}
+
+    def not_done(self, rows: IntArray) -> IntArray:
+        found = pc.not_equal(self.table["status"].take(pa.array(rows)), str(Status.DONE))
+        return rows[found.to_numpy()]
 
     def figures(self, name: str, rows: IntArray) -> FloatArray:
         """A column of those of some rows that gave a result."""

@@ -29,8 +29,8 @@ from cityflow.runs.run_folder import open_run
 from cityflow.stages import export, reconstruct, windows
 from cityflow.viewer.candidate_view import DrawnCandidate, draw_candidates
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.tally import verdict_of
 from cityflow.workflow.unit_words import lines_of_building, lines_of_task, plain, words
+from cityflow.workflow.verdict_words import verdict_of
 
 
 def print_explanation(

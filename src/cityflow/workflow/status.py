@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -19,10 +19,11 @@ from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import first_line
 from cityflow.flow.store import Store
+from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record
 from cityflow.runs.asked import Asked, read_asked
 from cityflow.workflow.printed import print_json
-from cityflow.workflow.tally import Tally, tally_of, verdict_of
+from cityflow.workflow.verdict_words import verdict_of, verdicts_of
 
 REASONS_SHOWN = 12
 UNITS_NAMED = 3
@@ -163,12 +164,13 @@ def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Stand
     verdicts: Counter[str] = Counter()
     beyond, beyond_area = 0, frozenset(asked.beyond)
     for stage in dict.fromkeys([*asked.expected, *asked.tasks]):
-        tally = tally_of(ledger, stage, asked.tasks.get(stage, ()), beyond_area)
+        tally = ledger.tally(stage, asked.tasks.get(stage, ()))
         expected = tally.records if is_complete else asked.expected.get(stage, tally.records)
         stages.append(_stage(stage, tally, expected, asked.stale.get(stage, 0)))
         problems.extend(_problems(stage, tally))
         if stage == BUILDINGS:
-            beyond, verdicts = tally.beyond, tally.verdicts
+            outside = ledger.tally(stage, beyond_area.intersection(asked.tasks.get(stage, ())))
+            beyond, verdicts = outside.records, verdicts_of(tally.kinds - outside.kinds)
     stale = sum(asked.stale.values())
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
@@ -229,9 +231,12 @@ def _table(stages: Sequence[StageStanding]) -> Table:
 
 def _problems(stage: str, tally: Tally) -> Iterator[Problem]:
     for status in (Status.FAILED, Status.REFUSED, Status.DEGRADED):
-        reasons = sorted((-len(units), reason) for reason, units in tally.reasons[status].items())
-        for _, reason in reasons[:REASONS_SHOWN]:
-            yield Problem(stage, str(status), reason, sorted(tally.reasons[status][reason]))
+        units: dict[str, list[str]] = defaultdict(list)
+        for row in tally.others:
+            if row.status is status:
+                units[row.reason or "no reason given"].append(row.unit)
+        for reason in sorted(units, key=lambda reason: (-len(units[reason]), reason))[:REASONS_SHOWN]:
+            yield Problem(stage, str(status), reason, sorted(units[reason]))
 
 
 def _line(problem: Problem) -> str:

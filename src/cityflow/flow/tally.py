@@ -1,0 +1,68 @@
+"""What the newest records of a stage come to: counts, times and memory, without reading them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field
+from math import fsum
+
+from cityflow.core.arrays import IntArray
+from cityflow.core.building import Status
+from cityflow.flow.row import Row
+from cityflow.flow.segment_rows import GOOD, Rows
+
+
+@dataclass
+class Tally:
+    """Newest records of units of one stage.
+
+    Attributes
+    ----------
+    kinds : how many have which status and verdict
+    seconds, peak_mb : of the units that gave a result
+    others : those that are not done
+    """
+
+    kinds: Counter[tuple[Status, str]] = field(default_factory=Counter)
+    seconds: list[float] = field(default_factory=list)
+    peak_mb: float = 0.0
+    others: list[Row] = field(default_factory=list)
+
+    @property
+    def records(self) -> int:
+        return sum(self.kinds.values())
+
+    @property
+    def status(self) -> dict[Status, int]:
+        """How many units have which status; every status is a key."""
+        return {s: sum(n for (status, _), n in self.kinds.items() if status is s) for s in Status}
+
+    @property
+    def mean_seconds(self) -> float:
+        """0 where no unit gave a result. The same in whatever order they stand."""
+        return fsum(self.seconds) / len(self.seconds) if self.seconds else 0.0
+
+
+def tally_of(loose: Sequence[Row], table: Rows, joined: IntArray, units: AbstractSet[str] | None) -> Tally:
+    """Count rows, and some of a table; of these units alone where they are given."""
+    tally = Tally()
+    chosen = joined if units is None else table.among(joined, units)
+    tally.kinds.update(table.kinds(chosen))
+    tally.seconds.extend(table.figures("seconds", chosen).tolist())
+    tally.peak_mb = float(table.figures("peak_mb", chosen).max(initial=0.0))
+    tally.others.extend(table.told(table.not_done(chosen)))
+    for row in loose:
+        if units is None or row.unit in units:
+            _add(tally, row)
+    return tally
+
+
+def _add(tally: Tally, row: Row) -> None:
+    tally.kinds[row.status, row.verdict] += 1
+    if row.status in GOOD:
+        tally.seconds.append(row.seconds)
+        tally.peak_mb = max(tally.peak_mb, row.peak_mb)
+    if row.status is not Status.DONE:
+        tally.others.append(row)
