@@ -10,6 +10,7 @@ from cityflow.surface.rasterise import (
     fill_holes,
     highest,
     lowest,
+    sums_around,
 )
 
 GRID = Grid(0.0, 2.0, 1.0, 2, 2)
@@ -49,3 +50,12 @@ def test_isolated_points_go_and_sparse_water_stays() -> None:
     assert kept.xyz[:, 2].max() < 11
     assert kept.xyz[:, 2].min() > 7
     assert len(kept) > 6400 + 150
+
+
+def test_sums_are_the_same_wherever_the_array_begins() -> None:
+    counts = np.random.default_rng(4).integers(0, 9, (60, 200))
+    whole = sums_around(counts, 3, "nearest")
+    np.testing.assert_array_equal(whole[1:-1, 1:-1], [
+        [counts[r - 1 : r + 2, c - 1 : c + 2].sum() for c in range(1, 199)] for r in range(1, 59)
+    ])  # fmt: skip
+    np.testing.assert_array_equal(sums_around(counts[:, 37:], 3, "nearest")[:, 1:], whole[:, 38:])

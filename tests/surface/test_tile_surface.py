@@ -27,9 +27,10 @@ def test_vegetation_and_buildings_are_told_apart(classes: str, with_returns: boo
     assert mask_scores(surface.klass == cover.WATER, water)[1] > 0.8
 
 
-@pytest.mark.parametrize("classes", ["none", "errors"])
-def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
-    s = small_scene(11, classes)
+@pytest.mark.parametrize(("seed", "classes"), [(11, "none"), (12, "errors")])
+def test_result_does_not_depend_on_the_tiling(seed: int, classes: str) -> None:
+    """A corner of the survey as a tile with its halo, which ends within the survey, and in one raster of all of it, which ends with the survey."""
+    s = small_scene(seed, classes)
     p = SurfaceParameters()
     x_0, y_0, x_1, y_1 = s.bounds
     whole = surface_of_tile(s.points, s.bounds, 0.0, p)
@@ -39,10 +40,10 @@ def test_result_does_not_depend_on_the_tiling(classes: str) -> None:
     assert y_h < y_1
     part = surface_of_tile(s.points.within((x_0, y_0, x_h, y_h)), part_bounds, p.halo_m, p)
     rows, cols = whole.grid.slices(part.grid)
-    difference = np.abs(whole.dtm[rows, cols] - part.dtm)
-    assert (difference < 0.01).mean() > 0.999
     np.testing.assert_array_equal(whole.dsm[rows, cols], part.dsm)
-    assert (whole.klass[rows, cols] == part.klass).mean() > 0.99
+    np.testing.assert_array_equal(whole.klass[rows, cols], part.klass)
+    # the outermost cells of the survey have other neighbours where the raster goes on
+    np.testing.assert_allclose(whole.dtm[rows, cols][:-1, 1:], part.dtm[:-1, 1:], rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize("classes", ["none", "errors"])

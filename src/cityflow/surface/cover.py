@@ -12,7 +12,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.core.points import BRIDGE as LAS_BRIDGE
 from cityflow.core.points import CIVIL_STRUCTURE, PointCloud
 from cityflow.core.points import WATER as LAS_WATER
-from cityflow.surface.rasterise import count_points
+from cityflow.surface.rasterise import count_points, sums_around
 
 UNKNOWN, GROUND, VEGETATION, BUILDING, WATER, BRIDGE = 0, 2, 5, 6, 9, 17
 """Values of a class raster."""
@@ -80,9 +80,8 @@ def _without_fringes(high: BoolArray, vegetation: BoolArray, cells: int) -> tupl
 
 def _majority(points: PointCloud, count: IntArray, grid: Grid, classes: list[int]) -> BoolArray:
     """Cells of whose 3 x 3 neighbourhood's points at least half have one of the classes."""
-    named = count_points(points.of_class(*classes), grid).astype(float)
-    share = uniform_filter(named, 3, mode="constant") / np.maximum(uniform_filter(count.astype(float), 3), 1e-9)
-    return np.asarray((share >= 0.5) & (uniform_filter(named, 3, mode="constant") > 1e-9))
+    named = sums_around(count_points(points.of_class(*classes), grid), 3, "constant")
+    return np.asarray((named >= 0.5 * sums_around(count, 3, "reflect")) & (named > 0))
 
 
 def _water(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import Field
-from scipy.ndimage import median_filter, uniform_filter
+from scipy.ndimage import median_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
@@ -17,7 +17,7 @@ from cityflow.core.points import GROUND, WATER, PointCloud
 from cityflow.surface.dtm_windows import WindowsParameters, objects_by_windows
 from cityflow.surface.gridding import bridge_gaps, plane_heights, terrain_from_points
 from cityflow.surface.ground_points import slope_of, work_grid
-from cityflow.surface.rasterise import count_points
+from cityflow.surface.rasterise import count_points, sums_around
 from cityflow.surface.sample import sample
 
 GROUND_SHARE = 0.5
@@ -70,8 +70,8 @@ def without_wrong_classes(points: PointCloud, ground: PointCloud, work: Grid, p:
 def _doubtful_cells(points: PointCloud, ground: PointCloud, work: Grid, p: ClassifiedParameters) -> BoolArray:
     """Cells where ground is rare among the last returns and does not continue the ground around."""
     last = points.take(points.return_number >= points.number_of_returns)
-    of_ground, of_all = (count_points(c, work).astype(float) for c in (ground, last))
-    around = [uniform_filter(n, 3, mode="nearest") for n in (of_ground, of_all)]
+    of_ground, of_all = (count_points(c, work) for c in (ground, last))
+    around = [sums_around(n, 3, "nearest") for n in (of_ground, of_all)]
     # The rim of a roof has ground in its neighbourhood, but not in its own cell.
     rare = (around[0] < GROUND_SHARE * around[1]) | (of_ground < GROUND_SHARE * of_all)
     if not rare.any():

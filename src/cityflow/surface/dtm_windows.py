@@ -97,14 +97,17 @@ def _rule(p: WindowsParameters) -> TerraceRule:
 
 
 def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
-    """(rows, cols) number (1, 2, …) of the smallest window above whose opening a cell stands out; 0 where none."""
+    """(rows, cols) number (1, 2, …) of the smallest window above whose opening a cell stands out; 0 where none.
+
+    Each window opens `low` itself, which is the same as opening what the window before has left, but reaches no further than that window.
+    """
     objects = np.zeros(low.shape, np.int64)
     surface, number = low, 1
     radius_m = WORK_CELL_M
     largest = p.largest_window_m / 2
     while True:
         cells = 2 * round(radius_m / WORK_CELL_M) + 1
-        opened = grey_opening(surface, (cells, cells), mode="nearest")
+        opened = grey_opening(low, (cells, cells), mode="nearest")
         limit = min(max(LEAST_HEIGHT_M, p.slope * radius_m), MOST_HEIGHT_M)
         objects[(objects == 0) & (surface - opened > limit)] = number
         surface, number = opened, number + 1

@@ -6,6 +6,7 @@ Expects a cleaned cloud (`noise.clean`): the highest first return of a cell is t
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
@@ -24,6 +25,15 @@ def count_points(points: PointCloud, grid: Grid) -> IntArray:
     """(rows, cols) number of points per cell."""
     cell, _ = cell_of(points, grid)
     return np.bincount(cell, minlength=grid.rows * grid.cols).reshape(grid.shape)
+
+
+def sums_around(counts: IntArray, size: int, mode: str) -> FloatArray:
+    """(rows, cols) sums of whole numbers over squares of `size` cells around each cell; beyond the array as `mode` of scipy.ndimage says.
+
+    They are exact. Means of a moving window carry rounding errors from where the array begins on, which would decide ties otherwise in one tile
+    than in the next.
+    """
+    return np.asarray(np.rint(uniform_filter(counts.astype(float), size, mode=mode) * size**2))
 
 
 def highest(points: PointCloud, grid: Grid) -> FloatArray:

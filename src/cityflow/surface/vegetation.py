@@ -11,12 +11,12 @@ from pydantic import Field
 from scipy.ndimage import binary_closing, binary_dilation, binary_opening, distance_transform_edt, label, uniform_filter
 from scipy.ndimage import maximum as region_maximum
 
-from cityflow.core.arrays import BoolArray, FloatArray
+from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import BUILDING, HIGH_VEGETATION, LOW_VEGETATION, MEDIUM_VEGETATION, PointCloud
 from cityflow.surface.evenness import unevenness
-from cityflow.surface.rasterise import cell_of, count_points
+from cityflow.surface.rasterise import cell_of, count_points, sums_around
 
 FOLIAGE_SHARE = 0.5
 """Share of foliage among the points of a window: the majority of them."""
@@ -63,7 +63,7 @@ def vegetation_mask(
         return np.asarray(high & (votes < 0))
     count, leaves = _high_points(points, dtm, grid, p)
     size = 2 * round(p.window_m / grid.cell / 2) + 1
-    share = uniform_filter(leaves, size) / np.maximum(uniform_filter(count, size), 1e-6)
+    share = sums_around(leaves, size, "reflect") / np.maximum(sums_around(count, size, "reflect"), 1)
     green = high & _compact(high & (share > FOLIAGE_SHARE), high & (share > FOLIAGE_SHARE / 2), grid)
     return without_rims(green & ~even_patches(high, (count, leaves), grid, p))
 
@@ -74,9 +74,7 @@ def without_rims(mask: BoolArray) -> BoolArray:
     return np.asarray(mask & binary_dilation(binary_opening(np.pad(mask, 1, mode="edge"), square)[1:-1, 1:-1], square))
 
 
-def even_patches(
-    high: BoolArray, counted: tuple[FloatArray, FloatArray], grid: Grid, p: VegetationParameters
-) -> BoolArray:
+def even_patches(high: BoolArray, counted: tuple[IntArray, IntArray], grid: Grid, p: VegetationParameters) -> BoolArray:
     """(rows, cols) high patches of cells without foliage: sheds and narrow extensions among trees."""
     count, leaves = counted
     even = high & (leaves < FOLIAGE_SHARE * count)
@@ -98,25 +96,22 @@ def class_votes(points: PointCloud, grid: Grid) -> FloatArray | None:
     house = points.classification == BUILDING
     if not house.any():
         return None
-    houses = uniform_filter(count_points(points.take(house), grid).astype(float), 3, mode="constant")
+    houses = sums_around(count_points(points.take(house), grid), 3, "constant")
     first = points.return_number <= 1
     others = green & first if green.any() else ~house & first & (points.classification <= 1)
-    greens = uniform_filter(count_points(points.take(others), grid).astype(float), 3, mode="constant")
+    greens = sums_around(count_points(points.take(others), grid), 3, "constant")
     votes = np.where(houses >= greens, 1.0, -1.0)
-    silent = (houses < 1e-9) & (greens < 1e-9)
+    silent = houses + greens == 0
     if silent.all():
         return votes
     nearest = distance_transform_edt(silent, return_distances=False, return_indices=True)
     return np.asarray(votes[tuple(nearest)])
 
 
-def _high_points(
-    points: PointCloud, dtm: FloatArray, grid: Grid, p: VegetationParameters
-) -> tuple[FloatArray, FloatArray]:
+def _high_points(points: PointCloud, dtm: FloatArray, grid: Grid, p: VegetationParameters) -> tuple[IntArray, IntArray]:
     """(rows, cols) high points of each cell, and those of them that are foliage."""
     above = points.take(_height_above(points, dtm, grid) > p.least_height_m)
-    count, leaves = (count_points(c, grid).astype(float) for c in (above, above.take(is_foliage(above, p.uneven))))
-    return count, leaves
+    return count_points(above, grid), count_points(above.take(is_foliage(above, p.uneven)), grid)
 
 
 def is_foliage(points: PointCloud, uneven: float) -> BoolArray:

@@ -26,7 +26,7 @@ from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
 
 NAME = "surface"
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
