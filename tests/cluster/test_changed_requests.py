@@ -157,4 +157,4 @@ def test_status_shows_what_stands_where_a_task_is_new(cityflow: Commands, copied
     assert now["verdicts"] == before["verdicts"]
     assert not now["is_complete"]
     assert {s["stage"] for s in now["stages"] if s["to_do"]} >= {"surface", "reconstruct", "export"}
-    assert "makes them anew" in now["next"][0]
+    assert "repeat the command" in now["next"][0]

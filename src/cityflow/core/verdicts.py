@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Verdict(StrEnum):
-    """Good: at least 95 % of the roof are expected within 20 cm of the truth. Poor: not even 80 % are. Look: in between, or in doubt."""
+    """Good: at least 95 % of the roof is expected within 20 cm of the truth. Poor: not even 80 % are. Look: in between, or in doubt."""
 
     GOOD = "good"
     LOOK = "look"

@@ -25,7 +25,7 @@ def mended(store: Store, joined: Joined) -> tuple[list[str], list[str]]:
         problem = joined.problems.get(name)
         if _is_whole(store, name):
             _write_table_anew(store, name, tables)
-            done = "its table is made anew from its records"
+            done = "its table is rebuilt from its records"
         else:
             kept = _take_apart(store, joined, name)
             store.remove_files([*tables, lines_path(name)])

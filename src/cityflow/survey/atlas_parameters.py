@@ -21,7 +21,9 @@ class AtlasParameters(Parameters):
         description="edge of an atlas cell, about: a ground tile has a power of two of them along its edge, m",
     )
     placement: PlacementParameters = PlacementParameters()
-    form: Literal["jpeg", "png"] = Field("jpeg", description="of pages; png keeps every pixel of the images as it is")
+    form: Literal["jpeg", "png"] = Field(
+        "jpeg", description="format of pages; png keeps every pixel of the images as it is"
+    )
     quality: int = Field(92, ge=50, le=100, description="of JPEG")
     full_colour: bool = Field(
         False, description="JPEG with as many values of colour as of brightness (4:4:4): finer colours, larger files"

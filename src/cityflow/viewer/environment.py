@@ -21,7 +21,7 @@ STATUS_TEXTS = {
 }
 
 VERDICT_TEXTS = {
-    Verdict.GOOD: ("Good", "at least 95 % of the roof are expected within 20 cm of the truth"),
+    Verdict.GOOD: ("Good", "at least 95 % of the roof is expected within 20 cm of the truth"),
     Verdict.LOOK: ("To look at", "the points leave doubts: a person should check it"),
     Verdict.POOR: ("Poor", "probably more than a fifth of the roof is off by more than 20 cm, or there is no model"),
 }

@@ -11,7 +11,7 @@ from cityflow.core.building import Status
 from cityflow.viewer.environment import cm
 from cityflow.viewer.survey_in_short import what_was_surveyed
 
-GOOD_MEANS = "Good: points that the fit did not see let expect at least 95 % of a roof within 20 cm of the truth. "
+GOOD_MEANS = "Good: at least 95 % of the roof is expected within 20 cm of the truth, judged by points that were held back from the fit. "
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,7 +88,7 @@ OUTCOMES = {
 }
 
 VERDICTS = {
-    Verdict.GOOD: "Good: at least 95 % of the roof are expected within 20 cm of the truth.",
+    Verdict.GOOD: "Good: at least 95 % of the roof is expected within 20 cm of the truth.",
     Verdict.LOOK: "A person should check this building: the points leave doubts about its model.",
     Verdict.POOR: "Poor: more than a fifth of the roof is probably off by more than 20 cm.",
 }

@@ -30,7 +30,7 @@ UNITS_NAMED = 3
 BUILDINGS = "reconstruct"
 VERDICTS = tuple(str(v) for v in Verdict)
 SAID = {str(Verdict.LOOK): "to look at"}
-GOOD_MEANS = "Good: at least 95 % of the roof are expected within 20 cm of the truth."
+GOOD_MEANS = "Good: at least 95 % of the roof is expected within 20 cm of the truth."
 LAST = ("export", "city")
 """The task that ends a run."""
 
@@ -197,7 +197,7 @@ def print_standing(standing: Standing, console: Console) -> None:
     for line in unused_lines(standing.unused_edits):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     for line in standing.damaged:
-        console.print(f"{line}: the next run mends it", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"{line}: the next run repairs it", markup=False, highlight=False, soft_wrap=True)
     for step in standing.next:
         console.print(f"Next: {step}", markup=False, highlight=False, soft_wrap=True)
 
@@ -251,17 +251,17 @@ def _next(
     """What to do, the most urgent first."""
     run = shlex.quote(named)
     if at_work:
-        yield "a run is at work here: ask again later; cityflow view shows what is there already"
+        yield "a run is active here: ask again later; cityflow view shows the finished part"
         return
     if any(p.status == Status.FAILED for p in problems):
-        yield f"fix what failed, or give it other parameters: cityflow rerun {run} --failed"
+        yield f"fix the cause of the failures, or set other parameters: cityflow rerun {run} --failed"
     if stale:
         yield (
-            f"{stale:,} tasks are of an earlier version of cityflow, or of other inputs or settings: the command that began the run "
-            "makes them anew; what stands here and in the products is of before"
+            f"{stale:,} tasks are out of date (older version of cityflow, other inputs or settings), and so are products and figures: "
+            "repeat the command of the run to update them"
         )
     elif not is_complete:
-        yield "the run did not come to its end: the command that began it continues where it stopped"
+        yield "the run is not complete: repeat its command to continue where it stopped"
     doubtful = sum(verdicts.get(v, 0) for v in ("look", "poor"))
     if doubtful:
         which = "building that is" if doubtful == 1 else f"{doubtful} buildings that are"
