@@ -137,17 +137,21 @@ def _pair_rows(i: int, j: int, a: PointColours, b: PointColours, asked: SamplePa
     _, at_a, at_b = np.intersect1d(a.point, b.point, assume_unique=True, return_indices=True)
     la, lb = a.log_colour[at_a], b.log_colour[at_b]
     groups = _classes((la + lb).mean(axis=1), a.radius2[at_a] - b.radius2[at_b], asked)
-    ratio = la - lb
-    middle = [np.median(ratio[g], axis=0) for g in groups]
-    level = [np.median(la[g] + lb[g], axis=0) / 2 for g in groups]
+    ratio, bands = la - lb, la.shape[1]
+    every = np.column_stack([ratio, (la + lb), a.radius2[at_a], b.radius2[at_b]])
+    medians = np.array([_median(every[g]) for g in groups]).reshape(len(groups), 2 * bands + 2)
+    middle, level = medians[:, :bands], medians[:, bands : 2 * bands] / 2
     return (
-        np.full(len(groups), i), np.full(len(groups), j),
-        np.array([m + r / 2 for m, r in zip(level, middle, strict=True)]),
-        np.array([m - r / 2 for m, r in zip(level, middle, strict=True)]),
-        np.array([np.median(a.radius2[at_a][g]) for g in groups]), np.array([np.median(b.radius2[at_b][g]) for g in groups]),
-        np.array([len(g) for g in groups]),
-        np.array([1.4826 * np.median(np.abs(ratio[g] - r), axis=0) for g, r in zip(groups, middle, strict=True)]),
+        np.full(len(groups), i), np.full(len(groups), j), level + middle / 2, level - middle / 2,
+        medians[:, -2], medians[:, -1], np.array([len(g) for g in groups]),
+        np.array([1.4826 * _median(np.abs(ratio[g] - m)) for g, m in zip(groups, middle, strict=True)]),
     )  # fmt: skip
+
+
+def _median(columns: FloatArray) -> FloatArray:
+    """(columns,) as `np.median`, which takes ten times as long for so few rows."""
+    ordered, count = np.sort(columns, axis=0), len(columns)
+    return np.asarray((ordered[(count - 1) // 2] + ordered[count // 2]) / 2)
 
 
 def _classes(light: FloatArray, off_centre: FloatArray, asked: SampleParameters) -> list[IntArray]:
