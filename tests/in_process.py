@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from cityflow.core.building import Status
 from cityflow.errors import RefusedUnit
+from cityflow.flow.shared import SharedTexts
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
@@ -58,6 +59,7 @@ def make_surfaces(source: CitySource, store: Store) -> None:
 
 def outcome_of(store: Store, task: Task) -> Outcome:
     module, _, name = task.function.partition(":")
+    task = SharedTexts(store).stored(task)
     try:
         done: Outcome = getattr(importlib.import_module(module), name)(Workspace(store, task), task)
     except RefusedUnit as error:

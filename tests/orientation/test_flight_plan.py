@@ -11,7 +11,7 @@ from cityflow.orientation.flight_plan import FlightPlan, FlightPlanParameters, F
 from cityflow.orientation.look_directions import look_directions
 from cityflow.orientation.partners import PartnerParameters
 from cityflow.orientation.reference_images import ReferenceImageParameters
-from cityflow.orientation.thinning import window_of
+from cityflow.orientation.thinning import shares_of
 from cityflow.orientation.views import View, sees
 from orientation.regular_flight import CAMERA, FLYING_HEIGHT, flight, images_of, looking
 
@@ -80,8 +80,10 @@ def test_thinning_makes_fewer_masters_and_smaller_windows(seed: int) -> None:
         plan = plan_of(views, max_overlap=allowed)
         reference_images = plan.reference_images("nadir")
         names = np.unique(reference_images.view)
+        owned = [reference_images.cell[reference_images.view == k] for k in names]
         windows = [
-            window_of(plan.around.views[k], reference_images.cell[reference_images.view == k], 20.0, 64) for k in names
+            shares_of(plan.around.views[k], cells, 20.0, 64).window(np.arange(len(cells)))
+            for k, cells in zip(names, owned, strict=True)
         ]
         work[allowed], count[allowed] = sum(w.area for w in windows), len(names)
         assert sum(len(reference_images.cell[reference_images.view == k]) for k in names) == len(reference_images.cell)

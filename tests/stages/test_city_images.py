@@ -241,5 +241,5 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
     assert joined & bases
     for task in frames:
         assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["depths"]["wanted"]} <= set(
-            task.arguments["colours"]["shown"]
+            task.arguments["colours"]["pixels"]
         )

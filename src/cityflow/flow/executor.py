@@ -123,7 +123,7 @@ class _Run:
     def __init__(self, context: _Context, max_in_flight: int | None) -> None:
         self._context = context
         self._limit = InFlight(context.client, max_in_flight)
-        # Newest iterator first: what a finished tile makes ready goes before the next tile, so few iterators are open.
+        # Newest first: what a finished tile makes ready goes before the next tile, so few iterators are open
         self._ready: list[Iterator[Task]] = [iter(context.source.initial())]
         self._jobs: dict[str, _Job] = {}
         self._suspects: deque[_Job] = deque()
@@ -134,7 +134,7 @@ class _Run:
         self.ran: Counter[tuple[str, Status]] = Counter()
         self.kept: Counter[tuple[str, Status]] = Counter()
         self.damaged: set[str] = set()
-        self._inputs = Inputs(context.ledger)
+        self._inputs = Inputs(context.store, context.ledger)
         self._joining = Joining(context.ledger, context.progress)
 
     def loop(self) -> None:
@@ -213,7 +213,7 @@ class _Run:
             return
         keys = [self._key(job) for job in jobs]
         stores, attempts = [self._context.store] * len(jobs), [j.attempt for j in jobs]
-        tasks = [replace(j.task, expected=self._inputs.of(j.task)) for j in jobs]
+        tasks = [self._inputs.ready(j.task) for j in jobs]
         futures = self._context.client.map(run_attempt, stores, tasks, attempts, key=keys, pure=False, retries=0)
         self._jobs.update((key, replace(j, future=f)) for key, j, f in zip(keys, jobs, futures, strict=True))
         self._completed.update(futures)

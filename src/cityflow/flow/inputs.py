@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from cityflow.flow.damage import Written
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.outputs import digests_of
 from cityflow.flow.records import unquoted
+from cityflow.flow.shared import SharedTexts
 from cityflow.flow.stage import Node
+from cityflow.flow.store import Store
 from cityflow.flow.task import Json, Record, Task
 
 WORK, PRODUCTS = "work/", "products/"
@@ -20,8 +23,9 @@ KEPT = 500
 class Inputs:
     """Path → bytes and digest, from the records: those in ``work/`` name their unit, products are remembered as they come."""
 
-    def __init__(self, ledger: Ledger) -> None:
+    def __init__(self, store: Store, ledger: Ledger) -> None:
         self._ledger = ledger
+        self._shared = SharedTexts(store)
         self._outputs: OrderedDict[Node, Mapping[str, Written]] = OrderedDict()
         self._products: dict[str, tuple[Node, Written]] = {}
 
@@ -30,6 +34,10 @@ class Inputs:
         node = record.stage, record.unit
         self._outputs.pop(node, None)
         self._products.update((p, (node, w)) for p, w in _written(record).items() if p.startswith(PRODUCTS))
+
+    def ready(self, task: Task) -> Task:
+        """The task as it is sent: with what is known of its files; what it shares with others is written."""
+        return replace(self._shared.stored(task), expected=self.of(task))
 
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""

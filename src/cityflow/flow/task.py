@@ -41,6 +41,7 @@ class Task:
     arguments : where to find the inputs, a dataclass of the stage as JSON; may change without making the result stale
     expected : RUN-relative path → bytes and SHA-256 of the inputs that other tasks left, filled in by the driver; what
         the task reads is held against it
+    shared : RUN-relative path → text of what its arguments name and other tasks read, too (`flow.shared`); the driver writes it before the task is sent
     in_place : the task writes into a shared store (its own chunk of a Zarr array), so that an attempt that died
         midway spoils what an earlier one had left
     """
@@ -54,6 +55,7 @@ class Task:
     arguments: Mapping[str, Json] = field(default_factory=dict)
     limits: Limits = Limits()
     in_place: bool = False
+    shared: Mapping[str, str] = field(default_factory=dict)
     expected: Mapping[str, tuple[int, str]] = field(default_factory=dict)
 
     @property

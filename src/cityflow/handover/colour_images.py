@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 from cityflow.core.colour_image import ColourImage
+from cityflow.flow.shared import KEPT, SharedText, read_shared
 from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs, as_json, from_json
 from cityflow.handover.cached_reads import open_pixels
@@ -32,28 +34,38 @@ class ShownImage(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class ColourInputs(TaskInputs):
-    """The images of a task, in its order.
+    """The images of a task.
 
     Attributes
     ----------
-    shown : name → pose and balance, a `ShownImage` as JSON text: many units show the same image
-    pixels : name → RUN-relative path of the ingested image
+    views : RUN-relative path of poses and balances, of these images and maybe of others (`views_text`)
+    pixels : name → RUN-relative path of the ingested image, in the order of the task
     """
 
-    shown: Mapping[str, str]
+    views: str
     pixels: Mapping[str, str]
 
     @property
-    def digest(self) -> str:
-        """SHA-256 of names, poses and balances, in their order; 64 hexadecimal digits."""
-        return hashlib.sha256("\n".join(part for item in self.shown.items() for part in item).encode()).hexdigest()
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.pixels)
 
     def opened(self, store: Store) -> list[ColourImage]:
         """All of them. Raises CatalogError or OSError where one cannot be read."""
-        return [self.open(store, name) for name in self.shown]
+        return [self.open(store, name) for name in self.pixels]
 
     def open(self, store: Store, name: str) -> ColourImage:
         """One of them."""
-        shown = from_json(ShownImage, json.loads(self.shown[name]), name)
+        shown = from_json(ShownImage, _views(store, self.views)[name], name)
         pixels = open_pixels(store, self.pixels[name])
         return ColourImage(shown.image, pixels, shown.gain, shown.gamma, shown.falloff, shown.shoulder)
+
+
+def views_text(shown: Mapping[str, str]) -> SharedText:
+    """Poses and balances of images for `ColourInputs.views`: name → `ShownImage.text`."""
+    return SharedText.of("{" + ",".join(f"{json.dumps(name)}:{text}" for name, text in shown.items()) + "}")
+
+
+@lru_cache(maxsize=KEPT)
+def _views(store: Store, path: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(read_shared(store, path))
+    return found

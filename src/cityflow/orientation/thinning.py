@@ -7,11 +7,12 @@ neighbours see that strip nearly as well, one window less is matched. A referenc
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
-from cityflow.core.arrays import IntArray
+from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.orientation.reference_images import DETOUR_DEG, Candidates, ReferenceImageParameters
 from cityflow.orientation.views import View
 
@@ -34,69 +35,95 @@ class Window:
         return 1.0 - self.used / self.area if self.area > 0 else 1.0
 
 
-def window_of(view: View, cells: IntArray, cell_m: float, halo_px: int) -> Window:
-    """The box around (n, 2) ground cells in an image, at the heights of the view, with a halo, cut to the image."""
-    if len(cells) == 0:
-        return Window(0.0, 0.0)
+@dataclass(frozen=True, slots=True)
+class Shares:
+    """What each of some ground cells is of an image, with a halo, cut to the image: (n, 2) first and last pixels, (n,) square pixels of the cell itself."""
+
+    start: FloatArray
+    stop: FloatArray
+    used: FloatArray
+
+    def window(self, which: IntArray) -> Window:
+        """The box around some of the cells."""
+        if not len(which):
+            return Window(0.0, 0.0)
+        size = self.stop[which].max(axis=0) - self.start[which].min(axis=0)
+        return Window(float(np.prod(np.maximum(size, 0))), float(self.used[which].sum()))
+
+
+def shares_of(view: View, cells: IntArray, cell_m: float, halo_px: int) -> Shares:
+    """Of (n, 2) ground cells in an image, at the heights of the view."""
     size = np.array([view.image.camera.width, view.image.camera.height], np.float64)
     corners = ((cells[:, None, :] + np.array([[0, 0], [1, 0], [1, 1], [0, 1]])) * cell_m).reshape(-1, 2)
     low, high = (
-        np.clip(view.image.project(np.column_stack([corners, np.full(len(corners), h)]))[0], 0, size)
+        np.clip(view.image.project(np.column_stack([corners, np.full(len(corners), h)]))[0], 0, size).reshape(-1, 4, 2)
         for h in view.heights
     )
-    start = np.maximum(np.minimum(low.min(axis=0), high.min(axis=0)) - halo_px, 0)
-    stop = np.minimum(np.maximum(low.max(axis=0), high.max(axis=0)) + halo_px, size)
-    x, y = low.reshape(-1, 4, 2)[..., 0], low.reshape(-1, 4, 2)[..., 1]
-    used = np.abs(np.sum(x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y, axis=1)) / 2
-    return Window(float(np.prod(np.maximum(stop - start, 0))), float(used.sum()))
+    every = [level[:, corner] for level in (low, high) for corner in range(4)]
+    start = np.maximum(reduce(np.minimum, every) - halo_px, 0)
+    stop = np.minimum(reduce(np.maximum, every) + halo_px, size)
+    x, y = low[..., 0], low[..., 1]
+    used = np.abs(sum(x[:, i] * y[:, j] - x[:, j] * y[:, i] for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)))) / 2
+    return Shares(start, stop, used)
 
 
-@dataclass
 class _Thinning:
     """The state of giving up reference images: who is open, who has which cell, and the window of each."""
 
-    views: Sequence[View]
-    cell: IntArray
-    others: IntArray
-    parameters: ReferenceImageParameters
-    open: dict[int, bool] = field(default_factory=dict)
-    owned: dict[int, list[int]] = field(default_factory=dict)
-    windows: dict[int, Window] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        owner = self.others[:, 0]
+    def __init__(
+        self, views: Sequence[View], cell: IntArray, others: IntArray, parameters: ReferenceImageParameters
+    ) -> None:
+        self._views, self._cell, self._others, self._parameters = views, cell, others, parameters
+        self._seen = _positions(others)
+        self._shares: dict[int, Shares] = {}
+        owner = others[:, 0]
         order = np.argsort(owner, kind="stable")
         names, first = np.unique(owner[order], return_index=True)
-        for k, part in zip(names.tolist(), np.split(order, first[1:]), strict=True):
-            self.owned[k] = part.tolist()
-            self.open[k] = True
-            self.windows[k] = self.window(k, self.owned[k])
-
-    def window(self, k: int, positions: list[int]) -> Window:
-        assert self.parameters.cell_m is not None
-        return window_of(self.views[k], self.cell[positions], self.parameters.cell_m, self.parameters.halo_px)
+        self.open = np.zeros(len(views), bool)
+        self.open[names] = True
+        self._owned = dict(zip(names.tolist(), np.split(order, first[1:]), strict=True))
+        self._windows = {k: self._window(k, part) for k, part in self._owned.items()}
 
     def poorest(self) -> list[int]:
         """Open reference images with too much of their window on the ground of others, the poorest first."""
-        poor = [(-round(w.on_others, 6), k) for k, w in self.windows.items() if self.open[k]]
-        return [k for share, k in sorted(poor) if -share > self.parameters.max_overlap]
+        poor = [(-round(w.on_others, 6), k) for k, w in self._windows.items() if self.open[k]]
+        return [k for share, k in sorted(poor) if -share > self._parameters.max_overlap]
 
     def give_up(self, k: int) -> bool:
         """Hand the cells of reference image `k` to open others, if all can go and the windows shrink in all."""
-        heirs: dict[int, list[int]] = {}
-        for position in self.owned[k]:
-            heir = next((int(v) for v in self.others[position] if v >= 0 and v != k and self.open.get(int(v))), None)
-            if heir is None:
-                return False
-            heirs.setdefault(heir, []).append(position)
-        grown = {v: self.window(v, self.owned[v] + more) for v, more in heirs.items()}
-        if sum(w.area - self.windows[v].area for v, w in grown.items()) >= self.windows[k].area:
+        own = self._owned[k]
+        others = self._others[own]
+        takes = (others >= 0) & (others != k) & self.open[others]
+        if not takes.any(axis=1).all():
             return False
-        for v, more in heirs.items():
-            self.owned[v] = self.owned[v] + more
-        self.windows.update(grown)
+        heirs = others[np.arange(len(own)), takes.argmax(axis=1)]
+        owned = {v: np.concatenate([self._owned[v], own[heirs == v]]) for v in dict.fromkeys(heirs.tolist())}
+        grown = {v: self._window(v, positions) for v, positions in owned.items()}
+        if sum(w.area - self._windows[v].area for v, w in grown.items()) >= self._windows[k].area:
+            return False
+        self._owned.update(owned)
+        self._windows.update(grown)
         self.open[k] = False
         return True
+
+    def _window(self, k: int, positions: IntArray) -> Window:
+        """What is matched of image `k` for cells that it sees: what these are of the image is worked out once."""
+        seen = self._seen[k]
+        if k not in self._shares:
+            assert self._parameters.cell_m is not None
+            self._shares[k] = shares_of(
+                self._views[k], self._cell[seen], self._parameters.cell_m, self._parameters.halo_px
+            )
+        return self._shares[k].window(np.searchsorted(seen, positions))
+
+
+def _positions(others: IntArray) -> dict[int, IntArray]:
+    """View → the rows of `others` that name it, ascending."""
+    row, column = np.nonzero(others >= 0)
+    view = others[row, column]
+    order = np.lexsort((row, view))
+    names, first = np.unique(view[order], return_index=True)
+    return dict(zip(names.tolist(), np.split(row[order], first[1:]), strict=True))
 
 
 def surplus_reference_images(
@@ -117,7 +144,7 @@ def surplus_reference_images(
         if sum(state.give_up(k) for k in state.poorest()) == 0:
             break
     seen = {int(v) for v in np.unique(others) if v >= 0}
-    return {v for v in seen if not state.open.get(v)}
+    return {v for v in seen if not state.open[v]}
 
 
 def _others(found: Candidates) -> tuple[IntArray, IntArray]:

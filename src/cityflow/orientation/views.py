@@ -91,7 +91,8 @@ def sees(image: OrientedImage, xyz: FloatArray, margin_px: float = 0.0) -> BoolA
     depth = np.where(local[..., 2] > 1e-9, local[..., 2], np.nan)
     normal = local[..., :2] / depth[..., None]
     low, high = _extent(image.camera)
-    near = np.all((normal >= low) & (normal <= high), axis=-1)
+    x, y = normal[..., 0], normal[..., 1]
+    near = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
     uv = image.camera.distort(np.where(near[..., None], normal, 0.0))
     return np.asarray(near & image.holds(uv, margin_px))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Generic, TypeVar
 
 from cityflow.flow.gates import Gates
-from cityflow.flow.stage import START, Node, Stage
+from cityflow.flow.stage import START, Node, Stage, nobody
 from cityflow.flow.task import Task
 
 C = TypeVar("C")
@@ -24,6 +24,7 @@ class Walk(Generic[C]):
 
     def __init__(self, stages: Sequence[Stage[C]], context: C) -> None:
         self.stages = {stage.name: stage for stage in stages}
+        self._starting = [stage for stage in stages if stage.starts is not nobody]
         self._context = context
         self._gates: Gates[tuple[Node, int], Node] = Gates()
         self._wanted: set[Node] = set()
@@ -61,7 +62,7 @@ class Walk(Generic[C]):
         return found
 
     def _started_by(self, node: Node) -> Iterator[Task]:
-        for stage in self.stages.values():
+        for stage in self._starting:
             yield from self.want((stage.name, unit) for unit in stage.starts(self._context, node))
 
     def _go_on(self, node: Node, step: int) -> Iterator[Task]:

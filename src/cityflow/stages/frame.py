@@ -25,7 +25,7 @@ from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs
+from cityflow.survey.colours import colour_inputs, digest_of_views
 from cityflow.survey.depths import depth_maps, depths_over, matches_over, reach_of
 from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
@@ -76,7 +76,7 @@ def task(survey: Survey, unit: str) -> Task:
     )
     # a small cluster's images may be reference images for a larger one that looks nearly the same way
     shown_here = {*place.frame.images, *bases}
-    colours = colour_inputs(survey, (n for n in seen if n in shown_here))
+    colours, views = colour_inputs(survey, (n for n in seen if n in shown_here))
     grid = survey.images.tilted.grid(place.frame)
     given = as_json(FrameInputs(depths, place.frame, place.tile.bounds, grid, colours))
     asked = FrameParameters(fuse=survey.parameters.image_surface.fuse, ortho=survey.parameters.ortho)
@@ -85,13 +85,14 @@ def task(survey: Survey, unit: str) -> Task:
         parameters=as_json(survey.parameters_of(NAME, unit, asked)),
         inputs={
             **inputs, "wanted": digest_of(sorted(own)),
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
-            "views": colours.digest,
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.names},
+            "views": digest_of(digest_of_views(survey, colours.names)),
             "frame": digest_of([given["frame"], grid.bounds]),
         },
         arguments=given,
         limits=survey.limits(NAME),
         in_place=True,
+        shared={views.path: views.text},
     )  # fmt: skip
 
 
@@ -109,7 +110,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     around = grown(given.bounds, max(fusing.reach_m(cell_m), parameters.ortho.halo_m))
     core, wide = Grid.covering(given.bounds, cell_m), Grid.covering(around, cell_m)
     points = _in_frame(workspace.store, given, wide.bounds)
-    if not len(points) or not given.colours.shown:
+    if not len(points) or not given.colours.names:
         return workspace.outcome(Status.DONE, EMPTY, {"digest": "empty", "points": 0})
     fused = fuse(points, wide, fusing)
     whole_surface = fill_steps(fused, fusing).astype(np.float32)

@@ -22,7 +22,7 @@ from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs
+from cityflow.survey.colours import colour_inputs, digest_of_views
 from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 
@@ -52,27 +52,28 @@ class OrthoInputs(TaskInputs):
 def task(survey: Survey, name: str) -> Task:
     """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
     tile, ring = survey.lattice.tiles[name], survey.lattice.ring(name)
-    colours = colour_inputs(survey, survey.images.ortho_images(tile))
-    slanting = tuple(n for n in colours.shown if survey.images.is_slanting(n))
+    colours, views = colour_inputs(survey, survey.images.ortho_images(tile))
+    slanting = tuple(n for n in colours.names if survey.images.is_slanting(n))
     given = as_json(OrthoInputs(tile.bounds, survey.surfaces, colours, slanting, survey.catalog.reference.code))
     return Task(
         NAME, name, "cityflow.stages.ortho:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)),
         inputs={
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in ring},
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.shown},
-            "views": digest_of([colours.digest, slanting]), "grid": survey.lattice.place,
+            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.names},
+            "views": digest_of([digest_of_views(survey, colours.names), slanting]), "grid": survey.lattice.place,
         },
         arguments=given,
         limits=survey.limits(NAME),
         in_place=True,
+        shared={views.path: views.text},
     )  # fmt: skip
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
     """Write the tile's chunk of the ortho, and the ortho as GeoTIFF."""
     given, parameters = task.arguments_as(OrthoInputs), task.parameters_as(OrthoParameters)
-    if not given.colours.shown:
+    if not given.colours.names:
         return workspace.outcome(Status.FAILED, UNSEEN)
     whole = given.surfaces.fine
     grid = Grid.covering(given.bounds, whole.cell)

@@ -186,8 +186,8 @@ def _rasters(city: City, name: str) -> Iterable[Node]:
 def _count(city: City) -> int | None:
     if not city.survey.splits:
         return 0
-    known = all(t in city.outlines_of for t in city.tiles)
-    return sum(len(city.outlines_of[t]) for t in city.tiles) if known else None
+    known = all(t in city.count_outlines for t in city.tiles)
+    return sum(city.count_outlines[t] for t in city.tiles) if known else None
 
 
 STAGE = Stage(

@@ -14,6 +14,7 @@ from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.pixels import ArrayPixels
 from cityflow.core.texture import FaceKey
 from cityflow.errors import CatalogError
+from cityflow.flow.shared import SharedText
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Task, digest_of
@@ -31,7 +32,7 @@ from cityflow.io.fetch import local_file
 from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs
+from cityflow.survey.colours import colour_inputs, digest_of_views
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 from cityflow.survey.texture_inputs import (
@@ -88,9 +89,12 @@ class TextureInputs(TaskInputs):
     white: float
 
 
-def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Sequence[str]) -> Task:
-    """One unit, between the units `around` it, that the images `known` show; where a neighbour has failed, its block stands there, as in the export."""
-    colours = colour_inputs(survey, known)
+def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Sequence[str], views: SharedText) -> Task:
+    """One unit, between the units `around` it, that the images `known` show; their poses stand in `views`.
+
+    Where a neighbour has failed, its block stands there, as in the export.
+    """
+    colours, _ = colour_inputs(survey, known, views)
     blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}
@@ -99,7 +103,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Se
     given = as_json(TextureInputs(
         unit.at, survey.outline_sigma_m, {u: h.path for u, h in hulls.items() if h.path is not None},
         {u: FailedUnit(e.at, survey.results.hull(u).reason) for u, e in sorted(blocks.items())},
-        unit.neighbours, survey.surfaces, colours, tuple(n for n in known if n not in colours.shown), survey.ortho_inputs,
+        unit.neighbours, survey.surfaces, colours, tuple(n for n in known if n not in colours.pixels), survey.ortho_inputs,
         survey.catalog.reference.code, survey.images.white,
     ))  # fmt: skip
     return Task(
@@ -110,14 +114,15 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Se
             **{f"surface {t}": survey.results.digest_of("surface", t) for t in tiles},
             "outline": digest_of([unit.digest, survey.outline_sigma_m]),
             "neighbours": digest_of([sorted(unit.neighbours), {u: e.digest for u, e in sorted(blocks.items())}]),
-            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.shown else "unread" for n in known}),
-            "views": colours.digest,
+            "images": digest_of({n: survey.results.digest_of("ingest", n) if n in colours.pixels else "unread" for n in known}),
+            "views": digest_of(digest_of_views(survey, colours.names)),
             **{kind: r.checksum for kind, r in survey.given_orthos().items()}, "grid": survey.lattice.place,
             # a survey of 8 bits is white at 255, whatever else is in the catalog
             **({"white": f"{survey.images.white:g}"} if survey.images.dtype != "uint8" else {}),
         },
         arguments=given,
         limits=survey.limits(NAME),
+        shared={views.path: views.text},
     )  # fmt: skip
 
 
@@ -150,7 +155,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 def _opened(store: Store, given: TextureInputs) -> tuple[list[ColourImage], dict[str, str]]:
     """The images of a task, and why others cannot be opened: they were there when the task was made."""
     found, gone = [], {}
-    for name in given.colours.shown:
+    for name in given.colours.names:
         try:
             found.append(replace(given.colours.open(store, name), white=given.white))
         except CatalogError as error:
@@ -243,7 +248,7 @@ def _task(city: City, name: str) -> Task | None:
         return None
     unit = city.units[name]
     needs = texture_needs(city, unit)
-    return task(city.survey, unit, [city.units[u] for u in needs.around], needs.images)
+    return task(city.survey, unit, [city.units[u] for u in needs.around], needs.images, needs.views)
 
 
 STAGE = Stage(

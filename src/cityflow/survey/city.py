@@ -17,7 +17,9 @@ from cityflow.survey.survey_parameters import SurveyParameters
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
 
-INGEST, OUTLINE, UNITS, EXPORT = "ingest", "outline", "units", "export"
+INGEST, OUTLINE, SPLIT, UNITS, EXPORT = "ingest", "outline", "split", "units", "export"
+LAST_FOR_EXPORT = ("texture", "windows")
+"""What these leave of a unit is asked for by no task after the export of its tile."""
 OUTLINES = "outlines"
 """Unit of the stage ``ingest`` that reads given outlines."""
 CITY = "city"
@@ -36,7 +38,8 @@ class City:
     Attributes
     ----------
     units : id → entry of every unit that is known;  units_of : tile → those that it owns;  chosen : tile → ids of those within the area
-    outlines, outlines_of : the same of outlines that are split
+    outlines, outlines_of : the same of outlines that are split, until the units of their tile and of all around are known
+    count_outlines : tile → how many it owns that are split
     atlas_cells_of : tile → atlas cell → its units, if requested
     refused : outlines that cannot be buildings, or that a person has rejected, with the reason
     """
@@ -55,6 +58,8 @@ class City:
         self.chosen: dict[str, list[str]] = {}
         self.outlines: dict[str, UnitEntry] = {}
         self.outlines_of: dict[str, list[str]] = {}
+        self.count_outlines: dict[str, int] = {}
+        self._without_units: dict[str, set[str]] = {}
         self.refused: dict[str, str] = {}
         self.atlas_cells_of: dict[str, Mapping[str, list[str]]] = {}
 
@@ -81,12 +86,37 @@ class City:
             found = self._entries(record)
             self.outlines.update({o.id: o for o in found})
             self.outlines_of[record.unit] = [o.id for o in found]
+            self.count_outlines[record.unit] = len(found)
+            self._without_units[record.unit] = self._tiles_touching(record.unit, found)
         elif record.stage == self.unit_stage:
             found = self._entries(record)
             self.units.update({u.id: u for u in found})
             self.units_of[record.unit] = UnitIndex(found)
             self.atlas_cells_of.pop(record.unit, None)
             self.chosen[record.unit] = [u.id for u in found if self.area.holds(u.point)]
+            if record.stage == UNITS:
+                self._forget_outlines(record.unit, found)
+        elif record.stage == EXPORT:
+            for stage in LAST_FOR_EXPORT:
+                self.survey.results.forget(stage, self.chosen.get(record.unit, ()))
+
+    def _tiles_touching(self, tile: str, entries: Iterable[UnitEntry]) -> set[str]:
+        """The tile, those around it, and those that own what touches its outlines."""
+        return {*self.survey.lattice.ring(tile), *(t for e in entries for t in e.neighbour_tiles)}
+
+    def _forget_outlines(self, tile: str, found: Iterable[UnitEntry]) -> None:
+        """Outlines, and how they were split, are asked for by the units of their tile and of those that touch it."""
+        for name in self._tiles_touching(tile, found):
+            left = self._without_units.get(name)
+            if left is None:
+                continue
+            left.discard(tile)
+            if not left:
+                del self._without_units[name]
+                outlines = self.outlines_of.pop(name)
+                self.survey.results.forget(SPLIT, outlines)
+                for outline in outlines:
+                    self.outlines.pop(outline, None)
 
     @staticmethod
     def _entries(record: Record) -> list[UnitEntry]:

@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
 from cityflow.core.local_frame import LocalFrame
+from cityflow.flow.task import digest_of
 from cityflow.handover.colour_images import ShownImage
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
@@ -54,7 +55,7 @@ class ImageSurvey:
         level = parameters.images.level
         self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
         self._units: dict[str, FlightTile] = {}
-        self._texts: dict[str, str] = {}
+        self._texts: dict[str, tuple[str, str]] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
 
     @cached_property
@@ -166,11 +167,12 @@ class ImageSurvey:
         """One that `flight_tiles` has named."""
         return self._units[unit]
 
-    def shown(self, name: str) -> str:
-        """Pose and balance of an image as JSON text, made once: a task of a unit has dozens of them."""
+    def shown(self, name: str) -> tuple[str, str]:
+        """Pose and balance of an image as JSON text, and its digest, made once: a task of a unit has dozens of them."""
         if name not in self._texts:
             a = self.assets[name]
-            self._texts[name] = ShownImage(self.views[name].image, a.gain, a.gamma, a.falloff, a.shoulder).text
+            text = ShownImage(self.views[name].image, a.gain, a.gamma, a.falloff, a.shoulder).text
+            self._texts[name] = text, digest_of(text)
         return self._texts[name]
 
     def ortho_images(self, tile: Tile) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from sys import intern
 
@@ -58,6 +58,7 @@ class Results:
         if record.stage == RECONSTRUCT:
             outputs = {p: d for p, d in outputs.items() if p.endswith(HULL)}
         digest = str(record.result.get("digest") or "")
+        digest = next((d for d in outputs.values() if d == digest), digest)  # one text less
         left = Left(record.status, record.reason, digest, tuple(outputs), tuple(outputs.values()))
         self._left.setdefault(record.stage, {})[intern(record.unit)] = left
         self._refused.pop(node, None)
@@ -65,6 +66,12 @@ class Results:
             self._refused[node] = {str(unit): str(reason) for unit, reason in refused}
         if record.stage == "outline":
             self._given_outlines[record.unit] = {p: d for p, d in sorted(record.inputs.items()) if _holds_outlines(p)}
+
+    def forget(self, stage: str, units: Iterable[str]) -> None:
+        """Drop what nobody will ask for again."""
+        found = self._left.get(stage, {})
+        for unit in units:
+            found.pop(unit, None)
 
     def of(self, stage: str, unit: str) -> Left | None:
         """What a task has left; None where it has not ended."""

@@ -10,7 +10,9 @@ import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Tile
+from cityflow.flow.shared import SharedText
 from cityflow.survey.city import City
+from cityflow.survey.colours import views_of
 from cityflow.survey.texture_inputs import LONGEST_M, texture_parameters, tiles_around
 from cityflow.survey.unit_entry import UnitEntry
 from cityflow.survey.unit_index import UnitIndex
@@ -28,10 +30,12 @@ class TextureNeeds:
     ----------
     around : units whose models may stand between this one and a camera, or share a wall with it, whatever tiles they are in
     images : those that have it in their frame
+    views : poses and balances of all images that show a unit of its tile
     """
 
     around: list[str]
     images: list[str]
+    views: SharedText
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,8 @@ def _of_tile(city: City, tile: str) -> _TileNeeds:
             around[k].add(other.names[i])
     models = [sorted(n for n in found - {u.id} if n in city.units) for u, found in zip(units, around, strict=True)]
     images = _images(city, index, asked)
-    needs = {u.id: TextureNeeds(m, i) for u, m, i in zip(units, models, images, strict=True)}
+    views = views_of(survey, sorted({n for names_of in images for n in names_of}))
+    needs = {u.id: TextureNeeds(m, i, views) for u, m, i in zip(units, models, images, strict=True)}
     return _TileNeeds({t: city.units_of.get(t) for t in names}, needs)
 
 
