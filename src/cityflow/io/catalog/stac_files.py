@@ -59,6 +59,7 @@ def listed(folder: str) -> dict[str, Listed]:
             return {f"{folder}/{e.name}": _of(e) for e in entries}
     with reaching(folder):
         fs, path = file_system_of(folder, small=True)
+        fs.invalidate_cache()  # what was listed earlier in this process may have changed
         found = fs.ls(path, detail=True)
     files = (f for f in found if f.get("type") == "file")
     return {f"{folder}/{str(f['name']).rsplit('/', 1)[-1]}": Listed(int(f["size"] or 0), 0, _md5(f)) for f in files}
