@@ -28,14 +28,6 @@ from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, HeightRaster, Picture
 from cityflow.core.roof_types import RoofType
-from cityflow.evaluation.roof_skeletons import (
-    FoundShapes,
-    found_shapes,
-    node_errors,
-    roof_polygons,
-    skeleton_nodes,
-    united_by_plane,
-)
 from cityflow.geometry.roof_adjacency import RoofSurface
 from cityflow.geometry.roof_type import type_of_surfaces
 from cityflow.reconstruction.roof_types import best_roofs, reconstruct
@@ -44,6 +36,14 @@ from cityflow.synthetic.roofs import MAIN, TruthFace, visible_faces
 from cityflow.synthetic.town_truth import TruthRasters, truth_rasters
 from cityflow.synthetic.town_units import Unit
 from drawn_town import DrawnTown, drawn_town, table
+from roof_skeletons import (
+    FoundShapes,
+    found_shapes,
+    node_errors,
+    roof_polygons,
+    skeleton_nodes,
+    united_by_plane,
+)
 from scenes.drawn_houses import (
     BEYOND,
     COMPLEX,

@@ -11,7 +11,6 @@ from shapely import Polygon, contains_xy
 from cityflow.core.building import Lod, Status
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Candidate, Evidence, Picture
-from cityflow.evaluation.roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.roof_types import reconstruct
 from cityflow.reconstruction.roof_types_parts import reading as readings
@@ -19,6 +18,7 @@ from cityflow.reconstruction.roof_types_parts.line_categories import Category
 from cityflow.reconstruction.roof_types_parts.reading import Reading, RoofTypesParameters, read
 from cityflow.reconstruction.roof_types_parts.roof_lines import RoofLines
 from cityflow.synthetic.roofs import MAIN, visible_faces
+from roof_skeletons import node_errors, roof_polygons, skeleton_nodes, united_by_plane
 from scenes.drawn_houses import BEYOND, COMPLEX, SIMPLE, DrawnHouse, disturbed, drawn_house
 
 PARAMETERS = RoofTypesParameters()

@@ -24,34 +24,10 @@ CLOSE_M, BELOW_M = 0.35, 0.25
 """How near others lie beside it, and below it."""
 SMALL_M2 = 10.0
 """Smaller walls have no rows to tell by."""
-WEIGHTS = np.array(
-    [
-        -2.11,
-        1.35,
-        -0.03,
-        0.22,
-        0.96,
-        0.57,
-        0.02,
-        -0.86,
-        -0.14,
-        0.4,
-        -0.31,
-        -5.4,
-        0.74,
-        1.01,
-        1.85,
-        -1.9,
-        -0.58,
-        0.36,
-        -0.55,
-        -2.88,
-        -1.11,
-        -2.18,
-        -0.41,
-        -0.78,
-    ]
-)
+WEIGHTS = np.array([
+    -2.11, 1.35, -0.03, 0.22, 0.96, 0.57, 0.02, -0.86, -0.14, 0.4, -0.31, -5.4,
+    0.74, 1.01, 1.85, -1.9, -0.58, 0.36, -0.55, -2.88, -1.11, -2.18, -0.41, -0.78,
+])  # fmt: skip
 """Fitted by `benchmarks/windows_facades.py --fit` on drawn façades of other seeds than docs/windows.md judges by; never set by hand."""
 
 
