@@ -27,6 +27,7 @@ from cityflow.reconstruction.orientation_histogram import OrientationHistogramPa
 from cityflow.reconstruction.primitives import PrimitivesParameters
 from cityflow.reconstruction.roof_types_parts.reading import RoofTypesParameters
 from cityflow.reconstruction.scores import Score, ScoreParameters, scored, with_faces
+from cityflow.reconstruction.solids.levels import LevelParameters
 from cityflow.reconstruction.volumetric import VolumetricParameters
 
 MODULES: Mapping[str, ModuleType] = {
@@ -69,6 +70,7 @@ class ReconstructParameters(Parameters):
     roof_types: RoofTypesParameters = RoofTypesParameters()
     primitives: PrimitivesParameters = PrimitivesParameters()
     extruded: ExtrudedParameters = ExtrudedParameters()
+    levels: LevelParameters = LevelParameters()
     score: ScoreParameters = ScoreParameters()
     sparse_per_m2: float = Field(
         4.0,

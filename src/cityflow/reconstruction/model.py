@@ -13,6 +13,7 @@ from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParame
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
 from cityflow.reconstruction.overhangs.rim_search import find_overhangs
 from cityflow.reconstruction.precision import with_precision
+from cityflow.reconstruction.solids.levels import BlockLevels, LevelParameters
 from cityflow.reconstruction.verdicts.held_back import HeldBackParameters
 
 
@@ -32,7 +33,7 @@ class ModelParameters(ReconstructParameters):
 def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     """The choice whose candidate is finished; the candidates that were tried stay as they were scored."""
     choice = choose(evidence, parameters)
-    best = with_precision(_with_blocks(choice.candidate), evidence)
+    best = with_precision(_with_blocks(choice.candidate, parameters.levels), evidence)
     if parameters.with_overhangs and best.method != LAST_RESORT:
         best = _with_eaves(best, evidence, parameters.overhangs)
     unseen = best.notes.get("unseen_share")
@@ -42,10 +43,11 @@ def model(evidence: Evidence, parameters: ModelParameters) -> Choice:
     return replace(choice, candidate=best)
 
 
-def _with_blocks(best: Candidate) -> Candidate:
+def _with_blocks(best: Candidate, parameters: LevelParameters) -> Candidate:
     """The candidate with its lower levels of detail made; without, and with the reason, where that comes to nothing."""
     try:
-        return replace(best, blocks=dict(best.blocks))
+        made = best.blocks.by(parameters) if isinstance(best.blocks, BlockLevels) else best.blocks
+        return replace(best, blocks=dict(made))
     except NUMERICAL_TROUBLE as error:
         return replace(best, blocks={}, notes={**best.notes, "blocks_reason": f"{type(error).__name__}: {error}"})
 

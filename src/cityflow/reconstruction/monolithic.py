@@ -40,7 +40,7 @@ from cityflow.reconstruction.noise.voxel_filter import VoxelFilterParameters, fi
 from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.planes.roof_cloud import local_origin, thin, typical_density
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
-from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+from cityflow.reconstruction.solids.levels import block_levels
 
 METHOD = "monolithic"
 MOST_FACADE_POINTS = 60_000
@@ -70,7 +70,6 @@ class MonolithicParameters(Parameters):
         1.5, gt=1, le=5, description="`cells.worse` of the second attempt at an inconsistent roof"
     )
     faces: FaceParameters = FaceParameters()
-    levels: LevelParameters = LevelParameters()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,7 @@ def _reconstruct(evidence: Evidence, parameters: MonolithicParameters, notes: di
     if faults:
         raise Inconsistency(f"the solid is not valid ({faults[0].code} {faults[0].name})")
     _check_floor(solid, evidence.ground_height)
-    blocks = block_levels(roof.partition, planes, *frame, parameters.levels)
+    blocks = block_levels(roof.partition, planes, *frame)
     unseen = float(notes["unseen"] or 0.0)
     status, reason = Status.DONE, ""
     if unseen > MOST_UNSEEN:

@@ -34,7 +34,7 @@ from cityflow.reconstruction.planes.plane_labels import LabelEnergy, label_energ
 from cityflow.reconstruction.planes.plane_segments import UNASSIGNED, PlaneSegments
 from cityflow.reconstruction.planes.prior_directions import with_prior
 from cityflow.reconstruction.planes.roof_cloud import RoofCloud, local_origin, roof_cloud
-from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+from cityflow.reconstruction.solids.levels import block_levels
 from cityflow.reconstruction.solids.roof_solid import build_roof
 
 METHOD = "orientation_histogram"
@@ -70,7 +70,6 @@ class OrientationHistogramParameters(Parameters):
     )
     rounds: int = Field(6, ge=1, le=50, description="most rounds of labelling and fitting")
     partition: PartitionParameters = PartitionParameters()
-    levels: LevelParameters = LevelParameters()
 
 
 def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) -> Candidate:
@@ -87,7 +86,6 @@ def reconstruct(evidence: Evidence, parameters: OrientationHistogramParameters) 
         evidence.ground_height,
         segments.origin,
         evidence.outline,
-        parameters.levels,
     )
     notes = {
         "planes_found": found,

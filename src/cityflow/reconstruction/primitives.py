@@ -27,7 +27,7 @@ from cityflow.reconstruction.primitive_parts.cut_search import CutSearch, Part
 from cityflow.reconstruction.primitive_parts.roof_of_parts import roof_of_parts
 from cityflow.reconstruction.primitive_parts.shape_fits import BEYOND_M
 from cityflow.reconstruction.solids.assemble import MIN_HEIGHT, assemble
-from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+from cityflow.reconstruction.solids.levels import block_levels
 
 METHOD = "primitives"
 ASKEW = math.radians(4.0)
@@ -46,7 +46,6 @@ class PrimitivesParameters(Parameters):
         3.0, gt=0, le=50, description="price of each number of a shape (nats; a point off every roof costs 4.5)"
     )
     most_points: int = Field(600, ge=3, le=10_000, description="units of more points are left to the other methods")
-    levels: LevelParameters = LevelParameters()
 
 
 def reconstruct(evidence: Evidence, parameters: PrimitivesParameters) -> Candidate:
@@ -72,9 +71,7 @@ def reconstruct(evidence: Evidence, parameters: PrimitivesParameters) -> Candida
     faults = check_polyhedron(solid)
     if faults:
         return Candidate(METHOD, None, status=Status.FAILED, reason=f"{faults[0].code} {faults[0].name}")
-    blocks = block_levels(
-        partition, segments.coefficients, evidence.ground_height, origin, evidence.outline, parameters.levels
-    )
+    blocks = block_levels(partition, segments.coefficients, evidence.ground_height, origin, evidence.outline)
     notes = {"parts": sum(1 for _ in tree.leaves()), "nats": round(tree.cost, 2)}
     return Candidate(METHOD, solid, segments.roof_planes(), blocks, Status.DONE, "", notes, numbers=tree.numbers)
 

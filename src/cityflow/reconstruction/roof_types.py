@@ -60,19 +60,17 @@ def reconstruct(evidence: Evidence, parameters: RoofTypesParameters) -> Candidat
         return _none(
             f"{100 * off:.0f} % of the heights lie beyond three sigma of the best roof ({roofs[0].type}): type unknown"
         )
-    return _first_valid(evidence, reading, roofs, parameters)
+    return _first_valid(evidence, reading, roofs)
 
 
-def _first_valid(
-    evidence: Evidence, reading: Reading, roofs: list[Composition], parameters: RoofTypesParameters
-) -> Candidate:
+def _first_valid(evidence: Evidence, reading: Reading, roofs: list[Composition]) -> Candidate:
     """The best roof; where its solid has faults, the next one, marked."""
     tried = 0
     faults = "none tried"
     while faults and tried < min(len(roofs), LADDER):
-        candidate, faults = _candidate(evidence, reading, roofs[tried], parameters)
+        candidate, faults = _candidate(evidence, reading, roofs[tried])
         if faults and roofs[tried].dormers:
-            candidate, faults = _candidate(evidence, reading, replace(roofs[tried], dormers=()), parameters)
+            candidate, faults = _candidate(evidence, reading, replace(roofs[tried], dormers=()))
         tried += 1
     if faults:
         return _none(f"no valid solid of the best {min(len(roofs), LADDER)} roofs: {faults}")
@@ -156,9 +154,7 @@ def _share_off(reading: Reading, model: RoofModel) -> float:
     return float(np.mean(np.abs(mean - reading.cells.z) > 3 * max(reading.clues.sigma, 0.25)))
 
 
-def _candidate(
-    evidence: Evidence, reading: Reading, roof: Composition, parameters: RoofTypesParameters
-) -> tuple[Candidate, str]:
+def _candidate(evidence: Evidence, reading: Reading, roof: Composition) -> tuple[Candidate, str]:
     """The solid of a roof, and its first fault."""
     model = roof_model(roof.standing)
     partition = partition_of(model, reading.outline)
@@ -166,9 +162,7 @@ def _candidate(
     faults = check_polyhedron(solid)
     if faults:
         return _none("faults"), f"{roof.type} {faults[0].code} {faults[0].name}"
-    blocks = block_levels(
-        partition, model.planes, evidence.ground_height, reading.origin, evidence.outline, parameters.levels
-    )
+    blocks = block_levels(partition, model.planes, evidence.ground_height, reading.origin, evidence.outline)
     notes: dict[str, Scalar] = {
         "lines": len(reading.lines.lines),
         "parts": "+".join(p.skeleton.type.value for p in roof.parts),

@@ -23,7 +23,7 @@ from cityflow.reconstruction.partition.partition_values import RoofPartition
 from cityflow.reconstruction.partition.roof_partition import partition_along
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
-from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
+from cityflow.reconstruction.solids.levels import block_levels
 from cityflow.reconstruction.solids.roof_solid import coarser
 from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters, TopEnergy
 from cityflow.reconstruction.volumetric_parts.facades import (
@@ -53,7 +53,6 @@ class VolumetricParameters(Parameters):
     nodes: NodeParameters = NodeParameters()
     columns: ColumnParameters = ColumnParameters()
     undersides: UndersideParameters = UndersideParameters()
-    levels: LevelParameters = LevelParameters()
 
 
 def simpler(full: VolumetricParameters) -> Iterator[VolumetricParameters]:
@@ -109,7 +108,7 @@ def reconstruct(evidence: Evidence, parameters: VolumetricParameters) -> Candida
         "share_noise": round(noisy, 4),
     }
     frame = evidence.ground_height, segments.origin, evidence.outline
-    blocks = block_levels(hull.partition, segments.coefficients, *frame, parameters.levels)
+    blocks = block_levels(hull.partition, segments.coefficients, *frame)
     status, reason = (Status.DEGRADED, hull.reason) if hull.reason else (Status.DONE, "")
     return Candidate(METHOD, hull.solid, segments.roof_planes(), blocks, status, reason, notes)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 from shapely import Polygon, box
 from shapely.affinity import translate
@@ -10,10 +11,12 @@ from cityflow.core.building import Lod, Polyhedron, Semantic
 from cityflow.geometry.polyhedron import volume
 from cityflow.geometry.validity import check_polyhedron
 from cityflow.reconstruction.extruded import extrude
+from cityflow.reconstruction.model import ModelParameters, model
 from cityflow.reconstruction.partition.plane_energy import PartitionParameters
 from cityflow.reconstruction.partition.roof_partition import partition_roof
 from cityflow.reconstruction.solids.levels import LevelParameters, block_levels
 from roof_cases import ORIGIN, roof_cases
+from roof_scenes import OUTLINE, gable, scan
 
 CASES = roof_cases()
 
@@ -23,7 +26,7 @@ def levels_of(name: str, jump: float = 2.0) -> Mapping[Lod, Polyhedron]:
     segments = case.segments(0)
     partition, _ = partition_roof(case.outline, segments, PartitionParameters())
     world = translate(case.outline, *ORIGIN[:2])
-    return block_levels(partition, segments.coefficients, 1.0, ORIGIN, world, LevelParameters(jump=jump))
+    return block_levels(partition, segments.coefficients, 1.0, ORIGIN, world).by(LevelParameters(jump=jump))
 
 
 @pytest.mark.parametrize("name", sorted(CASES))
@@ -38,6 +41,19 @@ def test_every_level_is_valid(name: str) -> None:
 def test_one_block_at_the_percentile() -> None:
     # A gable of 0.8 over 8 m rises from 5 to 8.2: 70 % of its area lies below 5 + 0.7 · 3.2.
     assert volume(levels_of("gable")[Lod.LOD12]) == pytest.approx(96 * (5 + 0.7 * 3.2 - 1), rel=0.01)
+
+
+@pytest.mark.parametrize("method", ["orientation_histogram", "roof_types"])
+def test_one_percentile_is_that_of_all_methods(method: str) -> None:
+    evidence = scan(gable, OUTLINE, 8.0, 0.03, 1)
+    tops = []
+    for percentile in (0.0, 100.0):
+        asked = ModelParameters(methods=(method,), levels=LevelParameters(percentile=percentile), with_overhangs=False)
+        made = model(evidence, asked).candidate
+        assert made.method == method
+        tops.append(float(made.blocks[Lod.LOD12].vertices[:, 2].max()))
+    heights = evidence.points.xyz[:, 2]
+    assert tops == pytest.approx([np.quantile(heights, 0.01), heights.max()], abs=0.3)
 
 
 def test_blocks_part_at_jumps_only() -> None:

@@ -28,7 +28,6 @@ from cityflow.reconstruction.roof_types_parts.outline_sides import sides_of
 from cityflow.reconstruction.roof_types_parts.regular_outline import REACH_M, RegularParameters, Rim, regular_outline
 from cityflow.reconstruction.roof_types_parts.roof_lines import LineParameters, RoofLines
 from cityflow.reconstruction.roof_types_parts.shape_fit import Clues, noise_of
-from cityflow.reconstruction.solids.levels import LevelParameters
 
 Origin = tuple[float, float, float]
 
@@ -51,7 +50,6 @@ class RoofTypesParameters(Parameters):
     parts: DecompositionParameters = DecompositionParameters()
     roofs: HypothesisParameters = HypothesisParameters()
     dormers: DormerParameters = DormerParameters()
-    levels: LevelParameters = LevelParameters()
     straighten_m: float = Field(0.3, ge=0, le=5, description="bends of the outline below this (m) make no side")
     margin_m: float = Field(0.5, ge=0, le=5, description="heights nearer to the outline than this (m) are not fitted")
 

@@ -28,16 +28,26 @@ class LevelParameters(Parameters):
 
 
 class BlockLevels(Mapping[Lod, Polyhedron]):
-    """Blocks that are made when somebody looks at them: models that are only compared need none."""
+    """Blocks that are made when somebody looks at them: models that are only compared need none.
+
+    Parameters
+    ----------
+    make : makes them all
+    parameters : by which
+    """
 
     LODS = (Lod.LOD12, Lod.LOD13)
 
-    def __init__(self, make: Callable[[], dict[Lod, Polyhedron]]) -> None:
-        self._make = make
+    def __init__(self, make: Callable[[LevelParameters], dict[Lod, Polyhedron]], parameters: LevelParameters) -> None:
+        self._make, self._parameters = make, parameters
+
+    def by(self, parameters: LevelParameters) -> BlockLevels:
+        """The same blocks by other parameters."""
+        return BlockLevels(self._make, parameters)
 
     @cached_property
     def _made(self) -> dict[Lod, Polyhedron]:
-        return self._make()
+        return self._make(self._parameters)
 
     def __getitem__(self, lod: Lod) -> Polyhedron:
         return self._made[lod]
@@ -55,10 +65,9 @@ def block_levels(
     floor: float,
     origin: tuple[float, float, float],
     outline: Polygon,
-    parameters: LevelParameters,
 ) -> BlockLevels:
-    """LoD1.2 and LoD1.3 of a unit, from its LoD2.2 partition (arguments as of `assemble`)."""
-    return BlockLevels(partial(_made, partition, coefficients, floor, origin, outline, parameters))
+    """LoD1.2 and LoD1.3 of a unit, from its LoD2.2 partition (arguments as of `assemble`), by the usual parameters."""
+    return BlockLevels(partial(_made, partition, coefficients, floor, origin, outline), LevelParameters())
 
 
 def _made(
