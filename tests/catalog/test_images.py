@@ -145,12 +145,26 @@ def test_catalogs_that_know_gains_alone_stay_readable(survey: Path) -> None:
     made = _made(survey)
     for path in sorted((survey / "c" / "items").glob("img_*.json")):
         tree = json.loads(path.read_text())
-        for key in ("cityflow:gamma", "cityflow:falloff"):
+        for key in ("cityflow:gamma", "cityflow:falloff", "cityflow:shoulder"):
             tree["properties"].pop(key, None)
         path.write_text(json.dumps(tree))
     read = read_catalog(survey / "c").images
-    assert {(a.gamma, a.falloff) for a in read} == {((), 0.0)}
+    assert {(a.gamma, a.falloff, a.shoulder) for a in read} == {((), 0.0, 0.0)}
     assert [a.gain for a in read] == [a.gain for a in made.catalog.images]
+
+
+def test_photographs_exposed_for_a_bright_part_get_a_shoulder(survey: Path) -> None:
+    """In the east the ground is half as bright again, and exposed less; the balance would lift it beyond white."""
+    ground = 1.4 * _texture(1)
+    ground[:, 190:] *= 1.5
+    for image in _poses():
+        exposure = 0.68 if image.centre[0] > 20 else 1.3
+        shown = np.minimum(4 * _photograph(image, ground, exposure / 4).astype(int), 255)
+        Image.fromarray(shown.astype(np.uint8)).save(survey / "images" / image.name, quality=95)
+    made = _made(survey).catalog.images
+    (shoulder,) = {a.shoulder for a in made}
+    assert shoulder > 0.0
+    assert read_catalog(survey / "c").images == made
 
 
 def test_items_follow_the_extension(survey: Path) -> None:

@@ -121,6 +121,17 @@ def test_hidden_and_overexposed_points_say_nothing() -> None:
     assert np.allclose(np.exp(seen.log_colour), 30000 / 65535)
 
 
+def test_a_sensor_of_12_bits_is_dark_and_saturated_at_its_own_values() -> None:
+    """In the upper fifteen sixteenths of 16 bits nothing can be; 800 of 4095 are no darkness."""
+    view = _views(1, 1)[0]
+    array = np.full((240, 320, 3), 800, np.uint16)
+    array[:, 160:] = 4095
+    points = np.array([[-20.0, 0, 0], [20.0, 0, 0]])
+    seen = point_colours(view, ArrayPixels(array), points, LEVEL_2, white=4095.0)
+    assert (seen.point.tolist(), seen.burnt.tolist()) == ([0], [1])
+    assert np.allclose(np.exp(seen.log_colour), 800 / 65535)
+
+
 def test_an_image_alone_is_left_as_it_is() -> None:
     nothing = PointColours(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0), np.empty(0, np.int64))
     pairs = pair_samples([nothing, nothing])
