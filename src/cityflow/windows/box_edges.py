@@ -60,18 +60,8 @@ def edges_of(picture: Picture, values: Float32Array, sign: int, parameters: Wind
         np.cumsum(np.pad(sign * along, ((0, 0), (1, 0))), axis=1, dtype=np.float64).astype(np.float32),
     )
     return Edges(
-        light,
-        across,
-        along,
-        sign,
-        threshold,
-        width,
-        sums,
-        integral(seen.astype(np.float32)),
-        integral(light),
-        integral(light**2),
-        strength,
-    )
+        light, across, along, sign, threshold, width, sums, integral(seen.astype(np.float32)), integral(light), integral(light**2), strength
+    )  # fmt: skip
 
 
 def without_bars(picture: Picture, values: Float32Array, sign: int, parameters: WindowParameters) -> Float32Array:

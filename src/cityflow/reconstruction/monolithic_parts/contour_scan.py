@@ -15,9 +15,9 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid
 
 INSET_CELLS, STEP_CELLS, RADIUS_CELLS = 0.75, 0.5, 2.0
-"""How far inside a wall, how densely, and how far around a corner labels are read, cells; set by hand."""
+"""How far inside a wall, how densely, and how far around a corner labels are read, cells; not decisive: half and twice gave the same models of 37 units."""
 ARC_STEPS = 24
-"""Places on such an arc; set by hand."""
+"""Places on such an arc; not decisive, as above."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,10 @@ from cityflow.reconstruction.monolithic_parts.cell_grid import CellGrid, CellPoi
 BINS = 64
 """Most classes of the histogram of heights in a cell."""
 SIGMAS_M = (0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.2)
-"""Scatters that are tried; matched points of façades scatter more than those of roofs; set by hand."""
+"""Scatters that are tried; matched points of façades scatter more than those of roofs; set by hand, as are those below. They describe the contour in the
+notes; no solid depends on them."""
 CELL_SIGMAS = 10.0
-"""Least edge of a cell, in standard deviations across a façade; set by hand, as are the next two."""
+"""Least edge of a cell, in standard deviations across a façade."""
 BIN_M = 0.4
 """Class of the histogram of heights, m."""
 LEAST_HEIGHT_M = 1.2
@@ -29,7 +30,7 @@ LEAST_HEIGHT_M = 1.2
 BAND_SIGMAS = 3.0
 """Points so near a line are on it (standard deviations): the usual three."""
 LEAST_POINTS = 8
-"""Fewest points of a façade's cell; set by hand, as is the next."""
+"""Fewest points of a façade's cell."""
 ITERATIONS = 40
 """Most pairs of points that are tried for a cell."""
 LEAST_SHARE = 0.5

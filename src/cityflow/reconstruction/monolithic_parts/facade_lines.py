@@ -25,7 +25,7 @@ FACADE, OUTLINE, PARTY = "facade", "outline", "party"
 TRIMMED = 5
 """So often the points far from a line are left out and it is fitted again."""
 OFFSET_CELLS = 0.5
-"""Lines of neighbouring cells of one façade pass each other within this (cells); set by hand, as are those below."""
+"""Lines of neighbouring cells of one façade pass each other within this (cells); set by hand, as are those below: no solid depends on them, only the notes."""
 MIN_LENGTH_M = 0.8
 """Shortest façade, m."""
 NEAR_M = 1.0

@@ -88,32 +88,18 @@ def _percent(share: float) -> str:
 
 
 WORDS: Mapping[str, Callable[[Figures], str]] = {
-    "off": lambda f: (
-        f"{_percent(f.off)} of the roof is more than 20 cm away from the points there: a part is missing or has a wrong height"
-    ),
+    "off": lambda f: f"{_percent(f.off)} of the roof is more than 20 cm away from the points there: a part is missing or has a wrong height",
     "worst": lambda f: f"{_percent(f.worst)} of the points of one roof plane are more than 20 cm away from it",
     "unseen": lambda f: f"{_percent(f.unseen)} of the roof has no points nearby",
-    "loose": lambda f: (
-        f"{_percent(f.loose)} of the points held back from the fit are more than 20 cm away from the roof"
-    ),
-    "strange": lambda f: (
-        f"{_percent(f.strange)} of the points held back from the fit are farther from the roof than three times their noise"
-    ),
+    "loose": lambda f: f"{_percent(f.loose)} of the points held back from the fit are more than 20 cm away from the roof",
+    "strange": lambda f: f"{_percent(f.strange)} of the points held back from the fit are farther from the roof than three times their noise",
     "unsure": lambda f: f"{_percent(f.unsure)} of the roof changes when a quarter of the points is left out",
-    "missed": lambda f: (
-        f"roof edges and façades indicate that outline and roof differ on up to {_percent(f.missed)} of the area"
-    ),
-    "misplaced": lambda f: (
-        f"roof edges and façades indicate a displaced outline, with a probability of {_percent(f.misplaced)}"
-    ),
-    "beside": lambda f: (
-        f"the roof continues beyond the outline: {100 * f.beside:.0f} roof points outside for every 100 inside"
-    ),
+    "missed": lambda f: f"roof edges and façades indicate that outline and roof differ on up to {_percent(f.missed)} of the area",
+    "misplaced": lambda f: f"roof edges and façades indicate a displaced outline, with a probability of {_percent(f.misplaced)}",
+    "beside": lambda f: f"the roof continues beyond the outline: {100 * f.beside:.0f} roof points outside for every 100 inside",
     "error_m": lambda f: f"the expected error of the model is {100 * f.error_m:.0f} cm",
     "divided": lambda f: f"the points scatter by {100 * f.noise:.0f} cm, which is much for roof planes of this size",
     "steps": lambda f: f"{_percent(f.steps)} of the roof is closer to a height step than the spacing of the points",
-    "shared": lambda f: (
-        f"{_percent(f.shared / f.few)} of the outline touches neighbours, and few points show which roof is higher there"
-    ),
+    "shared": lambda f: f"{_percent(f.shared / f.few)} of the outline touches neighbours, and few points show which roof is higher there",
     "few": lambda f: f"a roof plane is supported by only about {round(1 / f.few**2)} points",
-}
+}  # fmt: skip
