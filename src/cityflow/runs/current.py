@@ -79,7 +79,7 @@ class CurrentRecords:
         """The run, for readers that name a file in ``work/`` that is not as its record says."""
         every = [self.of(stage) for stage in self.stages()]
         stored = next((found for found in every if isinstance(found, StoredRecords)), None)
-        known = LeftBehind(r for found in every for r in found) if stored is None else Inputs(stored.ledger)
+        known = LeftBehind(r for found in every for r in found) if stored is None else Inputs(run.store, stored.ledger)
         return replace(run, store=run.store.expecting(known))
 
 
