@@ -36,10 +36,13 @@ def test_values_are_taken_as_they_are_needed() -> None:
 @pytest.mark.cluster
 def test_on_a_cluster_the_one_that_kills_its_worker_is_named() -> None:
     values = [4, BAD, DEADLY, 8, MISSING, *range(20, 80, 2)]
-    with Spread(workers=2) as spread:
+    pages: list[str] = []
+    with Spread(workers=2, started=pages.append) as spread:
         found = told(spread, values)
         with pytest.raises(ZeroDivisionError):
             list(spread.map((1).__floordiv__, [1, 0]))
         assert told(spread, [2, 4]) == [1, 2]
+    assert len(pages) == 1
+    assert pages[0].startswith("http")
     alone = "the worker that had it died → see the log of the workers; it may need more memory"
     assert found == [2, "5: odd", alone, 4, "7", *range(10, 40)]

@@ -39,10 +39,13 @@ class Spread:
     ----------
     scheduler : address of a Dask scheduler; empty for this machine
     workers : processes on this machine; 1: this process alone; 0: one per core where the work is long
+    started : told the address of the dashboard when there is a cluster
     """
 
-    def __init__(self, scheduler: str = "", workers: int = 1) -> None:
-        self._scheduler, self._workers = scheduler, workers
+    def __init__(
+        self, scheduler: str = "", workers: int = 1, started: Callable[[str], object] = lambda _: None
+    ) -> None:
+        self._scheduler, self._workers, self._started = scheduler, workers, started
         self._open = ExitStack()
         self._client: Client | None = None
 
@@ -87,6 +90,7 @@ class Spread:
         # A worker that dies is blamed at once: what kills it would kill its successor, perhaps before that has begun.
         with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
             self._client = self._open.enter_context(connect(self._scheduler or None, workers))
+        self._started(str(self._client.dashboard_link))
 
 
 def _answer(function: Callable[[T], R], value: T) -> Answer[R]:

@@ -29,7 +29,7 @@ def reading_files(scheduler: str, workers: int, console: Console, kept_beside: P
         No scheduler answers there, or another command makes the same catalog.
     """
     with ExitStack() as stack:
-        spread = stack.enter_context(Spread(scheduler, workers))
+        spread = stack.enter_context(Spread(scheduler, workers, lambda page: console.print(f"Dashboard: {page}")))
         kept = stack.enter_context(KeptAnswers(kept_place(kept_beside) if kept_beside is not None else None))
         told = stack.enter_context(_bar(console)) if console.is_terminal else in_silence
         yield Reading(spread, kept, told)
