@@ -24,7 +24,7 @@ from cityflow.reconstruction.partition.roof_partition import partition_along
 from cityflow.reconstruction.planes.plane_segments import PlaneSegments
 from cityflow.reconstruction.solids.assemble import assemble
 from cityflow.reconstruction.solids.levels import block_levels
-from cityflow.reconstruction.solids.roof_solid import coarser
+from cityflow.reconstruction.solids.roof_solid import ATTEMPTS, coarser
 from cityflow.reconstruction.volumetric_parts.columns import ColumnParameters, TopEnergy
 from cityflow.reconstruction.volumetric_parts.facades import (
     Facade,
@@ -41,8 +41,6 @@ from cityflow.reconstruction.volumetric_parts.roof_surfaces import SurfaceParame
 from cityflow.reconstruction.volumetric_parts.undersides import SeenFacades, UndersideParameters, find_voids
 
 METHOD = "volumetric"
-ATTEMPTS = 3
-"""A fixed number, so that the result never depends on the clock."""
 
 
 class VolumetricParameters(Parameters):

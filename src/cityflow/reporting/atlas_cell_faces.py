@@ -14,12 +14,12 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.flow.store import Store
 from cityflow.geometry.polyhedron import FaceArrays, ring_area_vectors
 from cityflow.handover.texture_files import ATLAS_CELL
+from cityflow.io.city_models.gltf_surfaces import UNTEXTURED
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas
 
 SET = "raw"
 """The faces of both sets are the same; these coordinates are those of the photographs."""
-UNTEXTURED = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,8 @@ import numpy as np
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.flow.store import Store
-from cityflow.reporting.atlas_cell_faces import SET, UNTEXTURED, AtlasCellFaces, atlas_cell_files, read_atlas_cells
+from cityflow.io.city_models.gltf_surfaces import UNTEXTURED
+from cityflow.reporting.atlas_cell_faces import SET, AtlasCellFaces, atlas_cell_files, read_atlas_cells
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import atlas, texture
 from cityflow.survey.survey import Survey

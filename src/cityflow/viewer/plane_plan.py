@@ -12,8 +12,8 @@ from cityflow.core.arrays import ByteArray, FloatArray
 from cityflow.core.building import Polyhedron, Semantic
 from cityflow.core.grid import Grid
 from cityflow.geometry.polyhedron import face_areas
+from cityflow.viewer.plan_view import FINER
 
-FINER = 2
 GOLDEN = 0.381966
 """A turn of the colour wheel by the golden section: neighbours in number are far apart in colour."""
 OPACITY, INK = 0.62, (20, 20, 20)

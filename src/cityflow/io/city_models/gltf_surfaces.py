@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cityflow.core.arrays import FloatArray, IntArray
-from cityflow.core.building import Building, Face, Lod, Polyhedron, Semantic
+from cityflow.core.building import Building, Face, Lod, Polyhedron
 from cityflow.core.texture import BuildingTexture, Colour, FaceTexture, PlainFace, Shell
 from cityflow.geometry.polyhedron import face_arrays, project, projection_normals
 from cityflow.geometry.triangulation import triangulate_faces
@@ -19,12 +19,6 @@ from cityflow.io.city_models.appearance import BARE, Appearance, Look, looks_of
 from cityflow.io.city_models.obj import MATERIALS
 
 UNTEXTURED = -1
-_MATERIAL_OF = {
-    Semantic.ROOF: "roof",
-    Semantic.WALL: "wall",
-    Semantic.GROUND: "ground",
-    Semantic.OUTER_CEILING: "outer_ceiling",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +140,7 @@ def _shell(number: int, shell: Shell, solid: Polyhedron, texture: BuildingTextur
 def _colour(row: SurfaceRow) -> Colour:
     if isinstance(row.look, PlainFace):
         return row.look.colour
-    r, g, b = MATERIALS["party_wall" if row.face.neighbour is not None else _MATERIAL_OF[row.face.semantic]]
+    r, g, b = MATERIALS["party_wall" if row.face.neighbour is not None else row.face.semantic.name.lower()]
     return round(r * 255), round(g * 255), round(b * 255)
 
 

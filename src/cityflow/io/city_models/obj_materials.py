@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cityflow.core.building import Face, Semantic
+from cityflow.core.building import Face
 from cityflow.core.texture import Colour, FaceTexture
 from cityflow.io.city_models.appearance import Appearance, Look
 
@@ -16,12 +16,6 @@ MATERIALS = {
     "outer_ceiling": (0.75, 0.70, 0.55),
     "terrain": (0.50, 0.60, 0.40),
 }
-_MATERIAL_OF = {
-    Semantic.ROOF: "roof",
-    Semantic.WALL: "wall",
-    Semantic.GROUND: "ground",
-    Semantic.OUTER_CEILING: "outer_ceiling",
-}
 PLAIN_STEPS = 16
 """Steps of each colour channel of plain faces: renderers draw material by material, so there must not be thousands."""
 
@@ -32,7 +26,7 @@ def material_of(face: Face, look: Look | None) -> str:
         return "party_wall"
     if isinstance(look, FaceTexture):
         return f"page_{look.page}"
-    return plain_material(look.colour) if look is not None and look.reason else _MATERIAL_OF[face.semantic]
+    return plain_material(look.colour) if look is not None and look.reason else face.semantic.name.lower()
 
 
 def plain_material(colour: Colour) -> str:

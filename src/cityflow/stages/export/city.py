@@ -21,6 +21,7 @@ from cityflow.handover.product_metadata import ProductMetadata
 from cityflow.handover.refused_outlines import shapes_of
 from cityflow.handover.split_lines import read_splits
 from cityflow.io.catalog.products_catalog import ProductFile, ProductItem, Source, products_catalog
+from cityflow.io.catalog.stac_assets import RASTERS
 from cityflow.io.city_models.cityjson import Transform
 from cityflow.io.city_models.cityjson_sequence import extent_of_headers, header_line, join
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
@@ -49,7 +50,6 @@ from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import ExportParameters
 
 VERSION = 7
-RASTERS = ("dsm", "dtm", "ortho")
 ATLAS = "atlas"
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
