@@ -39,12 +39,14 @@ class Rows:
     table: Any
     order: IntArray = field(init=False, repr=False)
     keys: np.ndarray = field(init=False, repr=False)
+    _places: tuple[np.ndarray, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         key, attempt, started = (column(self.table, name) for name in ("key", "attempt", "started"))
         order = np.lexsort((started, attempt, key)).astype(np.int32)
         object.__setattr__(self, "order", order)
         object.__setattr__(self, "keys", key[order])
+        object.__setattr__(self, "_places", tuple(column(self.table, name) for name in Place._fields))
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -56,7 +58,7 @@ class Rows:
         while at < len(self.keys) and self.keys[at] == wanted:
             i = int(self.order[at])
             if unit is None or self.table["unit"][i].as_py() == unit:
-                yield Place(*(self.table[name][i].as_py() for name in Place._fields))
+                yield Place(*(values[i].item() for values in self._places))
             at += 1
 
     def newest(self, stage: str | None) -> IntArray:
