@@ -6,6 +6,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import pyarrow as pa
 
 from cityflow.core.arrays import IntArray
 from cityflow.flow.records import decode, quoted, unquoted
@@ -171,6 +172,8 @@ class Joined:
         while self._parts and len(self._parts[-1]) < 2 * len(part):
             part = merged([self._parts.pop().table, part.table])
         self._parts.append(part)
+        del tables
+        pa.default_memory_pool().release_unused()  # twice what stays was needed on the way
 
     def _problem(self, segment: Segment, files: Files) -> str:
         """What is wrong with the records of a segment, by their size, or by all of them where contents are to be held against checksums."""
