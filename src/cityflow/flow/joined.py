@@ -66,6 +66,7 @@ class Joined:
         new = {name: files for name, files in listed.items() if name not in self.names}
         if new:
             self._take(new)
+            pa.default_memory_pool().release_unused()  # twice what stays was needed on the way
         self._files.forget(listed)
         return bool(gone or new)
 
@@ -172,8 +173,6 @@ class Joined:
         while self._parts and len(self._parts[-1]) < 2 * len(part):
             part = merged([self._parts.pop().table, part.table])
         self._parts.append(part)
-        del tables
-        pa.default_memory_pool().release_unused()  # twice what stays was needed on the way
 
     def _problem(self, segment: Segment, files: Files) -> str:
         """What is wrong with the records of a segment, by their size, or by all of them where contents are to be held against checksums."""
