@@ -107,7 +107,7 @@ def test_quaternion_by_hand() -> None:
 def test_what_is_no_rotation_is_refused() -> None:
     with pytest.raises(ValueError, match="no rotation"):
         from_quaternion(np.zeros(4))
-    with pytest.raises(ValueError, match="no rotation"):
+    with pytest.raises(ValueError, match="not a rotation"):
         nearest_rotation(np.diag([1.0, 1.0, -1.0]))
 
 

@@ -92,7 +92,7 @@ def test_heights_of_unknown_datum_are_left_and_said_to_be() -> None:
     assert globe.geodetic(np.array([[85000.0, 447500.0, 12.5]]))[0, 2] == 12.5
     assert not globe.placing.is_shifted
     said = globe.placing.as_metadata()
-    assert "left out" in str(said["geoid"])
+    assert "no geoid shift" in str(said["geoid"])
     assert "height_accuracy_m" not in said
     assert said["vertical_datum"] == "not stated"
 
@@ -123,7 +123,7 @@ def test_no_ballpark_transformation_is_ever_taken() -> None:
 
 
 def test_a_position_off_the_globe_is_named() -> None:
-    with pytest.raises(CatalogError, match="nowhere on the globe"):
+    with pytest.raises(CatalogError, match="no position on the globe"):
         _globe("EPSG:7415").geocentric(np.array([[85000.0, 447500.0, 0.0], [np.nan, 447500.0, 0.0]]))
 
 

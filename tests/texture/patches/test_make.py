@@ -349,7 +349,7 @@ def test_a_face_of_200_m_is_scaled_to_the_page() -> None:
     made = scene.made(scene.sources(), largest_px=1024, most_outside=0.9)
     assert max(made.rectified.pixels.shape) <= 1024
     assert max(made.raw.pixels.shape) <= 1024
-    assert any("no larger" in note for note in made.notes)
+    assert any("largest size" in note for note in made.notes)
     assert made.rectified.figures.images == 5
     assert np.mean(errors(made.rectified, face, 1.0) < 30) > 0.95
 

@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-import geopandas as gpd
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import shapely
@@ -49,6 +47,10 @@ class ItemTable:
 
     def as_bytes(self) -> bytes:
         """The table as a GeoParquet file: same items, same bytes."""
+        # Loaded where a catalog is written: every run imports this module, and they take longer than to start it
+        import geopandas as gpd
+        import pandas as pd
+
         self._pack()
         table = pa.concat_tables(self._done)
         empty = [n for n in PROPERTIES if table[n].null_count == len(table)]
