@@ -23,6 +23,7 @@ from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.in_flight import InFlight, check_alive
 from cityflow.flow.inputs import Inputs
+from cityflow.flow.interrupts import heard
 from cityflow.flow.joining import Joining
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent, Watcher
@@ -83,11 +84,10 @@ def run_tasks(
         written, or the first units of a stage all raise the same exception
     """
     run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
-    start = time.monotonic()
-    interrupted = False
+    start, interrupted = time.monotonic(), False
     try:
-        with exclusive(store):
-            run.loop()
+        with exclusive(store), heard() as check_interrupt:
+            run.loop(check_interrupt)
     except KeyboardInterrupt:
         interrupted = True
     except OSError:
@@ -137,10 +137,11 @@ class _Run:
         self._inputs = Inputs(context.store, context.ledger)
         self._joining = Joining(context.ledger, context.progress)
 
-    def loop(self) -> None:
+    def loop(self, check_interrupt: Callable[[], None]) -> None:
         """Run until nothing is ready and nothing is in flight."""
         self._joining.mend()
         while True:
+            check_interrupt()
             more = self._fill()
             if not self._jobs and not more:
                 return self._joining.end()
