@@ -84,6 +84,20 @@ def whole() -> list[Task]:
     return run_through(CitySource(CATALOG, parameters()))
 
 
+def test_outlines_are_forgotten_when_all_units_around_are_known() -> None:
+    source = CitySource(CATALOG, parameters())
+    split = [t.unit for t in run_through(source, 3) if t.stage == "split"]
+    city = source.city
+    around = {tile: set(city.ring_of([tile])) for tile in city.survey.lattice.tiles}
+    done = [tile for tile, ring in around.items() if ring <= set(city.units_of)]
+    assert set(city.tiles) <= set(done)
+    assert not set(done) & set(city.outlines_of)
+    left = {f"house {tile}" for tile in city.outlines_of}
+    assert set(city.outlines) == left
+    assert set(city.survey.results.of_stage("split")) == left & set(split)
+    assert sum(city.count_outlines[t] for t in city.tiles) == len(city.tiles), "they still count"
+
+
 def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     names = [(t.stage, t.unit) for t in whole]
     assert len(names) == len(set(names))

@@ -87,7 +87,7 @@ class City:
             self.outlines.update({o.id: o for o in found})
             self.outlines_of[record.unit] = [o.id for o in found]
             self.count_outlines[record.unit] = len(found)
-            self._without_units[record.unit] = self._tiles_touching(record.unit, found)
+            self._without_units[record.unit] = self._tiles_touching(record.unit, found) - self.units_of.keys()
         elif record.stage == self.unit_stage:
             found = self._entries(record)
             self.units.update({u.id: u for u in found})
