@@ -54,7 +54,7 @@ def test_an_unknown_key_is_refused_with_the_nearest_known_one(tmp_path: Path, te
         ("name: a\nsurface: {cell_m: wide}", "surface.cell_m = 'wide'"),
         (
             "name: a\nsurface: {dtm: {method: cloth}}",
-            "surface.dtm.method = 'cloth': should be 'auto', 'classified', 'essential_points' or 'windows'",
+            "surface.dtm.method = 'cloth': should be 'auto', 'classified', 'essential_points' or 'morphological'",
         ),
         ("name: a\nsurface: {dtm: {cloth: {steps: 9}}}", "unknown key 'surface.dtm.cloth'; there are method, "),
         ("name: a\nreconstruct: {methods: [guessing]}", "no method 'guessing'; known: orientation_histogram"),
@@ -113,8 +113,8 @@ def test_only_settings_of_the_report_change_a_report() -> None:
     ("setting", "kept"),
     [
         (
-            "image_surface.dtm.windows.step_m=0.8",
-            lambda c: (c.image_surface.dtm.method, c.image_surface.dtm.windows.rise_m),
+            "image_surface.dtm.morphological.step_m=0.8",
+            lambda c: (c.image_surface.dtm.method, c.image_surface.dtm.morphological.rise_m),
         ),
         (
             "image_surface.cover.water_share=0.2",

@@ -8,7 +8,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.points import PointCloud
 from cityflow.evaluation.terrain import terrain_errors, terrain_zones
 from cityflow.surface.dtm import DtmParameters, Method, chosen_method
-from cityflow.surface.dtm_windows import objects_by_windows, without_terrain
+from cityflow.surface.dtm_morphological import objects_by_opening, without_terrain
 from cityflow.surface.ground_points import WORK_CELL_M, lowest_surface
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.rasterise import count_points
@@ -17,7 +17,7 @@ from surface_scenes import small_scene
 
 LIMITS: dict[Method, tuple[float, float, float]] = {
     "classified": (0.04, 0.15, 0.09),
-    "windows": (0.04, 0.15, 0.09),
+    "morphological": (0.04, 0.15, 0.09),
     "essential_points": (1.5, 1.8, 2.5),
 }
 """RMSE in the open, under buildings and everywhere, metres."""
@@ -46,7 +46,7 @@ def test_terrain_is_found(method: Method, seed: int) -> None:
 
 def test_auto_takes_the_classes_where_there_are_any() -> None:
     assert chosen_method(small_scene(11, "errors").points, DtmParameters()) == "classified"
-    assert chosen_method(small_scene(11).points, DtmParameters()) == "windows"
+    assert chosen_method(small_scene(11).points, DtmParameters()) == "morphological"
     assert chosen_method(small_scene(11).points, DtmParameters(method="essential_points")) == "essential_points"
 
 
@@ -76,9 +76,9 @@ def _mound(height: float, width: float, foot: float, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize(("foot", "building"), [(3.0, True), (5.0, True), (6.0, True), (8.5, False), (12.0, False)])
 def test_walls_that_matching_has_smeared_are_walls_and_banks_are_none(foot: float, building: bool, seed: int) -> None:
-    p = ImageSurfaceParameters().dtm.windows
+    p = ImageSurfaceParameters().dtm.morphological
     cloud, grid = PointCloud.of(_mound(4.0, 15.0, foot, seed)), Grid.covering((0.0, 0.0, 120.0, 120.0), WORK_CELL_M)
     low, measured = lowest_surface(cloud, grid), count_points(cloud, grid) > 0
-    found = without_terrain(low, objects_by_windows(low, p), measured, p)
+    found = without_terrain(low, objects_by_opening(low, p), measured, p)
     assert found[57:63, 40:80].mean() == (1.0 if building else 0.0)
     assert not found[:40].any()

@@ -15,9 +15,9 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import PointCloud
-from cityflow.surface import dtm_classified, dtm_essential_points, dtm_windows
+from cityflow.surface import dtm_classified, dtm_essential_points, dtm_morphological
 
-BEST_WITHOUT_CLASSES = "windows"
+BEST_WITHOUT_CLASSES = "morphological"
 """The most accurate one against known terrain (docs/surface.md)."""
 
 Estimate = Callable[[PointCloud, FloatArray, Grid, Any], FloatArray]
@@ -25,7 +25,7 @@ Estimate = Callable[[PointCloud, FloatArray, Grid, Any], FloatArray]
 METHODS: Mapping[str, tuple[Estimate, Parameters]] = {
     "classified": (dtm_classified.estimate_dtm, dtm_classified.ClassifiedParameters()),
     "essential_points": (dtm_essential_points.estimate_dtm, dtm_essential_points.EssentialPointsParameters()),
-    "windows": (dtm_windows.estimate_dtm, dtm_windows.WindowsParameters()),
+    "morphological": (dtm_morphological.estimate_dtm, dtm_morphological.MorphologicalParameters()),
 }
 """Name → how the terrain is found, and with what."""
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     class DtmParameters(_Choice):
         """Which method finds the terrain, and each method's own parameters."""
 
-        windows: dtm_windows.WindowsParameters = dtm_windows.WindowsParameters()
+        morphological: dtm_morphological.MorphologicalParameters = dtm_morphological.MorphologicalParameters()
 
 else:
     DtmParameters = create_model(

@@ -14,7 +14,7 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Grid
 from cityflow.core.parameters import Parameters
 from cityflow.core.points import GROUND, WATER, PointCloud
-from cityflow.surface.dtm_windows import WindowsParameters, objects_by_windows
+from cityflow.surface.dtm_morphological import MorphologicalParameters, objects_by_opening
 from cityflow.surface.gridding import bridge_gaps, plane_heights, terrain_from_points
 from cityflow.surface.ground_points import slope_of, work_grid
 from cityflow.surface.rasterise import count_points, sums_around
@@ -77,5 +77,5 @@ def _doubtful_cells(points: PointCloud, ground: PointCloud, work: Grid, p: Class
     if not rare.any():
         return np.zeros(work.shape, bool)
     height = bridge_gaps(plane_heights(ground.xyz, work, half=0), work)
-    raised = objects_by_windows(height, WindowsParameters(largest_window_m=p.largest_window_m))
+    raised = objects_by_opening(height, MorphologicalParameters(largest_window_m=p.largest_window_m))
     return np.asarray(rare & (raised > 0))

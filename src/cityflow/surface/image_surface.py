@@ -17,7 +17,7 @@ from cityflow.surface import dtm as dtm_methods
 from cityflow.surface.colour_vegetation import ColourVegetationParameters, colour_vegetation
 from cityflow.surface.cover import CoverParameters, classify
 from cityflow.surface.dtm import DtmParameters
-from cityflow.surface.dtm_windows import WindowsParameters
+from cityflow.surface.dtm_morphological import MorphologicalParameters
 from cityflow.surface.fuse import Fused, FuseParameters, PointSource
 from cityflow.surface.fused_tile import FusedTile, fine_grid, fused_tile
 from cityflow.surface.ground_points import WORK_CELL_M
@@ -55,7 +55,7 @@ class ImageSurfaceParameters(Parameters):
     witnesses: WitnessParameters = WitnessParameters()
     fuse: FuseParameters = FuseParameters()
     noise: NoiseParameters = NoiseParameters()
-    dtm: DtmParameters = DtmParameters(method="windows", windows=WindowsParameters(rise_m=2.2))
+    dtm: DtmParameters = DtmParameters(method="morphological", morphological=MorphologicalParameters(rise_m=2.2))
     pits: PitParameters = PitParameters()
     vegetation: ColourVegetationParameters = ColourVegetationParameters()
     cover: CoverParameters = CoverParameters(level_share=1.0, water_share=0.1, water_area_m2=600.0)

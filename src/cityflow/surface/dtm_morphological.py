@@ -38,8 +38,8 @@ NEAR_SLOPE = 0.6
 """Per unit of slope, ground's points lie that much further off the rough terrain, metres; set by hand on synthetic scenes."""
 
 
-class WindowsParameters(Parameters):
-    """Windows of varying size."""
+class MorphologicalParameters(Parameters):
+    """Morphological opening by squares of growing size (the windows of the filter)."""
 
     largest_window_m: float = Field(
         60.0, ge=5, le=300, description="wider than the narrow side of any building, metres"
@@ -68,7 +68,7 @@ class WindowsParameters(Parameters):
         return self.largest_window_m + 10.0
 
 
-def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: WindowsParameters) -> FloatArray:
+def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: MorphologicalParameters) -> FloatArray:
     """(rows, cols) terrain at the cell centres of `grid`, metres.
 
     Parameters
@@ -81,14 +81,14 @@ def estimate_dtm(points: PointCloud, dsm: FloatArray, grid: Grid, parameters: Wi
     work = work_grid(grid)
     low = lowest_surface(points, work)
     measured = count_points(points, work) > 0
-    objects = without_terrain(low, objects_by_windows(low, parameters), measured, parameters)
+    objects = without_terrain(low, objects_by_opening(low, parameters), measured, parameters)
     if parameters.rise_m is None:  # the walls of others are smeared, and look like ways up
         objects = without_terraces(low, objects, _rule(parameters))
     rough = bridge_gaps(np.where(objects | ~measured, np.nan, low), work)
     return refine(points, rough, work, grid, (parameters.near_m, NEAR_SLOPE))
 
 
-def _rule(p: WindowsParameters) -> TerraceRule:
+def _rule(p: MorphologicalParameters) -> TerraceRule:
     cell = WORK_CELL_M
     return TerraceRule(
         p.step_m, WAY_UP_SLOPE * cell, max(round(p.way_up_m / cell) - 2, 1), round(LEAST_TERRACE_M2 / cell**2),
@@ -96,7 +96,7 @@ def _rule(p: WindowsParameters) -> TerraceRule:
     )  # fmt: skip
 
 
-def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
+def objects_by_opening(low: FloatArray, p: MorphologicalParameters) -> IntArray:
     """(rows, cols) number (1, 2, …) of the smallest window above whose opening a cell stands out; 0 where none.
 
     Each window opens `low` itself, which is the same as opening what the window before has left, but reaches no further than that window.
@@ -116,7 +116,7 @@ def objects_by_windows(low: FloatArray, p: WindowsParameters) -> IntArray:
         radius_m = min(radius_m * 1.5 + WORK_CELL_M, largest)
 
 
-def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: WindowsParameters) -> BoolArray:
+def without_terrain(low: FloatArray, windows: IntArray, measured: BoolArray, p: MorphologicalParameters) -> BoolArray:
     """Objects without those regions that flow into the ground beside them.
 
     A region is a smooth part of an object that one window found, bounded by steps: so a house on a hill top that was
