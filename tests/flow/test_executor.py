@@ -18,7 +18,8 @@ from cityflow.errors import RunError
 from cityflow.flow import index
 from cityflow.flow.attempt import store_record
 from cityflow.flow.cluster import connect
-from cityflow.flow.executor import readable_key, run_tasks
+from cityflow.flow.erred_leaves import readable_key
+from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger, State
 from cityflow.flow.progress import Silent
 from cityflow.flow.store import Store
@@ -236,7 +237,7 @@ def test_an_error_of_the_source_leaves_nothing_in_flight(client: Client, store: 
 def test_the_dashboard_groups_by_stage(unit: str, group: str) -> None:
     from dask.utils import key_split
 
-    key = f"{readable_key(toy(unit, stage='reconstruct'))}-1a2b3c4d"
+    key = f"{readable_key('reconstruct', unit)}-1a2b3c4d"
     assert key_split(key) == group
     assert unit in key
 

@@ -19,6 +19,7 @@ from cityflow.errors import RunError
 from cityflow.flow.attempt import record_of, run_attempt, store_record
 from cityflow.flow.completed import Completed
 from cityflow.flow.damage import Damage
+from cityflow.flow.erred_leaves import ErredLeaves, readable_key
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.in_flight import InFlight, check_alive
@@ -136,10 +137,12 @@ class _Run:
         self.damaged: set[str] = set()
         self._inputs = Inputs(context.store, context.ledger)
         self._joining = Joining(context.ledger, context.progress)
+        self._leaves = ErredLeaves(context.client, context.store.root)
 
     def loop(self, check_interrupt: Callable[[], None]) -> None:
         """Run until nothing is ready and nothing is in flight."""
         self._joining.mend()
+        self._leaves.begin()
         while True:
             check_interrupt()
             more = self._fill()
@@ -149,6 +152,7 @@ class _Run:
                 self._settle(self._jobs.pop(future.key), result)
             self._context.ledger.commit()  # what is open keeps every other command waiting
             self._joining.tick()
+            self._leaves.tick()
             self._context.progress.tick()
 
     def stop(self) -> None:
@@ -158,6 +162,7 @@ class _Run:
         self._completed.clear()
         if futures and self._context.client.status == "running":
             self._context.client.cancel(futures, force=True)
+        self._leaves.end()
         self._context.ledger.commit()
         self._context.progress.tick()
 
@@ -222,7 +227,7 @@ class _Run:
     def _key(self, job: _Job) -> str:
         # The token keeps apart two runs on one scheduler that have the same unit with the same inputs.
         short = digest_of([self._token, job.task.digest, job.attempt, job.deaths, job.tries])[:8]
-        return f"{readable_key(job.task)}-{short}"
+        return f"{readable_key(job.task.stage, job.task.unit)}-{short}"
 
     def _wait(self, longest_s: float) -> list[tuple[Any, Any]]:
         if longest_s and not self._completed.has_ready():
@@ -286,15 +291,7 @@ class _Run:
             self._context.ledger.add(record)
         (self.ran if fresh else self.kept)[task.stage, record.status] += 1
         self._context.progress.finished(record, fresh=fresh)
+        self._leaves.note(record)
         if fresh:
             self._first.add(record)
         self._ready.append(iter(self._context.source.after(task, record)))
-
-
-def readable_key(task: Task) -> str:
-    """``reconstruct-0503100000012345``: what the dashboard shows, grouped by stage.
-
-    Dask takes leading words of letters for the group's name; a unit that starts with one is put in brackets.
-    """
-    word = task.unit.split("-", 1)[0]
-    return f"{task.stage}-[{task.unit}]" if word.isalpha() else task.name

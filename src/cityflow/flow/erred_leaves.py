@@ -1,0 +1,110 @@
+"""Failed units as tasks of their own that Dask shows as erred.
+
+The task of a unit always finishes, with a record, since Dask never runs what depends on an erred task and a city goes on without a building. So that
+Dask's own dashboard names what failed, a leaf that nothing depends on raises the reason of each record.
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import Any
+from uuid import uuid4
+
+from distributed import Client
+
+from cityflow.core.building import Status
+from cityflow.core.credentials import without_credentials
+from cityflow.flow.task import Record
+
+MOST = 1000
+"""Failed units that are shown, the newest."""
+EVERY_S = 1.0
+"""Leaves are submitted together, as tasks are."""
+PRIORITY = 100
+"""Before what waits: a leaf takes a millisecond."""
+
+
+class FailedUnit(Exception):
+    """What a unit failed of; its text is the reason in the unit's record."""
+
+
+def raise_reason(reason: str) -> None:
+    """The leaf: runs on a worker."""
+    raise FailedUnit(reason)
+
+
+class ErredLeaves:
+    """The newest failed units of a RUN on its scheduler.
+
+    They outlive the driver, until the next run into the same RUN, which shows those that are failed then.
+
+    Parameters
+    ----------
+    client : of the scheduler
+    run : names the RUN
+    """
+
+    def __init__(self, client: Client, run: str) -> None:
+        self._client = client
+        self._name = f"cityflow failed units of {without_credentials(run)}"
+        self._held: dict[tuple[str, str], Any] = {}
+        self._new: dict[tuple[str, str], str] = {}
+        self._next = 0.0
+        self._token = uuid4().hex[:8]
+        self._count = 0
+
+    def begin(self) -> None:
+        """Let go what an earlier run has left."""
+        self._client.unpublish_dataset(self._name)
+
+    def note(self, record: Record) -> None:
+        """A unit has ended: shown where it failed, no longer where it failed before."""
+        if record.status is not Status.FAILED and not self._held and not self._new:
+            return
+        node = record.stage, record.unit
+        self._new.pop(node, None)
+        if (future := self._held.pop(node, None)) is not None:
+            future.release()
+        if record.status is Status.FAILED:
+            self._new[node] = record.reason
+            if len(self._new) > MOST:
+                del self._new[next(iter(self._new))]
+
+    def tick(self) -> None:
+        """Submit what failed since, at most once a second."""
+        if self._new and time.monotonic() >= self._next:
+            self._show()
+            self._next = time.monotonic() + EVERY_S
+
+    def end(self) -> None:
+        """Leave them to the scheduler, which shows them after this driver has gone."""
+        if self._client.status != "running":
+            return
+        with suppress(OSError):  # a scheduler that goes now shows nothing any more
+            self._show()
+            if self._held:
+                self._client.publish_dataset(list(self._held.values()), name=self._name, override=True)
+
+    def _show(self) -> None:
+        if not self._new:
+            return
+        keys = [f"{readable_key(*node)}-failed-{self._token}{self._count + k}" for k, node in enumerate(self._new)]
+        self._count += len(keys)
+        futures = self._client.map(
+            raise_reason, list(self._new.values()), key=keys, pure=False, retries=0, priority=PRIORITY
+        )
+        self._held.update(zip(self._new, futures, strict=True))
+        self._new.clear()
+        while len(self._held) > MOST:
+            self._held.pop(next(iter(self._held))).release()
+
+
+def readable_key(stage: str, unit: str) -> str:
+    """``reconstruct-0503100000012345``: what the dashboard shows, grouped by stage.
+
+    Dask takes leading words of letters for the group's name; a unit that starts with one is put in brackets.
+    """
+    word = unit.split("-", 1)[0]
+    return f"{stage}-[{unit}]" if word.isalpha() else f"{stage}-{unit}"

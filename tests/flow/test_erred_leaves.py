@@ -1,0 +1,83 @@
+"""Failed units on Dask's own dashboard: what a real scheduler knows of them."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from dask.utils import key_split
+from distributed import Client, Scheduler
+
+from cityflow.core.building import Status
+from cityflow.flow import erred_leaves
+from cityflow.flow.cluster import connect
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.in_flight import address as address_of
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from flow.toy_sources import Given
+from flow.toy_stages import toy
+
+pytestmark = pytest.mark.cluster
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A scheduler that outlives its drivers."""
+    with connect(None, 1) as client:
+        yield address_of(client)
+
+
+def tasks_known(dask_scheduler: Scheduler) -> dict[str, tuple[str, str]]:
+    return {str(key): (task.state, task.exception_text or "") for key, task in dask_scheduler.tasks.items()}
+
+
+def settled(address: str, is_enough: Callable[[dict[str, tuple[str, str]]], bool]) -> dict[str, tuple[str, str]]:
+    """Tasks of the scheduler with state and text, as soon as they are as expected."""
+    deadline = time.monotonic() + 20
+    with Client(address, set_as_default=False) as client:
+        while not is_enough(known := client.run_on_scheduler(tasks_known)):
+            assert time.monotonic() < deadline, known
+            time.sleep(0.05)
+    return dict(known)
+
+
+def run(address: str, store: Store, tasks: Given, redo: bool = False) -> None:
+    """A driver, with a client of its own that ends with it."""
+    with Client(address, set_as_default=False) as client, Ledger.open(store) as ledger:
+        run_tasks(tasks, client, store, ledger, redo=lambda _, record: redo and record.status is Status.FAILED)
+
+
+def all_erred(count: int) -> Callable[[dict[str, tuple[str, str]]], bool]:
+    return lambda known: len(known) == count and all(state == "erred" for state, _ in known.values())
+
+
+def test_a_failed_unit_is_erred_with_its_reason_until_it_is_healed(address: str, store: Store) -> None:
+    bad = [toy("nl-1", "unusable", "ingest"), toy("17", "unusable", "reconstruct"), toy("18", "refuse", "reconstruct")]
+    run(address, store, Given([*bad, toy("19", stage="reconstruct")]))
+    known = settled(address, all_erred(2))
+    assert sorted(map(key_split, known)) == ["ingest", "reconstruct"], "they count with their stage"
+    (text,) = (text for key, (_, text) in known.items() if "reconstruct-17-failed" in key)
+    with Ledger.open(store) as ledger:
+        record = ledger.latest("reconstruct", "17")
+    assert record is not None
+    assert "file is cut short" in record.reason
+    assert record.reason in text
+    # the other way of reading is given a unit that works: one leaf goes, one stays
+    run(address, store, Given([bad[0], toy("17", stage="reconstruct", version=2)]), redo=True)
+    assert "ingest-[nl-1]-failed" in next(iter(settled(address, all_erred(1))))
+    run(address, store, Given([toy("nl-1", stage="ingest", version=2)]))
+    settled(address, lambda known: not known)
+
+
+def test_the_newest_are_shown(address: str, store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(erred_leaves, "MOST", 5)
+    run(address, store, Given([toy(f"{k:03d}", "unusable") for k in range(12)]))
+    first = settled(address, all_erred(5))
+    assert len(first) == 5
+    run(address, store, Given([toy(f"{k:03d}", "unusable") for k in range(12)]))  # nothing to do: shown from records
+    again = settled(address, lambda known: all_erred(5)(known) and known.keys().isdisjoint(first))
+    assert {key.split("-failed")[0] for key in again} == {f"toy-{k:03d}" for k in range(7, 12)}
+    run(address, store, Given([toy("x")]))
