@@ -1,8 +1,8 @@
 # mypy: disable-error-code="no-untyped-call"
 """What the engine costs: time per unit that does nothing, against Dask alone; and the ledger at 100,000 records.
 
-Run it on an idle machine: ``python benchmarks/engine_overhead.py [UNITS] [RECORDS]``. Both kinds of tasks go through
-the same cluster of two local workers in the same run, with as many in flight, so their ratio is what counts.
+Run it on an idle machine: ``python benchmarks/engine_overhead.py [UNITS] [RECORDS]`` (RECORDS 0: without that part). Both kinds of tasks go through
+the same cluster of two local workers in the same run, in turns, with as many in flight, so their ratio is what counts.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any
 
 import psutil
@@ -30,6 +31,7 @@ from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.workspace import Workspace
 
 IN_FLIGHT = 64
+TURNS = 10
 
 
 def nothing(workspace: Workspace, task: Task) -> Outcome:  # noqa: ARG001
@@ -57,11 +59,32 @@ def unit(name: str) -> Task:
     return Task("nothing", name, "engine_overhead:nothing", 1, parameters, {"points": "0" * 64})
 
 
+@dataclass
+class Spent:
+    """Seconds of each turn, and processor time of all."""
+
+    turns: list[float] = field(default_factory=list)
+    cpu: float = 0.0
+
+    @contextmanager
+    def measured(self) -> Iterator[None]:
+        start, cpu = time.perf_counter(), _cpu_s()
+        yield
+        self.turns.append(time.perf_counter() - start)
+        self.cpu += _cpu_s() - cpu
+
+    def tell(self, label: str, count: int) -> None:
+        _tell(label, sum(self.turns), self.cpu, count)
+
+
 @contextmanager
 def timed(label: str, count: int) -> Iterator[None]:
     start, cpu = time.perf_counter(), _cpu_s()
     yield
-    seconds, cpu = time.perf_counter() - start, _cpu_s() - cpu
+    _tell(label, time.perf_counter() - start, _cpu_s() - cpu, count)
+
+
+def _tell(label: str, seconds: float, cpu: float, count: int) -> None:
     each_ms, cpu_ms = seconds / count * 1e3, cpu / count * 1e3
     print(f"{label:<52} {seconds:8.2f} s {each_ms:9.3f} ms each, CPU {cpu_ms:7.3f} ms", flush=True)
 
@@ -84,17 +107,29 @@ def bounded(client: Any, count: int) -> None:
 
 
 def engine(units: int) -> None:
+    """The engine and Dask alone in turns, so that both meet the same state of the machine; all units in one RUN."""
+    spent = {"engine": Spent(), "Dask alone": Spent()}
     with tempfile.TemporaryDirectory() as folder, connect(None, 2) as client:
         store = Store.open(folder)
         with Ledger.open(store) as ledger:
             run_tasks(Units("warm", 50), client, store, ledger)
             bounded(client, 50)
-            with timed(f"engine: {units} units, 2 workers", units):
-                run_tasks(Units("u", units), client, store, ledger, max_in_flight=IN_FLIGHT)
-            with timed("Dask alone: submit, as_completed", units):
-                bounded(client, units)
-            with timed("engine: the same units again (nothing to do)", units):
-                run_tasks(Units("u", units), client, store, ledger)
+            for turn in range(TURNS):
+                with spent["engine"].measured():
+                    run_tasks(Units(f"u{turn}", units // TURNS), client, store, ledger, max_in_flight=IN_FLIGHT)
+                with spent["Dask alone"].measured():
+                    bounded(client, units // TURNS)
+                print(f"turn {turn}: " + ", ".join(f"{k} {v.turns[-1]:.2f} s" for k, v in spent.items()), flush=True)
+            for name, took in spent.items():
+                took.tell(f"{name}: {units} units, 2 workers", units)
+            ratios = sorted(a / b for a, b in zip(spent["engine"].turns, spent["Dask alone"].turns, strict=True))
+            whole = sum(spent["engine"].turns) / sum(spent["Dask alone"].turns)
+            processor = spent["engine"].cpu / spent["Dask alone"].cpu
+            print(
+                f"engine / Dask alone: {whole:.2f} × (turns {ratios[0]:.2f} to {ratios[-1]:.2f}), CPU {processor:.2f} ×"
+            )
+            with timed("engine: units of a turn again (nothing to do)", units // TURNS):
+                run_tasks(Units("u0", units // TURNS), client, store, ledger)
         workers = [psutil.Process(pid).memory_info().rss / 1e6 for pid in client.run(os.getpid).values()]
         print(f"resident: driver with scheduler {rss_mb():.0f} MB, workers {[round(w) for w in workers]} MB")
 
@@ -150,9 +185,10 @@ def peak_mb() -> float:
 
 
 def main(units: int = 2000, records: int = 100_000) -> None:
-    sandbox(units)
+    sandbox(min(units, 2000))
     engine(units)
-    ledger(records)
+    if records:
+        ledger(records)
 
 
 if __name__ == "__main__":

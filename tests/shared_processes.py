@@ -20,7 +20,7 @@ TOGETHER = {
         "cluster/test_textured_city.py",
         "cluster/test_tilings.py",
     ),
-    "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py"),
+    "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py", "cluster/test_tile_places.py"),
     "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
     "a browser": ("browser",),
     "windows": ("windows",),

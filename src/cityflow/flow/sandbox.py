@@ -102,6 +102,7 @@ class Sandbox:
     def __init__(self, renewal: Renewal | None = None) -> None:
         self._renewal = renewal or Renewal()
         self._child: _Child | None = None
+        SANDBOXES.append(self)
         atexit.register(self.close)
 
     @property
@@ -169,6 +170,8 @@ class Sandbox:
 
 
 _LOCAL = threading.local()
+SANDBOXES: list[Sandbox] = []
+"""Those of all threads of this process."""
 
 
 def thread_sandbox() -> Sandbox:

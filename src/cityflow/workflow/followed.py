@@ -6,7 +6,6 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from cityflow.core.grid import Grid
 from cityflow.flow.ledger import Ledger
@@ -33,7 +32,6 @@ class FollowedCity:
     ----------
     begin : called before the first task
     costs : what a task of each stage takes
-    publish : tells how far it is to whoever asks the scheduler
     ledger : knows what failed exports left before
     """
 
@@ -42,7 +40,6 @@ class FollowedCity:
     costs: Mapping[str, Cost]
     progress: Watcher
     workers: int
-    publish: Callable[[Mapping[str, Any]], None]
     ledger: Ledger
     city: CitySource = field(init=False)
     _seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
@@ -70,7 +67,6 @@ class FollowedCity:
     def _tell(self) -> None:
         begun = time.monotonic()
         self.progress.expect(expected_tasks(self.city, self.costs), self.workers)
-        self.publish(self.progress.counts.as_json())
         self._next_told = _later(begun, TOLD_EVERY_S)
 
     def _note(self) -> None:

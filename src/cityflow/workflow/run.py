@@ -18,7 +18,8 @@ from cityflow.flow.executor import never, run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import watcher
 from cityflow.flow.row import Row
-from cityflow.flow.run_page import page_address, publisher
+from cityflow.flow.run_news import RunNews
+from cityflow.flow.run_page import TOLD_EVERY_S, page_address, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac_outside import refuse_outside
@@ -34,6 +35,7 @@ from cityflow.workflow.note_asked import note_asked
 from cityflow.workflow.passes import Passes
 from cityflow.workflow.retired import remove_stale_products
 from cityflow.workflow.status import Standing, print_standing, standing_of
+from cityflow.workflow.tile_places import TilePlaces
 from cityflow.workflow.trust import refuse_untrusted
 
 NAMED = 3
@@ -132,18 +134,19 @@ def _undamaged(
     """Pass after pass, until nothing was read that is not what was written; what the run knows in the end."""
     limit = wanted.workflow.city.execution.max_in_flight
     while True:
-        with closing(watcher(talk=talk)) as progress:
-            source = FollowedCity(
-                wanted, begin, costs_of(ledger), progress, threads_of(client), publish := publisher(client), ledger
+        with closing(RunNews(watcher(talk=talk))) as progress:
+            source = FollowedCity(wanted, begin, costs_of(ledger), progress, threads_of(client), ledger)
+            progress.places = TilePlaces(source)
+            progress.tell_to(publisher(client, wanted.store.root), TOLD_EVERY_S)
+            progress.message(
+                f"This run: {page_address(client, wanted.store.root)} (Dask's pages: {client.dashboard_link})"
             )
-            progress.message(f"Dashboard: {client.dashboard_link}, counts of the whole run: {page_address(client)}")
             summary = run_tasks(
                 source, client, wanted.store, ledger, redo=passes.redo, progress=progress, max_in_flight=limit
             )
             if summary.interrupted:
                 raise KeyboardInterrupt
             progress.expect({}, 1)  # all is done, and what was only expected is no part of it
-            publish(progress.counts.as_json())
         if not passes.note(summary.damaged):
             return source.city.survey
 
