@@ -28,6 +28,9 @@ PLAIN = {
 }
 """What is wrong with a value, where the library's own words are a programmer's."""
 
+FORMER_NAMES: Mapping[str, Mapping[str, str]] = {"DtmParameters": {"windows": "morphological"}}
+"""Model → key or value of an earlier version → its name now."""
+
 
 class Workflow(Parameters):
     """One workflow file: a name, the catalog it was written for, and the parameters of every stage."""
@@ -67,13 +70,19 @@ def checked(tree: Mapping[str, Any], *, where: str) -> Workflow:
 
 
 def known_part(tree: Mapping[str, Any], root: type[BaseModel] = CityParameters) -> dict[str, Any]:
-    """Without the keys that no model has: a RUN lists every parameter that its version had, and some are gone since.
+    """Without the keys that no model has, and with their present names: a RUN lists every parameter that its version had.
 
     >>> known_part({"name": "a", "surface": {"cell_m": 0.5, "gone": {"a": 1}}, "gone": 2})
     {'name': 'a', 'surface': {'cell_m': 0.5}}
+    >>> known_part({"surface": {"dtm": {"method": "windows", "windows": {"step_m": 0.8}}}})
+    {'surface': {'dtm': {'method': 'morphological', 'morphological': {'step_m': 0.8}}}}
     """
     top = AT_TOP if root is CityParameters else ()
-    kept = {key: value for key, value in tree.items() if key in (*root.model_fields, *top)}
+    names = FORMER_NAMES.get(root.__name__, {})
+    present = {
+        names.get(key, key): names.get(value, value) if isinstance(value, str) else value for key, value in tree.items()
+    }
+    kept = {key: value for key, value in present.items() if key in (*root.model_fields, *top)}
     sections = {key: model_at(root, [key]) for key in kept}
     return {
         key: known_part(value, sections[key]) if sections[key] is not root and isinstance(value, Mapping) else value
