@@ -19,7 +19,7 @@ from scipy import ndimage
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 
 OFF_M = 1.0
 SPIKE_M, SPIKE_M2 = 3.0, 4.0

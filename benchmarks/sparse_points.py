@@ -18,7 +18,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from cityflow.catalog.check_images import sparse_points
 from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.runs.run_folder import open_run
 from cityflow.survey.surface_source import ZARR
 

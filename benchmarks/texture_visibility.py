@@ -25,7 +25,7 @@ from cityflow.core.building import Lod, Polyhedron, Semantic
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.texture import FacePlane
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic import caster
 from cityflow.synthetic.mesh import Part, TownMesh

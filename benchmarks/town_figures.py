@@ -24,7 +24,7 @@ from cityflow.evaluation.dsm import DsmFigures, dsm_figures
 from cityflow.evaluation.facades import FacadeFigures, WallSamples, facade_figures, wall_samples
 from cityflow.evaluation.statistics import nmad, rmse
 from cityflow.evaluation.terrain import mask_scores
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town

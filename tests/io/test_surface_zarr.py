@@ -23,16 +23,10 @@ from numpy.typing import NDArray
 from cityflow.core.grid import Grid, Tile
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
+from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
-from cityflow.io.rasters.surface_zarr import (
-    LAYERS,
-    chunk_paths,
-    create,
-    image_layers,
-    read_layers,
-    window_of,
-    write_tile,
-)
+from cityflow.io.rasters.surface_dataset import chunked_surface, read_layers
+from cityflow.io.rasters.surface_zarr import LAYERS, chunk_paths, create, image_layers, window_of, write_tile
 
 CELL, TILE_CELLS = 0.5, 40
 CITY = Grid(85000.0, 447560.0, CELL, 3 * TILE_CELLS, 4 * TILE_CELLS)
@@ -99,6 +93,25 @@ def test_xarray_opens_it_lazily_with_crs_and_coordinates(store: str) -> None:
     assert names == {"dsm": "altitude", "dtm": "surface_altitude", "ndsm": "height", "count": None}
     flags = city["class"].attrs
     assert dict(zip(flags["flag_values"], flags["flag_meanings"].split(), strict=True))[6] == "building"
+
+
+@pytest.mark.parametrize("where", ["{tmp_path}", "memory://surfaces-made-anew"])
+def test_a_surface_made_anew_is_seen_by_a_process_that_had_the_former_one_open(
+    where: str, tmp_path: Path, amersfoort: Reference
+) -> None:
+    for cells in (TILE_CELLS, TILE_CELLS // 2):
+        path = Store.open(where.format(tmp_path=tmp_path)).zarr_store("surface.zarr")
+        create(path, CITY, cells, amersfoort, replace=True)
+        tile = Grid(CITY.x_min, CITY.y_max, CELL, cells, cells)
+        heights = np.full((cells, cells), float(cells), np.float32)
+        write_tile(path, CITY, tile, {"dsm": heights})
+        for _ in range(2):
+            _, found = read_layers(path, CITY, tile.bounds, ["dsm"])
+            assert np.array_equal(found["dsm"], heights)
+        whole = chunked_surface(path)["dsm"]
+        assert whole.chunksizes["y"][0] == cells
+        assert whole.rio.crs.to_epsg() == 7415
+        assert whole.sum().compute().item() == cells**3
 
 
 def test_a_local_frame_has_no_crs(tmp_path: Path, local: Reference) -> None:

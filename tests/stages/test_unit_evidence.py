@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-import zarr
 
 from cityflow.core.building import Outline
 from cityflow.core.grid import Grid, grown
@@ -18,7 +17,7 @@ from cityflow.core.reconstruction import Evidence
 from cityflow.flow.store import Store
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.crs import resolve
-from cityflow.io.rasters import surface_zarr
+from cityflow.io.rasters import surface_dataset, surface_zarr
 from cityflow.io.rasters.surface_zarr import LAYERS, create, image_layers, write_tile
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.surface_source import OVERVIEW, ZARR
@@ -62,9 +61,11 @@ def test_every_group_is_opened_once(
     else:
         filled(store, ZARR, COARSE, dict(LAYERS))
     opened: list[object] = []
-    monkeypatch.setattr(zarr, "open_group", _counted(zarr.open_group, opened))
+    monkeypatch.setattr(surface_dataset, "_dataset", _counted(surface_dataset._dataset, opened))
     evidence = seen_by(store, house, images)
     assert len(opened) == groups
+    seen_by(store, house, images)
+    assert len(opened) == groups, "once per process"
     fine = FINE if images else COARSE
     window = surface_zarr.window_of(fine, grown(house.bounds, unit_evidence.RASTER_MARGIN_M))
     x, y = np.meshgrid(window.x_centres(), window.y_centres())

@@ -13,7 +13,7 @@ from cityflow.flow.store import Store
 from cityflow.handover.image_copies import image_copies
 from cityflow.io.images.tiled_images import TiledImage, open_image
 from cityflow.io.points import las
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 
 PIECES_KEPT = 24
 """Decoded pieces a process keeps: at 15 points per m² and cells of 50 m some 40,000 points or 1.2 MB each."""

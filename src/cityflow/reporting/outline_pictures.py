@@ -13,7 +13,7 @@ from cityflow.core.splitting import CutLine
 from cityflow.flow.store import Store
 from cityflow.handover.outline_lines import decode_all
 from cityflow.handover.split_lines import read_splits
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.model_pictures import densest_spot
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import outline, units

@@ -15,7 +15,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import frame, ortho, surface
 from cityflow.survey.surface_source import FRAMES, IMAGES, OVERVIEW, RASTERS, ZARR

@@ -18,7 +18,7 @@ from cityflow.geometry.polyhedron import FaceArrays, project, projection_normals
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.geometry.triangulation import triangulate_faces
 from cityflow.handover.texture_files import PAGES
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.atlas_cell_faces import AtlasCellFaces
 from cityflow.reporting.model_pictures import densest_spot
 from cityflow.survey.survey import Survey

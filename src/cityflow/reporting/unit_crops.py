@@ -16,7 +16,7 @@ from cityflow.core.grid import Bounds, Grid, bounds_meet, grown
 from cityflow.errors import CityflowError
 from cityflow.flow.store import Store
 from cityflow.handover.cached_reads import open_pixels
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.survey.surface_source import IMAGES, RASTERS, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.viewer.picture import Picture, picture

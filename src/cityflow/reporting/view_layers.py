@@ -20,7 +20,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
 from cityflow.handover.split_lines import decode_splitting
 from cityflow.io.points.las_header import opened
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import ingest, split, surface

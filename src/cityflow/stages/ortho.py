@@ -18,7 +18,7 @@ from cityflow.flow.workspace import Workspace
 from cityflow.handover.colour_images import ColourInputs
 from cityflow.handover.layer_files import publish_rasters, store_ortho
 from cityflow.handover.surfaces import Surfaces
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City

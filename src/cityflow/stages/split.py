@@ -23,7 +23,7 @@ from cityflow.handover.field_types import EditsField, FrameField
 from cityflow.handover.outline_lines import OutlineAt
 from cityflow.handover.split_lines import encode_splitting
 from cityflow.handover.surfaces import Surfaces
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.splitting.edited_cuts import is_locked, with_edits
 from cityflow.splitting.split import SplitParameters, split
 from cityflow.surface.sample import sample

@@ -29,7 +29,7 @@ from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
 from cityflow.survey.colours import colour_inputs, digest_of_views

@@ -21,7 +21,7 @@ from cityflow.evaluation.checkpoints import heights_at, ortho_shift
 from cityflow.evaluation.statistics import ErrorStatistics, error_statistics
 from cityflow.flow.store import Store
 from cityflow.io.crs import vertical_datum
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.io.tables.checkpoints import Checkpoints, read_checkpoints
 from cityflow.reporting.checkpoint_rows import CHECKPOINTS
 from cityflow.runs.run_folder import open_run

@@ -17,7 +17,7 @@ from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import CatalogError, RunError
 from cityflow.io.fetch import local_file
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.io.tables.vector import Layer, read_layer, read_polygons, to_reference
 from cityflow.runs.prepare import Prepared
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import struct
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -152,22 +152,6 @@ def chunk_paths(grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> l
     rows, cols = grid.slices(tile)
     place = f"{rows.start // tile.rows}/{cols.start // tile.cols}"
     return [f"{name}/c/{'0/' * (layer.ndim - 2)}{place}" for name, layer in layers.items()]
-
-
-def read_layers(
-    store: StoreLike, grid: Grid, bounds: Bounds, names: Sequence[str] = tuple(LAYERS)
-) -> tuple[Grid, dict[str, NDArray[Any]]]:
-    """Windows of layers over `bounds`, cut at the edge of `grid` (that of all tiles).
-
-    Raises
-    ------
-    ValueError
-        `bounds` do not meet the grid.
-    """
-    window = window_of(grid, bounds)
-    rows, cols = grid.slices(window)
-    group: Any = _open(store, "r")
-    return window, {name: np.asarray(group[name][..., rows, cols]) for name in names}
 
 
 def window_of(grid: Grid, bounds: Bounds) -> Grid:

@@ -25,7 +25,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.survey.surface_source import ZARR
 from cityflow.texture.patches.fill import interpolated
 

@@ -20,7 +20,7 @@ from cityflow.handover.outline_lines import decode_all, entries, lines, owned
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses

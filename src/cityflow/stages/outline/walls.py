@@ -16,7 +16,7 @@ from cityflow.handover.house_points import LOW_M, houses_of
 from cityflow.handover.outline_lines import Standing
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
-from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.outlines.noded.adjacency import party_edges
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses, facade_inside
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters, walls_moved_in

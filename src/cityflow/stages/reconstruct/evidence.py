@@ -32,7 +32,8 @@ from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
-from cityflow.io.rasters.surface_zarr import read_layers, window_of
+from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_zarr import window_of
 from cityflow.surface.evenness import NEIGHBOURS
 from cityflow.surface.sample import sample
 from cityflow.surface.vegetation import is_foliage

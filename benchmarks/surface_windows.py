@@ -1,0 +1,80 @@
+"""What a window of the surface costs a building: `read_layers` (xarray, opened once per process) beside bare zarr, in turns within one run.
+
+``python benchmarks/surface_windows.py [--tiles 20] [--tile 500] [--window 60] [--rounds 300]``; cells. Layers are those of a building from LiDAR.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+
+from cityflow.core.grid import Grid
+from cityflow.io.crs import resolve
+from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_zarr import LAYERS, create, write_tile
+
+NAMES = ("dsm", "dtm", "class")
+CELL = 0.5
+
+
+def surface(folder: Path, tiles: int, tile: int) -> tuple[str, Grid]:
+    """A square city of `tiles` × `tiles` tiles; four of them written, which are read."""
+    grid = Grid(0.0, tiles * tile * CELL, CELL, tiles * tile, tiles * tile)
+    path = str(folder / "surface.zarr")
+    create(path, grid, tile, resolve("EPSG:28992"))
+    rng = np.random.default_rng(1)
+    for k in range(4):
+        part = Grid((k % 2) * tile * CELL, grid.y_max - (k // 2) * tile * CELL, CELL, tile, tile)
+        values = {n: rng.normal(5, 3, part.shape).astype(LAYERS[n].dtype) for n in ("dsm", "dtm")}
+        write_tile(path, grid, part, {**values, "class": np.full(part.shape, 6, np.uint8)})
+    return path, grid
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    for name, value in (("tiles", 20), ("tile", 500), ("window", 60), ("rounds", 300)):
+        parser.add_argument(f"--{name}", type=int, default=value)
+    a = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path, grid = surface(Path(folder), a.tiles, a.tile)
+        rng = np.random.default_rng(2)
+        places = rng.integers(0, 2 * a.tile - a.window, (a.rounds, 2))
+        group: Any = zarr.open_group(path, mode="r")
+        arrays = [group[name] for name in NAMES]
+
+        def through_xarray(row: int, col: int) -> object:
+            x, y = col * CELL, grid.y_max - row * CELL
+            return read_layers(path, grid, (x, y - a.window * CELL, x + a.window * CELL, y), NAMES)
+
+        def opened_once(row: int, col: int) -> object:
+            return [array[row : row + a.window, col : col + a.window] for array in arrays]
+
+        def opened_each_time(row: int, col: int) -> object:
+            again: Any = zarr.open_group(path, mode="r")
+            return [again[name][row : row + a.window, col : col + a.window] for name in NAMES]
+
+        ways: dict[str, Callable[[int, int], object]] = {
+            "xarray, opened once": through_xarray, "zarr, opened once": opened_once, "zarr, opened for each building": opened_each_time,
+        }  # fmt: skip
+        spent = {name: np.empty(a.rounds) for name in ways}
+        for way in ways.values():
+            way(0, 0)
+        for k, (row, col) in enumerate(places.tolist()):
+            for name, way in ways.items():
+                start = time.perf_counter()
+                way(row, col)
+                spent[name][k] = time.perf_counter() - start
+    bare = np.median(spent["zarr, opened once"])
+    for name, seconds in spent.items():
+        print(f"{name:32} {1000 * np.median(seconds):6.2f} ms  {np.median(seconds) / bare:5.2f} x")
+
+
+if __name__ == "__main__":
+    main()
