@@ -17,6 +17,7 @@ TOGETHER = {
         "cluster/test_damaged_files.py",
         "cluster/test_object_store.py",
         "cluster/test_only_looking.py",
+        "cluster/test_submitted_city.py",
         "cluster/test_textured_city.py",
         "cluster/test_tilings.py",
     ),

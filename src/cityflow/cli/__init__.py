@@ -15,14 +15,12 @@ from cityflow import __version__
 from cityflow.cli import options
 from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
-from cityflow.cli.runs import explain, plan, report, rerun, run, status, view
+from cityflow.cli.runs import cancel, explain, plan, report, rerun, run, status, submit, view
 from cityflow.cli.surveys import demo, synth
-from cityflow.core.credentials import without_credentials
-from cityflow.errors import CityflowError
-from cityflow.flow.unwritable import unwritable
 from cityflow.runs.common_keys import described_common
 from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
 from cityflow.workflow import completion
+from cityflow.workflow.exit_codes import exit_code
 
 app = typer.Typer(
     name="cityflow", no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None,
@@ -61,23 +59,23 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Print the 
 
 def main() -> None:
     """Entry point: errors that a user can fix become one line on stderr and exit code 1, a full disk too; Ctrl-C becomes 130."""
-    try:
-        app()
-    except CityflowError as error:
-        print(f"cityflow: {without_credentials(str(error))}", file=sys.stderr)  # noqa: T201
-        sys.exit(1)
-    except OSError as error:
-        refusal = unwritable(error)
-        if refusal is None:
-            raise
-        print(f"cityflow: {refusal}", file=sys.stderr)  # noqa: T201
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("cityflow: interrupted; a later run continues here", file=sys.stderr)  # noqa: T201
-        sys.exit(130)
+    sys.exit(exit_code(app))
 
 
-TOP: tuple[Callable[..., None], ...] = (run, rerun, status, plan, explain, report, view, synth, demo, parameters)
+TOP: tuple[Callable[..., None], ...] = (
+    run,
+    rerun,
+    submit,
+    cancel,
+    status,
+    plan,
+    explain,
+    report,
+    view,
+    synth,
+    demo,
+    parameters,
+)
 for _command in TOP:
     app.command()(_command)
 app.add_typer(catalog_app, name="catalog")

@@ -85,3 +85,11 @@ TrustOption = Annotated[
         "--trust", help="Import custom functions (module:function) that the RUN names; only if you trust its author"
     ),
 ]
+
+
+VerifyOption = Annotated[bool, typer.Option("--verify", help="Read all results and redo damaged ones")]
+
+
+PerformanceOption = Annotated[
+    bool, typer.Option("--performance-report", help="Save Dask's performance report as RUN/performance.html")
+]

@@ -12,12 +12,14 @@ from cityflow.cli.options import (
     AreaOption,
     JsonOption,
     OutsideOption,
+    PerformanceOption,
     QuietOption,
     RunArgument,
     SchedulerOption,
     SetOption,
     TrustOption,
     VerboseOption,
+    VerifyOption,
     WorkersOption,
     WorkflowArgument,
 )
@@ -46,7 +48,8 @@ def run(
     settings: SetOption = None,
     aoi: AreaOption = "",
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Accept the default folder without --out")] = False,
-    verify: Annotated[bool, typer.Option("--verify", help="Read all results and redo damaged ones")] = False,
+    verify: VerifyOption = False,
+    performance: PerformanceOption = False,
     trust: TrustOption = False,
     allow_outside: OutsideOption = False,
     quiet: QuietOption = False,
@@ -68,9 +71,41 @@ def run(
         options.console,
         Talk.of(quiet, verbose),
         verify=verify,
+        performance=performance,
         trust=trust,
         allow_outside=allow_outside,
     )
+
+
+def submit(
+    workflow: WorkflowArgument,
+    scheduler: Annotated[str, typer.Option(help="Address of the Dask scheduler, e.g. tcp://host:8786")],
+    out: Annotated[
+        str, typer.Option(metavar="RUN", help="Folder or fsspec URL (s3://…) for the results, that all workers reach")
+    ],
+    catalog: Annotated[str, typer.Option(help="Catalog folder or URL, instead of the workflow's own")] = "",
+    settings: SetOption = None,
+    aoi: AreaOption = "",
+    verify: VerifyOption = False,
+    performance: PerformanceOption = False,
+    trust: TrustOption = False,
+    allow_outside: OutsideOption = False,
+) -> None:
+    """Hand a run to a Dask scheduler and return: a worker drives it, and another one if that dies."""
+    look_at_workflow(workflow, settings or [], catalog)
+    from cityflow.workflow.run import Extras, Request
+    from cityflow.workflow.submit import submit_run
+
+    asked = Request(workflow, catalog, out, tuple(settings or []), aoi, trust, allow_outside)
+    submit_run(asked, scheduler, options.console, Extras(verify, performance))
+
+
+def cancel(run_url: RunArgument) -> None:
+    """Stop the driver of a run, wherever it works; what is finished stays, and a later run continues."""
+    look_at_run(run_url)
+    from cityflow.workflow.submit import cancel_run
+
+    cancel_run(run_url, options.console)
 
 
 def rerun(
@@ -126,10 +161,17 @@ def status(
     run_url: RunArgument,
     units: Annotated[bool, typer.Option("--units", help="List the buildings: id, status, figures")] = False,
     find: Annotated[str, typer.Option(metavar="TEXT", help="Only buildings with this text in their id")] = "",
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Follow the driver until it has ended, wherever it works")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Progress of a run by stage, failures, and the next step."""
     look_at_run(run_url)
+    if watch:
+        from cityflow.workflow.watch import watch_run
+
+        watch_run(run_url, options.console)
     from cityflow.workflow.status import print_status, print_units
 
     if units or find:

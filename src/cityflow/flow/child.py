@@ -41,7 +41,7 @@ TRANSIENT_MODULES = ("botocore", "aiobotocore", "aiohttp", "urllib3", "s3fs", "f
 
 def main(channel: int) -> None:
     """Serve requests from the file descriptor `channel` until it closes."""
-    _die_with_parent()
+    die_with_parent()
     os.set_inheritable(channel, False)
     _ignore_terminal()
     faulthandler.enable(all_threads=True)
@@ -165,7 +165,7 @@ def _ignore_terminal() -> None:
         signal.signal(name, signal.SIG_IGN)
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
     """Ask the kernel for SIGKILL when the parent dies, since a stage may never read the closed channel."""
     if sys.platform == "linux":
         pr_set_pdeathsig = 1

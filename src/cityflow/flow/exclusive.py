@@ -39,7 +39,7 @@ def _lock(folder: int, root: str) -> None:
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        remedy = "wait for it or stop it, or choose another folder with --out"
+        remedy = f"cityflow status {root} --watch follows it, cityflow cancel {root} stops it; or choose another folder with --out"
         raise RunError("another run is using this folder", where=root, remedy=remedy) from error
     except OSError:
         # Some network file systems cannot lock a folder; the numbering of attempts is safe without.

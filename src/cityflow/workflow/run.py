@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from rich.console import Console
 
@@ -15,7 +17,9 @@ from cityflow.errors import RunError
 from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.damage import DamagedFileError
 from cityflow.flow.executor import never, run_tasks
+from cityflow.flow.heartbeat import NEWS_EVERY_S, Heartbeat
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.performance import performance_saved
 from cityflow.flow.progress import watcher
 from cityflow.flow.row import Row
 from cityflow.flow.run_news import RunNews
@@ -55,6 +59,7 @@ def run_workflow(
     talk: Talk = Talk.NORMAL,
     *,
     verify: bool = False,
+    performance: bool = False,
     trust: bool = False,
     allow_outside: bool = False,
 ) -> None:
@@ -62,15 +67,66 @@ def run_workflow(
 
     Parameters
     ----------
-    verify : hold the contents of what is done against their digests, too
-    trust : import functions that overrides in the RUN name, too
-    allow_outside : the catalog may name files elsewhere, wherever it comes from
+    verify, performance : see `Extras`
+    trust, allow_outside : see `requested`
 
     Raises
     ------
     WorkflowError, CatalogError, RunError
         Before anything is written, as far as one can know it then; and at the end, where more than single buildings failed.
     """
+    request = Request(workflow, catalog, out, tuple(settings), aoi, trust, allow_outside)
+    wanted = requested(request, console)
+    extras = Extras(verify, performance)
+    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, extras=extras)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the command line asks for.
+
+    Attributes
+    ----------
+    trust : import functions that overrides in the RUN name, too
+    allow_outside : the catalog may name files elsewhere, wherever it comes from
+    """
+
+    workflow: Path
+    catalog: str
+    out: str
+    settings: tuple[str, ...] = ()
+    aoi: str = ""
+    trust: bool = False
+    allow_outside: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """How a run is driven.
+
+    Attributes
+    ----------
+    verify : hold the contents of what is done against their digests, too
+    performance : save Dask's performance report with the RUN
+    request : of the command, where Dask may start several drivers for it; empty: one of its own
+    """
+
+    verify: bool = False
+    performance: bool = False
+    request: str = ""
+
+
+PLAIN = Extras()
+
+
+def requested(asked: Request, console: Console) -> Prepared:
+    """Read and check all that can be checked before anything is written.
+
+    Raises
+    ------
+    WorkflowError, CatalogError, RunError
+    """
+    workflow, catalog, out, settings, aoi, trust, allow_outside = astuple(asked)
     wanted = prepared(workflow, catalog, out, settings, aoi, allow_outside=allow_outside)
     if not allow_outside:
         refuse_outside(wanted.catalog)
@@ -80,7 +136,7 @@ def run_workflow(
     if not trust:
         refuse_untrusted(wanted, settings, of_the_run=False)
     wanted.source().city.refuse_nothing()
-    execute(wanted, scheduler, workers, console, lambda: describe_run(wanted), talk=talk, verify=verify)
+    return wanted
 
 
 def execute(
@@ -92,7 +148,7 @@ def execute(
     redo: Callable[[Task, Record], bool] = never,
     talk: Talk = Talk.NORMAL,
     *,
-    verify: bool = False,
+    extras: Extras = PLAIN,
 ) -> None:
     """Run the tasks of a RUN on a cluster.
 
@@ -100,7 +156,6 @@ def execute(
     ----------
     begin : called before the first task, when there are workers and no other run is at work in the folder
     redo : names finished tasks that shall run again
-    verify : hold the contents of what is done against their digests, too
 
     Raises
     ------
@@ -110,10 +165,13 @@ def execute(
     passes = Passes(redo, wanted.store.root)
     with (
         connect(scheduler or None, workers or os.cpu_count() or 1) as client,
-        Ledger.open(wanted.store, verify=verify) as ledger,
+        Ledger.open(wanted.store, verify=extras.verify) as ledger,
+        Heartbeat(wanted.store, extras.request or uuid4().hex, page_address(client, wanted.store.root)) as beat,
+        performance_saved(client, wanted.store, wanted=extras.performance),
     ):
+        drive = _Drive(wanted, client, ledger, beat, begin)
         while True:
-            survey = _undamaged(wanted, client, ledger, begin, passes, talk)
+            survey = _undamaged(drive, passes, talk)
             remove_stale_products(wanted.store, ledger, survey)
             records = current_records(wanted, ledger)
             try:
@@ -128,19 +186,33 @@ def execute(
     _refuse_success(wanted, failed)
 
 
-def _undamaged(
-    wanted: Prepared, client: Any, ledger: Ledger, begin: Callable[[], object], passes: Passes, talk: Talk
-) -> Survey:
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """What a pass over the tasks needs."""
+
+    wanted: Prepared
+    client: Any
+    ledger: Ledger
+    beat: Heartbeat
+    describe: Callable[[], object]
+
+    def begin(self) -> None:
+        """Before the first task, when the RUN is this driver's."""
+        self.beat.begin()
+        self.describe()
+
+
+def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
     """Pass after pass, until nothing was read that is not what was written; what the run knows in the end."""
-    limit = wanted.workflow.city.execution.max_in_flight
+    wanted, client, ledger = drive.wanted, drive.client, drive.ledger
+    limit, root = wanted.workflow.city.execution.max_in_flight, wanted.store.root
     while True:
         with closing(RunNews(watcher(talk=talk))) as progress:
-            source = FollowedCity(wanted, begin, costs_of(ledger), progress, threads_of(client), ledger)
+            source = FollowedCity(wanted, drive.begin, costs_of(ledger), progress, threads_of(client), ledger)
             progress.places = TilePlaces(source)
-            progress.tell_to(publisher(client, wanted.store.root), TOLD_EVERY_S)
-            progress.message(
-                f"This run: {page_address(client, wanted.store.root)} (Dask's pages: {client.dashboard_link})"
-            )
+            progress.tell_to(publisher(client, root), TOLD_EVERY_S)
+            progress.tell_to(drive.beat.hear, NEWS_EVERY_S)
+            progress.message(f"This run: {page_address(client, root)} (Dask's pages: {client.dashboard_link})")
             summary = run_tasks(
                 source, client, wanted.store, ledger, redo=passes.redo, progress=progress, max_in_flight=limit
             )

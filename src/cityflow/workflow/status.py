@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -15,6 +16,7 @@ from rich.table import Table
 from cityflow.core.building import Status
 from cityflow.core.verdicts import VERDICT_KEY, Verdict
 from cityflow.errors import RunError
+from cityflow.flow.driver_note import described, read_note
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import first_line
@@ -95,6 +97,8 @@ def print_status(url: str, console: Console, as_json: bool = False) -> None:
     console.print(
         f"{standing.workflow}: {standing.title} in {store.root}", markup=False, highlight=False, soft_wrap=True
     )
+    if (note := read_note(store)) is not None and note.is_open:
+        console.print(f"Driver: {described(note, time.time())}", markup=False, highlight=False, soft_wrap=True)
     print_standing(standing, console)
 
 

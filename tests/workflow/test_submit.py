@@ -1,0 +1,205 @@
+"""Runs on the scheduler's side, with real processes: the client dies, the worker with the driver dies, somebody cancels."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import cast
+
+import psutil
+import pytest
+from rich.console import Console
+
+from cityflow.core.building import Status
+from cityflow.errors import RunError
+from cityflow.flow import driver_note
+from cityflow.flow.cluster import connect
+from cityflow.flow.driver_note import DriverNote, Phase, ask_to_cancel, described, read_note, write_note
+from cityflow.flow.executor import run_tasks
+from cityflow.flow.heartbeat import Heartbeat
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.progress import Silent
+from cityflow.flow.run_news import RunNews
+from cityflow.flow.store import Store
+from cityflow.workflow.submit import cancel_run
+from cityflow.workflow.watch import watch_run
+from flow import toy_driver
+from flow.conftest import free_port
+from flow.processes import Cluster, environment
+from flow.test_records import a_record
+from flow.toy_sources import Town
+from flow.toy_stages import toy
+
+UNITS = Town(4, 8).size
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Store:
+    return Store.open(tmp_path / "run")
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"))
+    try:
+        cluster.start(free_port(), 2)
+        yield cluster
+    finally:
+        cluster.stop()
+
+
+def note_where(store: Store, is_so: Callable[[DriverNote], bool], within_s: float = 60) -> DriverNote:
+    deadline = time.monotonic() + within_s
+    while (note := read_note(store)) is None or not is_so(note):
+        assert time.monotonic() < deadline, note
+        time.sleep(0.05)
+    return note
+
+
+def finished(note: DriverNote) -> int:
+    return sum(stage["finished"] for stage in note.news.get("stages", {}).values())
+
+
+def attempts(store: Store) -> dict[str, int]:
+    with Ledger.open(store) as ledger:
+        assert {record.status for record in ledger.records()} == {Status.DONE}
+        return {f"{r.stage}-{r.unit}": len(ledger.attempts(r.stage, r.unit)) for r in ledger.records()}
+
+
+@pytest.mark.cluster
+def test_a_run_outlives_its_client_and_the_worker_that_drives_it(cluster: Cluster, store: Store) -> None:
+    command = [sys.executable, toy_driver.__file__, cluster.address, store.root, "0.1"]
+    client = subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, text=True)
+    assert client.stdout is not None
+    request = client.stdout.readline().strip()
+    client.kill()
+    client.wait()
+    first = note_where(store, lambda note: finished(note) >= 4)
+    driver = psutil.Process(int(first.place.rsplit(" ", 1)[1]))
+    next(w for w in cluster.workers if w.pid == driver.ppid()).kill()
+    driver.wait(timeout=10)
+    cluster.add_worker()
+    printed = io.StringIO()
+    watch_run(store.root, Console(file=printed, width=200))
+    last = cast(DriverNote, read_note(store))
+    assert (last.request, last.phase, finished(last)) == (request, Phase.ENDED, UNITS)
+    assert last.driver != first.driver
+    assert "The driver has ended" in printed.getvalue()
+    assert len(attempts(store)) == UNITS
+    assert set(attempts(store).values()) == {1}
+
+
+@pytest.mark.cluster
+def test_cancel_reaches_the_driver_and_loses_nothing(cluster: Cluster, store: Store) -> None:
+    toy_driver.submit(cluster.address, store.root, 0.1)
+    note_where(store, lambda note: finished(note) >= 5)
+    with (
+        connect(cluster.address, 0) as client,
+        Ledger.open(store) as ledger,
+        pytest.raises(RunError, match="another run is using this folder") as caught,
+    ):
+        run_tasks(Town(4, 8), client, store, ledger)
+    assert f"cityflow cancel {store.root}" in caught.value.remedy
+    begun, printed = time.monotonic(), io.StringIO()
+    cancel_run(store.root, Console(file=printed, width=300))
+    assert time.monotonic() - begun < 10
+    assert printed.getvalue().startswith("Cancelled: ")
+    cluster.settle()
+    before = attempts(store)
+    assert 5 <= len(before) < UNITS
+    with connect(cluster.address, 0) as client, Ledger.open(store) as ledger:
+        done = run_tasks(Town(4, 8), client, store, ledger)
+    assert sum(done.ran.values()) == UNITS - len(before)
+    assert set(attempts(store).values()) == {1}
+    with pytest.raises(RunError, match="no driver is at work here; the last driver cancelled"):
+        cancel_run(store.root, Console(file=printed))
+
+
+@contextmanager
+def beating(store: Store, request: str = "first") -> Iterator[Heartbeat]:
+    with Heartbeat(store, request) as beat:
+        beat.begin()
+        yield beat
+
+
+@pytest.fixture
+def remote(monkeypatch: pytest.MonkeyPatch) -> Store:
+    """A store without a lock."""
+    monkeypatch.setattr(driver_note, "REMOTE_BEAT_S", 0.1)
+    return Store.open(f"memory://run-{time.monotonic_ns()}")
+
+
+def test_without_a_lock_the_signs_of_life_refuse_a_second_driver(remote: Store) -> None:
+    with (
+        beating(remote),
+        pytest.raises(RunError, match="another run is using this folder: at work on"),
+        beating(remote, "second"),
+    ):
+        pass
+    note = read_note(remote)
+    assert note is not None
+    assert (note.request, note.phase) == ("first", Phase.ENDED)
+    # one that was killed says that it is at work, and gives no sign
+    write_note(remote, DriverNote("third", Phase.AT_WORK, "x", "somewhere", told=time.time(), beat=7))
+    with beating(remote, "fourth"):
+        assert cast(DriverNote, read_note(remote)).request == "fourth"
+
+
+def test_of_two_drivers_that_begin_at_once_one_goes_on(remote: Store) -> None:
+    def overtaken() -> None:
+        with beating(remote):
+            write_note(remote, DriverNote("second", Phase.AT_WORK, "y", told=time.time(), beat=1))
+            time.sleep(10)  # Ctrl-C ends it
+
+    with pytest.raises(RunError, match="another driver has taken this run"):
+        overtaken()
+    assert cast(DriverNote, read_note(remote)).request == "second", "its signs are not written over"
+
+
+def test_a_request_that_is_cancelled_before_it_begins_never_does(remote: Store) -> None:
+    write_note(remote, DriverNote("first", Phase.SUBMITTED))
+    ask_to_cancel(remote, "first")
+    with pytest.raises(KeyboardInterrupt), beating(remote):
+        pass
+    assert cast(DriverNote, read_note(remote)).phase is Phase.CANCELLED
+    with beating(remote, "a later request"):
+        assert not remote.exists(driver_note.CANCEL)
+
+
+def test_signs_tell_how_far_it_is_and_the_end_why_it_failed(remote: Store) -> None:
+    news = RunNews(Silent())
+    news.ready(toy("1", stage="reconstruct"))
+    news.finished(a_record("1", status=Status.FAILED), fresh=True)
+
+    def failing() -> None:
+        with beating(remote) as beat:
+            beat.hear(news)
+            assert finished(note_where(remote, lambda note: note.beat > 1)) == 1
+            raise RunError("the city is incomplete")
+
+    with pytest.raises(RunError):
+        failing()
+    note = cast(DriverNote, read_note(remote))
+    assert described(note, note.told) == "failed: the city is incomplete"
+    assert note.place.endswith(f"process {os.getpid()}")
+
+
+def test_who_watches_is_told_of_silence(remote: Store) -> None:
+    write_note(remote, DriverNote("first", Phase.AT_WORK, "x", "somewhere", told=time.time()))
+    printed = io.StringIO()
+
+    class Impatient(Console):
+        def print(self, *texts: object, **styles: object) -> None:
+            printed.write(f"{texts[0]}\n")
+            if len(printed.getvalue().splitlines()) > 1:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        watch_run(remote.root, Impatient(file=io.StringIO()))
+    assert "No sign of the driver for" in printed.getvalue()
