@@ -15,6 +15,7 @@ TOGETHER = {
         "cluster/test_bad_input.py",
         "cluster/test_changed_requests.py",
         "cluster/test_damaged_files.py",
+        "cluster/test_interrupted.py",
         "cluster/test_object_store.py",
         "cluster/test_only_looking.py",
         "cluster/test_submitted_city.py",
