@@ -38,11 +38,12 @@ def executable() -> str | None:
 
 
 class Chromium:
-    """One browser with one page. Leaving the context ends it."""
+    """One browser with one page. Leaving the context ends it. `coarse`: drawn in so many times fewer pixels each way."""
 
-    def __init__(self, flags: tuple[str, ...] = SOFTWARE, size: tuple[int, int] = (1300, 820)) -> None:
+    def __init__(self, flags: tuple[str, ...] = SOFTWARE, size: tuple[int, int] = (1300, 820), coarse: int = 1) -> None:
         found = executable()
         assert found is not None
+        self._coarse = coarse
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
         self.messages: list[str] = []
         """What the page has said on its console as a warning or an error, and failed requests."""
@@ -54,8 +55,13 @@ class Chromium:
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network", "Performance"):
             self.call(f"{domain}.enable")
+        self.resize(*size)
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the window another size in pixels of the page."""
+        scale = 1 / self._coarse
         self.call(
-            "Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=False
         )
 
     def _started(
@@ -178,7 +184,8 @@ class Chromium:
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         if path is not None:
             path.write_bytes(data)
-        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+        return pixels.repeat(self._coarse, axis=0).repeat(self._coarse, axis=1)
 
     def memory_mb(self, kinds: tuple[str, ...] = ("--type=renderer", "--type=gpu-process")) -> float:
         """Memory of the page's own processes that no other process shares, in MB; what software draws with counts as graphics."""

@@ -104,7 +104,7 @@ def ends_of_town() -> FloatArray:
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
 def test_a_visitor_sees_the_whole_city_beside_the_panels(page: Chromium, width: int, height: int) -> None:
-    page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+    page.resize(width, height)
     try:
         page.wait(f"cityflowView.stage.size[0] === {width}")
         page.run("document.getElementById('home').click()")
@@ -115,12 +115,12 @@ def test_a_visitor_sees_the_whole_city_beside_the_panels(page: Chromium, width: 
         assert max(np.ptp(x) / room[0], np.ptp(y) / room[1]) > 0.6, "as near as it fits"
         assert page.run("document.documentElement.scrollWidth") <= width
     finally:
-        page.call("Emulation.setDeviceMetricsOverride", width=1300, height=820, deviceScaleFactor=1, mobile=False)
+        page.resize(1300, 820)
 
 
 @pytest.mark.parametrize("name", [town.FLAT, town.GABLE, town.GHOST])
 def test_what_is_found_is_seen_beside_its_panel(page: Chromium, name: str) -> None:
-    page.run(f"const f = document.getElementById('search'); f.value = {name!r}; f.form.requestSubmit()")
+    page.run(f"{{ const f = document.getElementById('search'); f.value = {name!r}; f.form.requestSubmit(); }}")
     page.wait("document.querySelector('#panel-body details')")
     page.wait(SETTLED)
     assert free_of_panels(page, over(name, town.TOPS.get(name, town.GROUND), 4))
@@ -228,7 +228,7 @@ def test_failures_are_red_and_a_click_tells_the_reason(page: Chromium) -> None:
 
 
 def test_search_finds_and_the_link_leads_back(page: Chromium, address: str) -> None:
-    page.run("const f = document.getElementById('search'); f.value = 'GABLE'; f.form.requestSubmit()")
+    page.run("{ const f = document.getElementById('search'); f.value = 'GABLE'; f.form.requestSubmit(); }")
     page.wait("document.querySelector('#panel-body table')")
     assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
     page.run("document.querySelector('input[value=classes]').click(); document.getElementById('layer-cuts').click()")
