@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.points import BUILDING, WATER
+from cityflow.geometry.hill_shade import hill_shade
 from cityflow.viewer.relief import (
     CLASS_COLOURS,
     NOTHING,
@@ -11,7 +12,6 @@ from cityflow.viewer.relief import (
     class_key,
     height_key,
     height_range,
-    hill_shade,
     ortho_pixels,
     shaded_heights,
 )

@@ -15,6 +15,7 @@ from cityflow import __version__
 from cityflow.cli import options
 from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
+from cityflow.cli.rasters import raster
 from cityflow.cli.runs import cancel, explain, plan, report, rerun, run, status, submit, view
 from cityflow.cli.surveys import demo, synth
 from cityflow.runs.common_keys import described_common
@@ -72,6 +73,7 @@ TOP: tuple[Callable[..., None], ...] = (
     explain,
     report,
     view,
+    raster,
     synth,
     demo,
     parameters,

@@ -57,7 +57,7 @@ def write_cog(array: NDArray[Any], grid: Grid, reference: Reference, nodata: flo
         nodata = None
     profile = {
         "driver": "COG", "height": grid.rows, "width": grid.cols, "count": len(bands), "dtype": bands.dtype,
-        "crs": _crs_for(bands.dtype, reference), "transform": Affine(*grid.transform), "nodata": nodata,
+        "crs": crs_for(bands.dtype, reference), "transform": Affine(*grid.transform), "nodata": nodata,
         "compress": "DEFLATE", "predictor": "YES", "blocksize": BLOCK_PX, "num_threads": "1",
         "overview_resampling": "NEAREST" if np.issubdtype(bands.dtype, np.integer) else "AVERAGE",
     }  # fmt: skip
@@ -92,7 +92,7 @@ def write_vrt(
     """
     parts = sorted(tiles, key=lambda tile: tile[0])
     whole = _mosaic([grid for _, grid in parts])
-    crs = _crs_for(np.dtype(dtype), reference)
+    crs = crs_for(np.dtype(dtype), reference)
     c = whole.transform
     srs = "" if crs is None else f"  <SRS>{escape(crs.to_wkt())}</SRS>\n"
     no_data = "" if nodata is None else f"    <NoDataValue>{nodata}</NoDataValue>\n"
@@ -209,7 +209,8 @@ def _overviews(whole: Grid, dtype: str) -> str:
     )
 
 
-def _crs_for(dtype: np.dtype[Any], reference: Reference) -> CRS | None:
+def crs_for(dtype: np.dtype[Any], reference: Reference) -> CRS | None:
+    """With heights where values are heights, else of x and y alone; None in a local frame."""
     return (
         _crs_with_heights(reference) if np.issubdtype(dtype, np.floating) else _rasterio_crs(horizontal_crs(reference))
     )
