@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 from cityflow.core.building import Building
+from cityflow.core.reference import Reference
 from cityflow.core.texture import Drape
 from cityflow.io.city_models.appearance import Appearance
 from cityflow.io.city_models.gltf import write_buildings_glb, write_terrain_glb
+from cityflow.io.export_formats.formats import written
+from cityflow.io.export_formats.tile import CityTile
 from cityflow.io.globe_frame import frame_at
 from painted_faces import painted
 
@@ -65,3 +68,23 @@ def test_terrain_has_no_faults(
     drape = Drape(paint.textures.pages[0], (84950.0, 447480.0, 85050.0, 447580.0)) if draped else None
     data = write_terrain_glb("t", *terrain, FRAME, Appearance("", drape=drape))
     assert _report(data, tmp_path) == {"Errors": 0, "Warnings": 0}
+
+
+@pytest.mark.parametrize("textured", [True, False])
+def test_a_tile_as_glb_has_no_faults(
+    neighbours: list[Building], amersfoort: Reference, tmp_path: Path, textured: bool
+) -> None:
+    paint = painted(neighbours, rectified=True)
+    paint.save(tmp_path)
+    folder = tmp_path / "products/glb"
+    folder.mkdir(parents=True)
+    terrain = (
+        np.array([[84950.0, 447480.0, 0.0], [85050.0, 447480.0, 0.0], [85050.0, 447580.0, 0.0]]),
+        np.array([[0, 1, 2]]),
+    )
+    tile = CityTile(
+        "t", (84950.0, 447480.0, 85050.0, 447580.0), tuple(neighbours), terrain, [terrain], amersfoort, "A town", "2026-01-01",
+        rectified=paint.textures if textured else None,
+    )  # fmt: skip
+    ((_, data),) = written("glb", tile)
+    assert _report(data, folder) == {"Errors": 0, "Warnings": 0}

@@ -60,6 +60,7 @@ PRODUCTS = {
         "OBJ by tile, rectified",
         "The same with rectified textures, for programs that do not divide",
     ),
+    "products/glb": ("GLB by tile", "A node per building, for Blender and game engines"),
     "products/outlines.gpkg": ("GeoPackage", "Outlines, units with all attributes, map of status"),
     "products/dsm.vrt": ("DSM", "Surface heights, GeoTIFF tiles under one VRT"),
     "products/dtm.vrt": ("DTM", "Terrain heights, GeoTIFF tiles under one VRT"),

@@ -18,6 +18,7 @@ TITLES: Mapping[str, str] = {
     "obj": "City model (OBJ)",
     "obj_rectified": "City model (OBJ, rectified textures)",
     "tiles3d": "City model (3D Tiles 1.1)",
+    "glb": "City model (GLB, a node per building)",
 }
 """Name → what the catalog of products calls it."""
 
