@@ -31,6 +31,7 @@ TOOLS = (
     Tool("the packages of view/package-lock.json", r"npm cannot fetch", "that the view's bundle is what its sources make", "npm ci, in view/, once online"),
     Tool("libcitygml's program", r"libcitygml-bin", "that libcitygml reads CityGML", "apt-get install libcitygml-bin"),
     Tool("libcitygml's library", r"libcitygml-dev", "what libcitygml shows of textures", "apt-get install g++ libcitygml-dev"),
+    Tool("openssl", r"no openssl", "a scheduler with TLS", "apt-get install openssl"),
     Tool("glTF's validator", r"gltf-validator", "3D Tiles by the official validator", "npm install -g gltf-validator, with NODE_PATH"),
 )  # fmt: skip
 

@@ -46,10 +46,14 @@ class Cluster:
     address: str = ""
     scheduler: subprocess.Popen[bytes] | None = None
     workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    scheme: str = "tcp"
+    more: dict[str, str] = field(default_factory=dict)
+    """Variables of the environment."""
 
-    def start(self, port: int, workers: int) -> None:
-        self.address = f"tcp://127.0.0.1:{port}"
-        self.scheduler = self._spawn("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")
+    def start(self, port: int, workers: int, *options: str) -> None:
+        self.address = f"{self.scheme}://127.0.0.1:{port}"
+        host = f"{self.scheme}://127.0.0.1"
+        self.scheduler = self._spawn("scheduler", "--host", host, "--port", str(port), "--no-dashboard", *options)
         for _ in range(workers):
             self.add_worker()
         with Client(self.address, timeout=30, set_as_default=False) as client:
@@ -79,7 +83,7 @@ class Cluster:
     def _spawn(self, kind: str, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
         with open(self.folder / f"{kind}-{len(self.workers)}.log", "wb") as log:
-            return subprocess.Popen(command, env=environment(), stdout=log, stderr=log)
+            return subprocess.Popen(command, env={**environment(), **self.more}, stdout=log, stderr=log)
 
 
 class Driver:

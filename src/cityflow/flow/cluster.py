@@ -96,7 +96,10 @@ async def _end_workers(cluster: LocalCluster) -> None:
 
 @contextmanager
 def _remote(address: str, connect_s: float) -> Iterator[Client]:
-    remedy = "check the address and that the scheduler runs (dask scheduler); leave --scheduler out to run locally"
+    remedy = (
+        "check the address and that the scheduler runs (dask scheduler); where it has TLS, the address begins with tls:// "
+        "and DASK_CONFIG names the certificates; leave --scheduler out to run locally"
+    )
     client = _client(address, connect_s)
     if client is None:
         # What is left of it closes itself when it is collected; if that happened while another client starts, both would wait for ever
@@ -113,8 +116,8 @@ def _client(address: str, connect_s: float) -> Client | None:
     """One that is connected; None where nobody answers."""
     try:
         return Client(address, timeout=connect_s, set_as_default=False)
-    except (OSError, TimeoutError, ValueError):
-        return None
+    except (OSError, TimeoutError, ValueError, TypeError):
+        return None  # TypeError: what Dask raises where it has no certificates for a tls:// address
 
 
 def _check_workers(client: Client, address: str) -> None:
