@@ -1,7 +1,9 @@
+# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import gc
 import os
+import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,11 +11,12 @@ from pathlib import Path
 
 import psutil
 import pytest
-from distributed import Client
+from distributed import Client, Worker
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow import cluster as module
+from cityflow.flow import retire
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
@@ -75,6 +78,30 @@ def test_a_killed_worker_changes_nothing(cluster: Cluster, store: Store, undistu
     assert len(finished(store)) == SIZE
     with Ledger.open(store) as ledger:
         assert {record.status for record in ledger.records()} == {Status.DONE}
+
+
+def at_work(dask_worker: Worker) -> int:
+    return len(dask_worker.state.executing)
+
+
+def test_a_worker_that_retires_ends_its_unit_and_begins_no_other(
+    cluster: Cluster, store: Store, undisturbed: dict[str, bytes]
+) -> None:
+    with driver(store, cluster.address, sleep_s=0.1) as run:
+        run.wait_for(6)
+        with Client(cluster.address, set_as_default=False) as client:
+            workers = client.scheduler_info(n_workers=-1)["workers"]
+            address, told = next(iter(workers.items()))
+            environment = {"DASK_SCHEDULER_ADDRESS": cluster.address, "DASK_WORKER_NAME": str(told["name"])}
+            assert retire.main(["30"], environment) == 0
+            assert client.run(at_work, workers=[address]) == {address: 0}
+            pid = client.run(os.getpid, workers=[address])[address]
+        os.kill(pid, signal.SIGTERM)
+        assert run.end() == 0, run.errors
+        assert len(run.lines) == SIZE
+    cluster.add_worker()
+    assert products(store) == undisturbed
+    assert retire.main(["1"], {**environment, "DASK_WORKER_NAME": "nobody"}) == 1
 
 
 def test_a_killed_driver_is_continued(cluster: Cluster, store: Store, undisturbed: dict[str, bytes]) -> None:

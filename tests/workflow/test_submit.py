@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import io
-import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import cast
 
@@ -20,21 +18,16 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow import driver_note
 from cityflow.flow.cluster import connect
-from cityflow.flow.driver_note import DriverNote, Phase, ask_to_cancel, described, read_note, write_note
+from cityflow.flow.driver_note import DriverNote, Phase, read_note, write_note
 from cityflow.flow.executor import run_tasks
-from cityflow.flow.heartbeat import Heartbeat
 from cityflow.flow.ledger import Ledger
-from cityflow.flow.progress import Silent
-from cityflow.flow.run_news import RunNews
 from cityflow.flow.store import Store
 from cityflow.workflow.submit import cancel_run
 from cityflow.workflow.watch import watch_run
 from flow import toy_driver
 from flow.conftest import free_port
 from flow.processes import Cluster, environment
-from flow.test_records import a_record
 from flow.toy_sources import Town
-from flow.toy_stages import toy
 
 UNITS = Town(4, 8).size
 
@@ -121,73 +114,11 @@ def test_cancel_reaches_the_driver_and_loses_nothing(cluster: Cluster, store: St
         cancel_run(store.root, Console(file=printed))
 
 
-@contextmanager
-def beating(store: Store, request: str = "first") -> Iterator[Heartbeat]:
-    with Heartbeat(store, request) as beat:
-        beat.begin()
-        yield beat
-
-
 @pytest.fixture
 def remote(monkeypatch: pytest.MonkeyPatch) -> Store:
     """A store without a lock."""
     monkeypatch.setattr(driver_note, "REMOTE_BEAT_S", 0.1)
     return Store.open(f"memory://run-{time.monotonic_ns()}")
-
-
-def test_without_a_lock_the_signs_of_life_refuse_a_second_driver(remote: Store) -> None:
-    with (
-        beating(remote),
-        pytest.raises(RunError, match="another run is using this folder: at work on"),
-        beating(remote, "second"),
-    ):
-        pass
-    note = read_note(remote)
-    assert note is not None
-    assert (note.request, note.phase) == ("first", Phase.ENDED)
-    # one that was killed says that it is at work, and gives no sign
-    write_note(remote, DriverNote("third", Phase.AT_WORK, "x", "somewhere", told=time.time(), beat=7))
-    with beating(remote, "fourth"):
-        assert cast(DriverNote, read_note(remote)).request == "fourth"
-
-
-def test_of_two_drivers_that_begin_at_once_one_goes_on(remote: Store) -> None:
-    def overtaken() -> None:
-        with beating(remote):
-            write_note(remote, DriverNote("second", Phase.AT_WORK, "y", told=time.time(), beat=1))
-            time.sleep(10)  # Ctrl-C ends it
-
-    with pytest.raises(RunError, match="another driver has taken this run"):
-        overtaken()
-    assert cast(DriverNote, read_note(remote)).request == "second", "its signs are not written over"
-
-
-def test_a_request_that_is_cancelled_before_it_begins_never_does(remote: Store) -> None:
-    write_note(remote, DriverNote("first", Phase.SUBMITTED))
-    ask_to_cancel(remote, "first")
-    with pytest.raises(KeyboardInterrupt), beating(remote):
-        pass
-    assert cast(DriverNote, read_note(remote)).phase is Phase.CANCELLED
-    with beating(remote, "a later request"):
-        assert not remote.exists(driver_note.CANCEL)
-
-
-def test_signs_tell_how_far_it_is_and_the_end_why_it_failed(remote: Store) -> None:
-    news = RunNews(Silent())
-    news.ready(toy("1", stage="reconstruct"))
-    news.finished(a_record("1", status=Status.FAILED), fresh=True)
-
-    def failing() -> None:
-        with beating(remote) as beat:
-            beat.hear(news)
-            assert finished(note_where(remote, lambda note: note.beat > 1)) == 1
-            raise RunError("the city is incomplete")
-
-    with pytest.raises(RunError):
-        failing()
-    note = cast(DriverNote, read_note(remote))
-    assert described(note, note.told) == "failed: the city is incomplete"
-    assert note.place.endswith(f"process {os.getpid()}")
 
 
 def test_who_watches_is_told_of_silence(remote: Store) -> None:
