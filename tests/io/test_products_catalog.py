@@ -11,7 +11,15 @@ import pytest
 from pystac.validation.local_validator import get_local_schema_cache
 
 from cityflow.core.reference import Reference
-from cityflow.io.catalog.products_catalog import ProductFile, ProductItem, Source, products_catalog
+from cityflow.io.catalog.products_catalog import (
+    ProductFile,
+    ProductItem,
+    Source,
+    city_files,
+    district_file,
+    district_path,
+    item_file,
+)
 from cityflow.io.crs import resolve
 
 SOURCE = Source("Delft", "LoD2.2 of two blocks", "CC0-1.0", "AHN3; BGT: Kadaster", "2014-01-20")
@@ -31,6 +39,13 @@ def items() -> list[ProductItem]:
         ProductItem("340_1790", (85000.0, 447500.0, 85250.0, 447750.0), tile, {"cityflow:units": 63}),
         ProductItem("city", (85000.0, 447500.0, 85500.0, 447750.0), city),
     ]
+
+
+def products_catalog(items: list[ProductItem], source: Source, reference: Reference) -> dict[str, bytes]:
+    """A catalog of a small city: items on its collection."""
+    made = [item_file(item, source, reference) for item in items]
+    boxes = [item.box for item in made if item.box is not None]
+    return {i.path: i.data for i in made} | city_files([i.path for i in made], [], boxes, source)
 
 
 def _stored(folder: Path, files: Mapping[str, bytes]) -> pystac.Catalog:
@@ -121,3 +136,25 @@ def test_nothing_tells_when_or_where_it_was_made(items: list[ProductItem], amers
         assert b"created" not in data
         assert b'"/' not in data
         assert b"file://" not in data
+
+
+def test_districts_hang_between_collection_and_items(
+    items: list[ProductItem], amersfoort: Reference, tmp_path: Path
+) -> None:
+    inner, outer = "8x8_42_223", "64x64_5_27"
+    made = [item_file(items[0], SOURCE, amersfoort, district_path(inner)), item_file(items[1], SOURCE, amersfoort)]
+    boxes = [item.box for item in made if item.box is not None]
+    files = {item.path: item.data for item in made} | city_files([made[1].path], [district_path(outer)], boxes, SOURCE)
+    files |= dict([district_file(outer, [], [district_path(inner)], SOURCE)])
+    files |= dict([district_file(inner, [made[0].path], [], SOURCE, district_path(outer))])
+    catalog = _stored(tmp_path, files)
+    (collection,) = catalog.get_collections()
+    assert {item.id: item.get_parent().id for item in catalog.get_items(recursive=True)} == {  # type: ignore[union-attr]
+        made[0].path.removeprefix("items/").removesuffix(".json"): inner,
+        made[1].path.removeprefix("items/").removesuffix(".json"): collection.id,
+    }
+    assert {item.get_collection() for item in catalog.get_items(recursive=True)} == {collection}
+    found = pystac.Item.from_file(str(tmp_path / made[0].path))
+    parent = found.get_parent()
+    assert parent is not None
+    assert [parent.id, parent.get_parent().id] == [inner, outer]  # type: ignore[union-attr]

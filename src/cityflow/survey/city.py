@@ -11,6 +11,7 @@ from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
+from cityflow.survey.districts import Districts, districts_of
 from cityflow.survey.surface_source import IMAGES, RASTERS
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import SurveyParameters
@@ -22,8 +23,6 @@ LAST_FOR_EXPORT = ("texture", "windows")
 """What these leave of a unit is asked for by no task after the export of its tile."""
 OUTLINES = "outlines"
 """Unit of the stage ``ingest`` that reads given outlines."""
-CITY = "city"
-"""Unit of the stage ``export`` that comes last."""
 
 
 class City:
@@ -129,11 +128,17 @@ class City:
 
     def names_units(self, node: Node) -> bool:
         """Whether its record has named the units of one of the tiles to export."""
-        return node[0] == self.unit_stage and node[1] in self._exported
+        return node[0] == self.unit_stage and node[1] in self.tile_names
 
     @cached_property
-    def _exported(self) -> frozenset[str]:
+    def tile_names(self) -> frozenset[str]:
+        """The same as `tiles`."""
         return frozenset(self.tiles)
+
+    @cached_property
+    def districts(self) -> Districts:
+        """How the exports of the tiles are merged."""
+        return districts_of(self.survey.lattice.tiles.values(), self.tile_names)
 
     def refused_by(self, node: Node) -> dict[str, str]:
         """Outlines that a task has refused, with the reason: no polygons, where nothing was surveyed, or rejected by a person.

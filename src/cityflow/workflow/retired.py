@@ -10,7 +10,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
 from cityflow.stages import atlas, export, ortho, surface
-from cityflow.survey.city import CITY
+from cityflow.survey.districts import CITY
 from cityflow.survey.survey import Survey
 
 PRODUCTS = "products"

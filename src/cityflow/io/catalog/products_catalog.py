@@ -1,9 +1,12 @@
-"""The products of a run as a static STAC catalog: location, CRS, date, licence."""
+"""The products of a run as a static STAC catalog: location, CRS, date, licence.
+
+A tile has an item. Items hang on the one collection, in a large city on catalogs of districts below it.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -20,7 +23,7 @@ from cityflow.io.catalog.stac_write import WHOLE_EARTH
 from cityflow.io.crs import crs_of, horizontal_transform, vertical_datum
 
 ROOT, COLLECTION = "catalog.json", "collection.json"
-ITEMS = "items"
+ITEMS, DISTRICTS = "items", "districts"
 PROJECTION = "https://stac-extensions.github.io/projection/v2.0.0/schema.json"
 FILE = "https://stac-extensions.github.io/file/v2.1.0/schema.json"
 MEDIA_TYPES: Mapping[str, str] = {
@@ -58,7 +61,7 @@ class ProductFile:
 
 @dataclass(frozen=True, slots=True)
 class ProductItem:
-    """The files of one place: a ground tile, or the whole city. Keys of `files` name contents (``dsm``, ``obj``)."""
+    """The files of one place: a ground tile, a district, or the whole city. Keys of `files` name contents (``dsm``, ``obj``)."""
 
     id: str
     bounds: Bounds
@@ -84,24 +87,65 @@ class Source:
     date: str = ""
 
 
-def products_catalog(items: Iterable[ProductItem], source: Source, reference: Reference) -> dict[str, bytes]:
-    """The files of the catalog by path: ``catalog.json``, its one ``collection.json`` with extent and licence, and one ``items/….json`` for each item."""
-    written = {f"{ITEMS}/{ncname('p', item.id)}.json": _item(item, source, reference) for item in items}
+@dataclass(frozen=True, slots=True)
+class ItemFile:
+    """An item as it is written: its path among the products, its contents, and west, south, east, north in degrees; None in a local frame."""
+
+    path: str
+    data: bytes
+    box: tuple[float, ...] | None
+
+
+def district_path(name: str) -> str:
+    """Of the catalog of a district, among the products."""
+    return f"{DISTRICTS}/{name}.json"
+
+
+def item_path(name: str) -> str:
+    """Of an item, among the products."""
+    return f"{ITEMS}/{ncname('p', name)}.json"
+
+
+def item_file(item: ProductItem, source: Source, reference: Reference, parent: str = COLLECTION) -> ItemFile:
+    """An item; `parent` is the path of the catalog that it hangs on."""
+    tree = _item(item, source, reference, parent)
+    return ItemFile(item_path(item.id), _json(tree), tuple(tree["bbox"]) if tree.get("bbox") else None)
+
+
+def city_files(
+    items: Sequence[str], districts: Sequence[str], boxes: Iterable[Sequence[float]], source: Source
+) -> dict[str, bytes]:
+    """``catalog.json`` and its one ``collection.json`` with extent and licence, by path.
+
+    Parameters
+    ----------
+    items, districts : paths of what hangs on the collection
+    boxes : west, south, east, north in degrees, of all that is in it
+    """
     catalog = pystac.Catalog("products", source.description, title=source.title or None)
     catalog.catalog_type = pystac.CatalogType.SELF_CONTAINED
     root = catalog.to_dict(include_self_link=False)
     root["links"] = [_link("root", f"./{ROOT}"), _link("child", f"./{COLLECTION}")]
-    return {
-        ROOT: _json(root),
-        COLLECTION: _json(_collection(written, source)),
-        **{path: _json(item) for path, item in written.items()},
-    }
+    return {ROOT: _json(root), COLLECTION: _json(_collection(items, districts, boxes, source))}
 
 
-def _collection(items: Mapping[str, Mapping[str, Any]], source: Source) -> dict[str, Any]:
+def district_file(
+    name: str, items: Sequence[str], districts: Sequence[str], source: Source, parent: str = COLLECTION
+) -> tuple[str, bytes]:
+    """Path and contents of the catalog of a district; what hangs on it is given by paths, as in `city_files`."""
+    path = district_path(name)
+    tree = pystac.Catalog(name, f"{source.description}, district {name}").to_dict(include_self_link=False)
+    links = [_link("root", f"../{ROOT}"), _link("parent", f"../{parent}")]
+    links += [_link("child", f"../{p}") for p in districts] + [_item_link(f"../{p}") for p in items]
+    return path, _json({**tree, "links": links})
+
+
+def _collection(
+    items: Sequence[str], districts: Sequence[str], boxes: Iterable[Sequence[float]], source: Source
+) -> dict[str, Any]:
     """All products: where and of when they are, on which terms. A local frame is somewhere on the globe."""
-    boxes = np.array([item["bbox"] for item in items.values() if item.get("bbox")])
-    box = [*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist()] if len(boxes) else WHOLE_EARTH
+    known = np.array(list(boxes))
+    box = [*known[:, :2].min(axis=0).tolist(), *known[:, 2:].max(axis=0).tolist()] if len(known) else WHOLE_EARTH
     moment, start, end = _dates(source.date)
     extent = pystac.Extent(pystac.SpatialExtent([box]), pystac.TemporalExtent([[moment or start, moment or end]]))
     provider = pystac.Provider(source.attribution, roles=[pystac.ProviderRole.PRODUCER])
@@ -115,11 +159,11 @@ def _collection(items: Mapping[str, Mapping[str, Any]], source: Source) -> dict[
     )
     properties: dict[str, Any] = made.to_dict(include_self_link=False)
     properties["links"] = [_link("root", f"./{ROOT}"), _link("parent", f"./{ROOT}")]
-    properties["links"] += [{**_link("item", f"./{path}"), "type": "application/geo+json"} for path in items]
+    properties["links"] += [_item_link(f"./{p}") for p in items] + [_link("child", f"./{p}") for p in districts]
     return properties
 
 
-def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, Any]:
+def _item(item: ProductItem, source: Source, reference: Reference, parent: str) -> dict[str, Any]:
     moment, start, end = _dates(source.date)
     polygon, box = _on_the_globe(reference, item.bounds)
     stac = pystac.Item(
@@ -136,7 +180,7 @@ def _item(item: ProductItem, source: Source, reference: Reference) -> dict[str, 
         stac.add_asset(key, _asset(product))
     written: dict[str, Any] = stac.to_dict(include_self_link=False, transform_hrefs=False)
     written["collection"] = COLLECTION_ID
-    links = {"root": ROOT, "parent": COLLECTION, "collection": COLLECTION}
+    links = {"root": ROOT, "parent": parent, "collection": COLLECTION}
     written["links"] = [_link(relation, f"../{path}") for relation, path in links.items()]
     return written
 
@@ -206,6 +250,10 @@ def _on_the_globe(reference: Reference, bounds: Bounds) -> tuple[dict[str, Any] 
 
 def _link(relation: str, target: str) -> dict[str, str]:
     return {"rel": relation, "href": target, "type": "application/json"}
+
+
+def _item_link(target: str) -> dict[str, str]:
+    return {**_link("item", target), "type": "application/geo+json"}
 
 
 def _json(value: Mapping[str, Any]) -> bytes:

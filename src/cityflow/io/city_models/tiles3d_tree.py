@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,23 +22,21 @@ _Square = tuple[float, float, float]
 """x and y of the lower corner, side."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class TileRoot:
-    """A ground tile's tileset as the tree sees it.
+    """The root of a tileset as the tree over it sees it.
 
     Attributes
     ----------
     uri : from the tree's folder
-    corners : (8, 3) of its box in the frame of the whole
-    matrix : (4, 4) from the tile's frame to that of the whole
-    box : its 12 numbers in the frame of the whole
+    box : its 12 numbers in the frame of the whole: centre and three half axes
+    axes : 9 numbers, the axes of the tileset's own frame in that of the whole, one after the other
     error : metres
     """
 
     uri: str
-    corners: FloatArray
-    matrix: FloatArray
     box: tuple[float, ...]
+    axes: tuple[float, ...]
     error: float
 
     @classmethod
@@ -48,34 +46,56 @@ class TileRoot:
         matrix = np.array(root["transform"], np.float64).reshape(4, 4).T
         box = np.array(root["boundingVolume"]["box"], np.float64)
         centre, sides = matrix[:3, :3] @ box[:3] + matrix[:3, 3], box[3:].reshape(3, 3) @ matrix[:3, :3].T
-        corners = centre + _CORNERS @ sides
-        return cls(uri, corners, matrix, (*map(float, (*centre, *sides.reshape(-1))),), root["geometricError"])
+        axes = matrix[:3, :3].T.reshape(-1)
+        return cls(uri, (*map(float, (*centre, *sides.reshape(-1))),), tuple(map(float, axes)), root["geometricError"])
+
+    @property
+    def corners(self) -> FloatArray:
+        """(8, 3) of its box, in the frame of the whole."""
+        box = np.array(self.box)
+        return np.asarray(box[:3] + _CORNERS @ box[3:].reshape(3, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """A tileset over others: its files by their path in RUN, and its root as a tree above it sees it."""
+
+    files: Mapping[str, bytes]
+    root: TileRoot
+
+
+def tree_over(
+    roots: Iterable[TileRoot], about: About, name: str = PORTABLE, root_transform: Sequence[float] | None = None
+) -> Tree | None:
+    """The tileset `name` over others; for more than 256 of them with quarters in files of their own, ``NAME_0_12.json``.
+
+    Parameters
+    ----------
+    roots : of the tilesets below, in any order
+    name : of the file; of the set over the whole city `tiles3d.PORTABLE` or `tiles3d.RAW`
+    root_transform : 16 numbers, column after column, that place a local frame; none by default
+
+    Returns
+    -------
+    None where there is no tileset below
+    """
+    ordered = sorted(roots, key=lambda root: root.uri)
+    if not ordered:
+        return None
+    tree = _Tree(ordered, about, name.removesuffix(".json"))
+    node = tree.node(np.arange(len(ordered)), tree.square(), "")
+    top = node if root_transform is None else {"transform": [float(v) for v in root_transform], **node}
+    tree.files[f"{FOLDER}/{name}"] = tileset_json({"refine": "ADD", **top}, about)
+    return Tree(tree.files, TileRoot(name, tuple(node["boundingVolume"]["box"]), tree.axes, node["geometricError"]))
 
 
 def city_tilesets(
     tiles: Mapping[str, bytes], about: About, name: str = PORTABLE, root_transform: Sequence[float] | None = None
 ) -> dict[str, bytes]:
-    """The tree's files by their path in RUN: `name`, and for many tiles ``NAME_0_12.json`` for quarters of it.
-
-    Parameters
-    ----------
-    tiles : path in RUN of every ground tile's tileset → its contents
-    name : of the set, `tiles3d.PORTABLE` or `tiles3d.RAW`
-    root_transform : 16 numbers, column after column, that place a local frame; none by default
-
-    Returns
-    -------
-    nothing where there is no tile
-    """
+    """The files of `tree_over` the tilesets of ground tiles: path in RUN → contents; nothing where there is no tile."""
     roots = [TileRoot.of(path.removeprefix(f"{FOLDER}/"), tiles[path]) for path in sorted(tiles)]
-    if not roots:
-        return {}
-    tree = _Tree(roots, about, name.removesuffix(".json"))
-    root = tree.node(np.arange(len(roots)), tree.square(), "")
-    if root_transform is not None:
-        root = {"transform": [float(v) for v in root_transform], **root}
-    tree.files[f"{FOLDER}/{name}"] = tileset_json({"refine": "ADD", **root}, about)
-    return tree.files
+    tree = tree_over(roots, about, name, root_transform)
+    return {} if tree is None else dict(tree.files)
 
 
 class _Tree:
@@ -86,7 +106,8 @@ class _Tree:
         self._roots, self._about, self._stem = roots, about, stem
         centres = np.array([root.box[:3] for root in roots])
         middle = int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
-        self._axes = np.asarray(roots[middle].matrix[:3, :3].T)
+        self.axes = roots[middle].axes
+        self._axes = np.array(self.axes).reshape(3, 3)
         self._plan = (centres - centres[middle]) @ self._axes.T[:, :2]
 
     def square(self) -> _Square:

@@ -6,9 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import shapely
-from shapely import Polygon
-
 from cityflow.core.building import Building, Lod, Status
 from cityflow.core.grid import Bounds
 from cityflow.flow.stage import START, Cost, Node, Stage
@@ -16,25 +13,27 @@ from cityflow.flow.store import Store
 from cityflow.flow.task import Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
-from cityflow.handover.block import failed_block, surface_over
+from cityflow.handover.block import failed_block
 from cityflow.handover.export_rows import ROWS, encode_rows
 from cityflow.handover.hull_input import Hull
 from cityflow.handover.outline_lines import Standing, decode_all
 from cityflow.handover.product_metadata import ProductMetadata
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import ATLAS_CELL
+from cityflow.io.catalog.products_catalog import COLLECTION
 from cityflow.io.city_models.cityjson import overhang_rows, read_feature
 from cityflow.io.crs import resolve
 from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
-from cityflow.stages.export import city as export_city
-from cityflow.stages.export.terrain import Draped, DrapeInputs, drape
+from cityflow.stages.export import merge
+from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
 from cityflow.stages.export.textures import texture_sets, with_texture_figures
+from cityflow.stages.export.tile_summary import leave_summary
 from cityflow.stages.export.windows import openings_on, with_window_figures
-from cityflow.surface.tin import Tin, terrain_tin
 from cityflow.surface.tin_parts import connected_parts
-from cityflow.survey.city import CITY, EXPORT, City
+from cityflow.survey.city import EXPORT, City
+from cityflow.survey.districts import CITY
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import ExportParameters
@@ -42,7 +41,7 @@ from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around, windows
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
-VERSION = 10
+VERSION = 11
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +55,7 @@ class ExportInputs(TaskInputs):
     outlines : RUN-relative paths of the units' outlines, of the tile and those around it
     textures : whether there are any;  leaves : RUN-relative paths of what the atlas has left;  bare : unit → why it has none
     windows : unit → RUN-relative path;  unseen : unit → why nobody could look for them
+    others : products of other tasks that stand on the tile, path → digest;  parent : path of the catalog that its item hangs on
     """
 
     bounds: Bounds
@@ -70,12 +70,20 @@ class ExportInputs(TaskInputs):
     windows: Mapping[str, str]
     unseen: Mapping[str, str]
     orthos: DrapeInputs
+    others: Mapping[str, str]
+    parent: str
 
 
 def task(
-    survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], atlas_cells: Sequence[str] = ()
-) -> Task:
-    """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `leaves` hold their textures."""
+    survey: Survey, name: str, own: Sequence[str], units: Sequence[UnitEntry], atlas_cells: Sequence[str] = (),
+    parent: str = COLLECTION,
+) -> Task:  # fmt: skip
+    """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `atlas_cells` hold their textures.
+
+    Parameters
+    ----------
+    parent : path of the catalog that the tile's item hangs on
+    """
     ring = survey.lattice.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
     outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
@@ -86,23 +94,31 @@ def task(
     opened = _windows(survey, own)
     unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
     metadata = digest_of(as_json(survey.product_metadata))
+    others = _others(survey, name, pages)
     own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
     orthos = DrapeInputs(own_ortho, survey.ortho_inputs, survey.product_metadata.crs, survey.images.white)
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": metadata,
+                "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments=as_json(ExportInputs(
             survey.lattice.tiles[name].bounds, survey.surfaces, survey.product_metadata, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
             tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
-            {u: path for u, (path, _) in opened.items()}, unseen, orthos,
+            {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent,
         )),
         limits=survey.limits(NAME),
         in_place=True,
     )  # fmt: skip
+
+
+def _others(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """Products of other tasks that stand on a tile, path → digest."""
+    rasters = {**survey.results.products_of("surface", tile), **survey.results.products_of("ortho", tile)}
+    return rasters | {p: d for outputs in pages.values() for p, d in outputs.items() if p.startswith("products/")}
 
 
 def _textures(survey: Survey, tile: str, pages: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
@@ -144,12 +160,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     opened = {u: openings_on(workspace.read(path), finished[u]) for u, path in given.windows.items() if u in finished}
     textured = {u: with_texture_figures(finished[u], portable.get(u), given.bare.get(u, "")) for u in names}
     own = tuple(with_window_figures(b, opened.get(u), given.unseen.get(u, "")) for u, b in textured.items())
-    plans = _plans(standings.values())
+    plans = plans_of(standings.values())
     draped = (
         drape(workspace, given.orthos, task.unit, given.bounds, plans, parameters.drape_px)
         if given.textures else Draped(None)
     )  # fmt: skip
-    metadata, terrain = given.metadata, _terrain(workspace.store, given, standings.values(), parameters)
+    metadata, terrain = (
+        given.metadata,
+        terrain_of(workspace.store, given.surfaces, given.bounds, plans, parameters.terrain),
+    )
     tile = CityTile(
         task.unit, given.bounds, own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
         resolve(metadata.crs), metadata.title, metadata.date, metadata.attribution,
@@ -163,6 +182,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     finished.update({b.id: b for b in own})
     rows = {u: _row(finished.get(u), given.hulls[u]) for u in given.own}
     workspace.write(ROWS, encode_rows(rows))
+    leave_summary(workspace, task.unit, given.bounds, rows, given.others, metadata, given.parent)
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,
         f"terrain without ortho: {draped.lost}" if draped.lost else "",
@@ -205,37 +225,21 @@ def with_party_walls(buildings: Mapping[str, Building]) -> dict[str, Building]:
     return finished
 
 
-def _plans(standings: Iterable[Standing]) -> list[Polygon]:
-    return [s.outline.polygon for s in sorted(standings, key=lambda s: s.outline.id)]
-
-
-def _terrain(store: Store, given: ExportInputs, standings: Iterable[Standing], parameters: ExportParameters) -> Tin:
-    bounds = given.bounds
-    frame = shapely.box(*bounds)
-    outlines = sorted((s.outline for s in standings), key=lambda o: o.id)
-    inside = [o.polygon for o in outlines if o.polygon.intersects(frame)]
-    grid, layers = surface_over(store, given.surfaces, bounds)
-    return terrain_tin(grid, layers["dtm"], inside, parameters.terrain, bounds)
-
-
-def _all_else(city: City, unit: str) -> Iterable[Node]:
-    """For the city: its tiles, and the orthos of these and of the frames that look at them."""
-    if unit != CITY:
-        return []
-    tiles = [(NAME, t) for t in city.tiles]
-    if city.survey.source.kind != IMAGES:
-        return tiles
-    frames = city.survey.images.tilted.units_over(city.tiles)
-    return [*tiles, *(("ortho", t) for t in city.tiles), *(("frame", u) for u in frames)]
+def _parts(city: City, unit: str) -> Iterable[Node]:
+    """For a district or the city: what it is merged of; over tiles, also the frames that look at them."""
+    parts = city.districts.parts.get(unit, ())
+    tiles = [t for t in parts if t in city.survey.lattice.tiles]
+    frames = city.survey.images.tilted.units_over(tiles) if city.survey.source.kind == IMAGES else ()
+    return [*((NAME, part) for part in parts), *(("frame", u) for u in frames)]
 
 
 def _units_of_ring(city: City, tile: str) -> Iterable[Node]:
-    return [(city.unit_stage, t) for t in city.survey.lattice.ring(tile)] if tile != CITY else []
+    return [(city.unit_stage, t) for t in city.survey.lattice.ring(tile)] if tile in city.tile_names else []
 
 
 def _units_beside(city: City, tile: str) -> Iterable[Node]:
     """Of the tiles that own neighbours of its units, and models around them."""
-    if tile == CITY:
+    if tile not in city.tile_names:
         return []
     survey, own = city.survey, [city.units[u] for u in city.chosen[tile]]
     around = [t for u in own for t in tiles_around(survey, u)] if survey.textures else []
@@ -244,17 +248,17 @@ def _units_beside(city: City, tile: str) -> Iterable[Node]:
 
 def _what_it_shows(city: City, tile: str) -> Iterable[Node]:
     """Terrain, models and pages of textures, and the ortho that lies on the terrain."""
-    if tile == CITY:
+    if tile not in city.tile_names:
         return []
     survey, own = city.survey, city.chosen[tile]
     models = [
         *(("surface", t) for t in survey.lattice.ring(tile)),
         *(("reconstruct", u) for u in _units_shown(city, tile)),
     ]
-    if not survey.textures:
-        return models
-    looked = [("windows", u) for u in own] if windows_are_wanted(survey) else []
     under = [("ortho", tile)] if survey.source.kind == IMAGES else []
+    if not survey.textures:
+        return [*models, *under]
+    looked = [("windows", u) for u in own] if windows_are_wanted(survey) else []
     return [*models, *(("atlas", atlas_cell) for atlas_cell in atlas_cells_of(city, tile)), *looked, *under]
 
 
@@ -264,30 +268,25 @@ def _units_shown(city: City, tile: str) -> list[str]:
     return list(dict.fromkeys([*own, *(n for u in own for n in city.units[u].neighbours if n in city.units)]))
 
 
-def _task(city: City, tile: str) -> Task:
-    survey = city.survey
-    atlas_cells = {
-        t: list(atlas_cells_of(city, t)) if survey.textures else [] for t in (city.tiles if tile == CITY else [tile])
-    }
-    if tile == CITY:
-        return export_city.task(
-            survey, atlas_cells, survey.results.refused_outlines() if city.area.is_everywhere else {}
-        )
-    shown = [city.units[u] for u in _units_shown(city, tile)]
-    return task(survey, tile, city.chosen[tile], shown, atlas_cells[tile])
+def _task(city: City, unit: str) -> Task:
+    if unit in city.districts.parts:
+        return merge.task(city, unit)
+    atlas_cells = list(atlas_cells_of(city, unit)) if city.survey.textures else []
+    shown = [city.units[u] for u in _units_shown(city, unit)]
+    return task(city.survey, unit, city.chosen[unit], shown, atlas_cells, merge.parent_of(city, unit))
 
 
 STAGE = Stage(
     name=NAME,
-    unit="ground tile, then one merge",
+    unit="ground tile; merges of up to 64: districts, the city",
     text=(
         "hulls of the tile and of their neighbours, pages of its atlas cells, windows of its units → party walls; CityJSON, CityGML, OBJ, 3D Tiles; "
-        "terrain"
+        "terrain; STAC item; summary. Summaries → trees of tilesets, rasters and catalogs"
     ),
-    needs=(_all_else, _units_of_ring, _units_beside, _what_it_shows),
+    needs=(_parts, _units_of_ring, _units_beside, _what_it_shows),
     task=_task,
     starts=lambda city, ended: [*city.tiles, CITY] if ended == START else (),
-    count=lambda city: len(city.tiles) + 1,
+    count=lambda city: len(city.tiles) + len(city.districts.parts),
     parameters=(ExportParameters,),
     cost=Cost(5.0, 600.0, 4.0),
 )

@@ -1,8 +1,8 @@
-"""A tile's ortho as a picture for its terrain."""
+"""The terrain of a tile, and its ortho as a picture for it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,15 +17,24 @@ from cityflow.core.arrays import BoolArray, Float32Array
 from cityflow.core.grid import Bounds, Grid
 from cityflow.core.texture import Drape, TexturePage
 from cityflow.errors import CatalogError
+from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
+from cityflow.handover.block import surface_over
 from cityflow.handover.layer_files import GivenOrtho, given_colours
+from cityflow.handover.outline_lines import Standing
+from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
+<<<<<<< HEAD
 from cityflow.io.rasters.surface_dataset import read_layers
+=======
+from cityflow.io.rasters.surface_zarr import read_layers
+from cityflow.surface.tin import Tin, TinParameters, terrain_tin
+>>>>>>> f400d31 (Exports are merged in a tree: tile, district, city; 3D Tiles, VRTs and STAC from summaries)
 from cityflow.survey.surface_source import ZARR
 from cityflow.texture.patches.fill import interpolated
 
@@ -148,3 +157,17 @@ def _ground(found: _Colours, covered: Sequence[Polygon]) -> Float32Array:
         roofs = rasterize([wide], out_shape=found.grid.shape, transform=Affine(*found.grid.transform))
         ground = ground & ~roofs.astype(bool)
     return interpolated(found.values, ground if ground.any() else found.known)
+
+
+def plans_of(standings: Iterable[Standing]) -> list[Polygon]:
+    """Polygons of outlines, in the order of their ids."""
+    return [s.outline.polygon for s in sorted(standings, key=lambda s: s.outline.id)]
+
+
+def terrain_of(
+    store: Store, surfaces: Surfaces, bounds: Bounds, plans: Iterable[Polygon], parameters: TinParameters
+) -> Tin:
+    """The terrain within `bounds`, with the vertices of all `plans` that meet it."""
+    frame = shapely.box(*bounds)
+    grid, layers = surface_over(store, surfaces, bounds)
+    return terrain_tin(grid, layers["dtm"], [p for p in plans if p.intersects(frame)], parameters, bounds)

@@ -1,0 +1,206 @@
+"""Merges of exports: a district of its tiles or smaller districts, in the end the city; from their summaries alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from cityflow.core.grid import Bounds, Grid
+from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.typed import TaskInputs, as_json
+from cityflow.flow.workspace import Workspace
+from cityflow.handover.export_rows import ROWS
+from cityflow.handover.product_metadata import ProductMetadata
+from cityflow.handover.summary import SUMMARY, Summary, added, around, decode_summary, encode_summary
+from cityflow.io.catalog.products_catalog import COLLECTION, city_files, district_file, district_path, item_path
+from cityflow.io.catalog.stac_assets import RASTERS
+from cityflow.io.city_models.tiles3d import PORTABLE, RAW
+from cityflow.io.city_models.tiles3d_tree import TileRoot, tree_over
+from cityflow.io.crs import resolve
+from cityflow.io.export_formats.tiles3d import about_tiles
+from cityflow.io.globe import globe_of
+from cityflow.io.rasters.raster import write_vrt
+from cityflow.stages.export.items import PRODUCTS, item_of, source_of
+from cityflow.stages.export.joined import JoinInputs, write_joined
+from cityflow.survey.city import EXPORT as NAME
+from cityflow.survey.city import City
+from cityflow.survey.districts import CITY
+from cityflow.survey.results import Results
+from cityflow.survey.survey_parameters import ExportParameters
+
+VERSION = 8
+
+
+@dataclass(frozen=True, slots=True)
+class MergeInputs(TaskInputs):
+    """What is merged.
+
+    Attributes
+    ----------
+    parts : tile or district → RUN-relative path of its summary; empty where it left none
+    tiles : those of the parts that are tiles: name → bounds, metres;  rasters : raster → those of them that have it
+    bounds : of the grid of all tiles, metres;  cell_m : of the rasters
+    ortho_bands, ortho_dtype : of the true ortho, without the band that says where it has a colour
+    parent : path of the catalog that a district hangs on
+    joined : what the city writes as one file; None for districts
+    """
+
+    parts: Mapping[str, str]
+    tiles: Mapping[str, Bounds]
+    rasters: Mapping[str, tuple[str, ...]]
+    bounds: Bounds
+    cell_m: float
+    ortho_bands: int
+    ortho_dtype: str
+    metadata: ProductMetadata
+    parent: str
+    joined: JoinInputs | None
+
+
+def parent_of(city: City, name: str) -> str:
+    """Path of the catalog that a tile or a district hangs on."""
+    above = city.districts.parent.get(name, CITY)
+    return COLLECTION if above == CITY else district_path(above)
+
+
+def task(city: City, unit: str) -> Task:
+    """Merge what the parts of a district, or of the city, have left."""
+    survey = city.survey
+    parts = {name: summary_of(survey.results, name) for name in city.districts.parts[unit]}
+    tiles = {name: survey.lattice.tiles[name].bounds for name in parts if name in survey.lattice.tiles}
+    rasters = {r: tuple(t for t in tiles if _has(survey.results, r, t)) for r in RASTERS}
+    joined, join_digest = _joined(city) if unit == CITY else (None, "")
+    parent = parent_of(city, unit)
+    metadata = digest_of(as_json(survey.product_metadata))
+    return Task(
+        NAME, unit, "cityflow.stages.export.merge:run", VERSION,
+        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
+        inputs={
+            **{f"part {name}": digest for name, (_, digest) in parts.items()}, "rasters": digest_of(rasters), "said": metadata,
+            **({"joined": join_digest} if joined is not None else {}), **({"parent": parent} if parent != COLLECTION else {}),
+        },
+        arguments=as_json(MergeInputs(
+            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.grid.bounds, survey.lattice.product_grid.cell,
+            *survey.ortho_kind, survey.product_metadata, parent, joined,
+        )),
+        limits=survey.limits(NAME),
+        in_place=True,
+    )  # fmt: skip
+
+
+def summary_of(results: Results, unit: str) -> tuple[str, str]:
+    """Path and digest of the summary of a tile or district; an empty path where it left none."""
+    found = results.outputs_of(NAME, unit)
+    return next(((p, d) for p, d in found.items() if p.endswith(f"/{SUMMARY}")), ("", "missing"))
+
+
+def _has(results: Results, raster: str, tile: str) -> bool:
+    path = f"{PRODUCTS}{raster}/{tile}.tif"
+    return path in results.outputs_of("ortho" if raster == "ortho" else "surface", tile)
+
+
+def _joined(city: City) -> tuple[JoinInputs, str]:
+    """What becomes one file, and its digest; the city model of few tiles only."""
+    survey, tiles = city.survey, city.tiles
+    endings = (f"/{ROWS}", ".city.jsonl") if len(tiles) <= survey.parameters.export.join_up_to_tiles else (f"/{ROWS}",)
+    results = survey.results
+    refused = results.refused_outlines() if city.area.is_everywhere else {}
+    shapes = results.refused_files() if refused else {}
+    outlines = {p: d for t in tiles for p, d in results.outlines_of("outline", t).items()}
+    units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
+    splits = {p: d for t in tiles for p, d in results.split_files(t).items()}
+    exported = {p: d for t in tiles for p, d in results.outputs_of(NAME, t).items() if p.endswith(endings)}
+    given = JoinInputs(
+        tuple(outlines), tuple(units), tuple(splits), tuple(exported), refused, tuple(shapes)
+    )  # fmt: skip
+    return given, digest_of([outlines, units, splits, exported, refused, shapes])
+
+
+def run(workspace: Workspace, task: Task) -> Outcome:
+    """VRTs over the rasters, tilesets over the tiles, the catalog; for a small city the map and one CityJSON."""
+    given, parameters = task.arguments_as(MergeInputs), task.parameters_as(ExportParameters)
+    is_city = task.unit == CITY
+    paths = {path: name for name, path in given.parts.items() if path}
+    parts = {paths[p]: decode_summary(data, p) for p, data in workspace.store.read_many(sorted(paths))}
+    mosaics = _mosaics(given, parts)
+    for path, data in _rasters(task.unit, given, mosaics):
+        workspace.publish(path, data)
+    if given.joined is not None:
+        write_joined(workspace, given.joined, given.metadata, given.bounds)
+    roots = _tilesets(workspace, task.unit, given, parts, parameters)
+    bounds = given.bounds if is_city else around([*(p.bounds for p in parts.values()), *given.tiles.values()])
+    box = _catalog(workspace, task.unit, given, parts, bounds)
+    summary = Summary(
+        task.unit, bounds, sum(p.tiles for p in parts.values()), added(p.counts for p in parts.values()), box, roots,
+        {raster: around(found.values()) for raster, found in mosaics.items()},
+    )  # fmt: skip
+    workspace.write(SUMMARY, encode_summary(summary))
+    return workspace.outcome()
+
+
+def _mosaics(given: MergeInputs, parts: Mapping[str, Summary]) -> dict[str, dict[str, Bounds]]:
+    """Raster → file beside which the merged one stands → its bounds."""
+    found: dict[str, dict[str, Bounds]] = {}
+    for raster in RASTERS:
+        tiles = {f"{raster}/{t}.tif": given.tiles[t] for t in given.rasters[raster]}
+        below = {f"{raster}/{n}.vrt": p.mosaics[raster] for n, p in parts.items() if raster in p.mosaics}
+        if tiles or below:
+            found[raster] = tiles | below
+    return found
+
+
+def _rasters(unit: str, given: MergeInputs, mosaics: Mapping[str, Mapping[str, Bounds]]) -> Iterator[tuple[str, bytes]]:
+    """A VRT for each raster: over files in its folder, where that of a district stands, too."""
+    reference, is_city = resolve(given.metadata.crs), unit == CITY
+    for raster, files in mosaics.items():
+        grids = [(p if is_city else p.split("/")[1], Grid.covering(b, given.cell_m)) for p, b in sorted(files.items())]
+        path = f"{PRODUCTS}{raster}.vrt" if is_city else f"{PRODUCTS}{raster}/{unit}.vrt"
+        if raster == "ortho":
+            yield path, write_vrt(grids, reference, given.ortho_dtype, nodata=None, bands=given.ortho_bands + 1)
+        else:
+            yield path, write_vrt(grids, reference)
+
+
+def _tilesets(
+    workspace: Workspace, unit: str, given: MergeInputs, parts: Mapping[str, Summary], parameters: ExportParameters
+) -> dict[str, TileRoot]:
+    """The tilesets over those of the parts, one for each set of textures: written, and as the merge above sees them."""
+    metadata = given.metadata
+    reference = resolve(metadata.crs)
+    globe = globe_of(reference, given.bounds)
+    about = about_tiles(metadata.title, metadata.attribution, metadata.date, reference, globe)
+    transform = parameters.root_transform if globe is None and unit == CITY else None
+    found: dict[str, TileRoot] = {}
+    for name in (PORTABLE, RAW):
+        roots = [p.roots[name] for p in parts.values() if name in p.roots]
+        tree = tree_over(roots, about, name if unit == CITY else name.replace("tileset", unit, 1), transform)
+        if tree is not None:
+            found[name] = tree.root
+            for path, data in tree.files.items():
+                workspace.publish(path, data)
+    return found
+
+
+def _catalog(
+    workspace: Workspace, unit: str, given: MergeInputs, parts: Mapping[str, Summary], bounds: Bounds
+) -> tuple[float, ...] | None:
+    """Item of what stands here once, and the catalog of the parts; returns the box over all items."""
+    source = source_of(given.metadata)
+    own = item_of(unit, bounds, workspace.outputs, given.metadata, COLLECTION if unit == CITY else district_path(unit))
+    items = [own.path, *(item_path(name) for name in sorted(parts) if name in given.tiles)]
+    districts = [district_path(name) for name in sorted(parts) if name not in given.tiles]
+    boxes = [box for box in (own.box, *(p.box for p in parts.values())) if box is not None]
+    made = (
+        city_files(items, districts, boxes, source)
+        if unit == CITY
+        else dict([district_file(unit, items, districts, source, given.parent)])
+    )
+    for path, data in {**made, own.path: own.data}.items():
+        workspace.publish(f"{PRODUCTS}{path}", data)
+    return _box_over(boxes)
+
+
+def _box_over(boxes: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:
+    """West, south, east, north over several."""
+    known = [(w, s, e, n) for w, s, e, n in boxes]
+    return around(known) if known else None
