@@ -43,6 +43,7 @@ from cityflow.io.globe_frame import frame_at
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import export
 from cityflow.stages.export.merge import parent_of
+from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.tile_summary import leave_summary
 from cityflow.survey.city import City
 from cityflow.survey.districts import CITY
@@ -146,8 +147,14 @@ class Town:
         yield self._exported(tile, where, outlines, remark)
 
     def _exported(self, tile: str, where: Tile, outlines: list[Outline], remark: str) -> Record:
-        rows = {
-            o.id: {"status": "done", "reason": "", "attributes": _attributes(o.id), "overhangs": []} for o in outlines
+        rows: dict[str, dict[str, Any]] = {
+            o.id: {
+                "status": "degraded" if remark else "done",
+                "reason": "",
+                "attributes": _attributes(o.id),
+                "overhangs": [],
+            }
+            for o in outlines
         }
         workspace = Workspace(self.store, Task(export.NAME, tile, "", 1, inputs={"remark": remark}))
         half = self.parameters.tiles.tile_m / 2
@@ -156,6 +163,8 @@ class Town:
         tileset = write_tileset(contents, frame_at(self.globe, _middle(where)), self.about)
         workspace.publish(f"{TILES3D}/{tile}/tileset.json", tileset)
         workspace.write(ROWS, encode_rows(rows))
+        if len(self.city.tiles) > self.parameters.export.join_up_to_tiles:
+            workspace.publish(table_path(tile), table_of(tile, outlines, rows, "EPSG:7415"))
         named = [f"products/citygml/{tile}.gml", f"products/obj/{tile}.obj", f"products/obj/{tile}.mtl",
                  f"{TILES3D}/{tile}/buildings.glb", f"{TILES3D}/{tile}/terrain.glb"]  # fmt: skip
         others = {p: digest_of([p, remark]) for p in named}

@@ -8,12 +8,14 @@ from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 
+import geopandas
 import numpy as np
 import pystac
 import pytest
 import rasterio
+import shapely
 
-from cityflow.core.building import Status
+from cityflow.core.building import Outline, Status
 from cityflow.core.grid import Grid
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task, digest_of
@@ -31,6 +33,7 @@ from cityflow.io.rasters.raster import write_cog
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import export
 from cityflow.stages.export.merge import parent_of, summary_of
+from cityflow.stages.export.table import index_path, table_of, table_path
 from cityflow.stages.export.tile_summary import leave_summary
 from cityflow.survey.city import City
 from cityflow.survey.districts import CITY
@@ -83,6 +86,8 @@ class Town:
         frame = frame_at(self.globe, ((bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2, 0.0))
         workspace.publish(f"{TILES3D}/{tile}/tileset.json", write_tileset(contents, frame, self.about))
         workspace.write(ROWS, encode_rows(rows))
+        outline = Outline(f"h{tile}", shapely.box(*bounds).buffer(-10.0), {}, "")
+        workspace.publish(table_path(tile), table_of(tile, [outline], rows, "EPSG:7415"))
         others, said = {raster: digest_of(height)}, self.city.survey.product_metadata
         leave_summary(workspace, tile, bounds, rows, others, said, parent_of(self.city, tile))
         self.learn(record(export.NAME, tile, workspace.outputs))
@@ -140,7 +145,7 @@ def test_a_changed_tile_rewrites_what_is_above_it_and_nothing_else(town: Town, t
     assert town.merge() == []
     products = {p for p, data in town.contents().items() if before.get(p) != data and p.startswith("products")}
     assert products == {
-        f"products/dsm/{tile}.tif", f"products/items/p-{tile}.json", f"{TILES3D}/{tile}/tileset.json",
+        table_path(tile), index_path(above), f"products/dsm/{tile}.tif", f"products/items/p-{tile}.json", f"{TILES3D}/{tile}/tileset.json",
         f"{TILES3D}/{above}.json", f"products/items/p-{above}.json", f"{TILES3D}/tileset.json", "products/items/p-city.json",
     }  # fmt: skip
     untouched = [d for d in town.city.districts.names if d != above]
@@ -157,6 +162,19 @@ def test_counts_of_the_city_are_those_of_its_tiles(town: Town) -> None:
     assert summary.counts == {
         "lod": {}, "method": {}, "status": {"done": SIDE**2}, "verdict": {"good": 54, "poor": 27},
     }  # fmt: skip
+
+
+def test_indexes_of_the_districts_read_as_one_table(town: Town) -> None:
+    table = geopandas.read_parquet(town.folder / "products/index")
+    assert sorted(table["tile"]) == sorted(town.city.tiles)
+    assert table["verdict"].value_counts().to_dict() == {"good": 54, "poor": 27}
+    assert table.crs == "EPSG:28992"
+    one = table[table["tile"] == town.city.tiles[0]]
+    whole = geopandas.read_parquet(town.folder / table_path(town.city.tiles[0]))
+    assert one.geometry.iloc[0].equals(whole.geometry.iloc[0])
+    (x_min, *_) = town.city.survey.lattice.tiles[town.city.tiles[0]].bounds
+    inside = geopandas.read_parquet(town.folder / "products/index", bbox=(x_min, Y, x_min + 20.0, Y + 20.0))
+    assert inside["tile"].tolist() == [town.city.tiles[0]]
 
 
 def test_every_tile_is_reached_in_tilesets_catalog_and_raster(town: Town) -> None:

@@ -16,7 +16,7 @@ from cityflow.cli import options
 from cityflow.cli.catalog import FilesUnquoted, catalog_check, catalog_create
 from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_points, evaluate_units
 from cityflow.cli.rasters import raster
-from cityflow.cli.runs import cancel, explain, plan, report, rerun, run, status, submit, view
+from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit, view
 from cityflow.cli.surveys import demo, synth
 from cityflow.runs.common_keys import described_common
 from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
@@ -74,6 +74,7 @@ TOP: tuple[Callable[..., None], ...] = (
     report,
     view,
     raster,
+    join,
     synth,
     demo,
     parameters,

@@ -224,6 +224,22 @@ def explain(
         write_candidates(run_url, unit, picture)
 
 
+def join(
+    run_url: RunArgument,
+    out: Annotated[
+        str, typer.Option(metavar="FILE", help="outlines, units and status as .gpkg, or the city model as .city.jsonl")
+    ],
+    tiles: Annotated[
+        list[str] | None, typer.Option("--tiles", metavar="TILE", help="Only these ground tiles; repeatable")
+    ] = None,
+) -> None:
+    """Join the tiles of a large city in one file, tile after tile."""
+    look_at_run(run_url)
+    from cityflow.workflow.join import join_run
+
+    join_run(run_url, out, tiles or [], options.console)
+
+
 def report(
     run_url: RunArgument,
     settings: Annotated[

@@ -136,7 +136,10 @@ class ExportParameters(Parameters):
     )
     terrain: TinParameters = TinParameters()
     join_up_to_tiles: int = Field(
-        25, ge=0, le=400, description="city.city.jsonl is written for areas of at most so many tiles"
+        25,
+        ge=0,
+        le=400,
+        description="cities of at most so many tiles get outlines.gpkg and city.city.jsonl; larger ones a table of units per tile, and `cityflow join`",
     )
 
 

@@ -39,6 +39,7 @@ MEDIA_TYPES: Mapping[str, str] = {
     ".jpg": "image/jpeg",
     ".png": "image/png",
     ".laz": "application/vnd.laszip",
+    ".parquet": "application/vnd.apache.parquet",
     ".json": "application/json",
     ".html": "text/html",
     ".zarr": "application/vnd.zarr; version=3",

@@ -6,22 +6,19 @@ References are relative to the folder of the items, where the table lies, too.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 import shapely
 
 from cityflow.io.catalog.stac_items import ITEM_MD5, ITEM_SIZE
 from cityflow.io.catalog.stac_schema import BASE, PROPERTIES, SCHEMA, md5_of
+from cityflow.io.tables.geoparquet import geoparquet_bytes
 
 BATCH = 2000
 """Items that are held as trees at once; bounds memory."""
-ROWS_A_GROUP = 10_000
-"""Rows that are read at once; bounds memory."""
 WGS84 = "OGC:CRS84"
 
 
@@ -47,29 +44,13 @@ class ItemTable:
 
     def as_bytes(self) -> bytes:
         """The table as a GeoParquet file: same items, same bytes."""
-        # Loaded where a catalog is written: every run imports this module, and they take longer than to start it
-        import geopandas as gpd
-        import pandas as pd
-
         self._pack()
         table = pa.concat_tables(self._done)
         empty = [n for n in PROPERTIES if table[n].null_count == len(table)]
-        frame = table.drop_columns(empty).to_pandas(types_mapper=pd.ArrowDtype)
         shapes = [None if box is None else shapely.box(*box) for box in self._boxes]
-        located = gpd.GeoDataFrame(frame, geometry=gpd.GeoSeries(shapes, index=frame.index, crs=WGS84))
-        buffer = io.BytesIO()
-        located.to_parquet(buffer, index=False, write_covering_bbox=True)
-        return _without_pandas(buffer)
+        return geoparquet_bytes(table.drop_columns(empty), shapes, WGS84)
 
     def _pack(self) -> None:
         if self._rows or not self._done:
             self._done.append(pa.Table.from_pylist(self._rows, schema=SCHEMA))
             self._rows = []
-
-
-def _without_pandas(buffer: io.BytesIO) -> bytes:
-    """The same file without what pandas notes on its own types: it cannot read what it notes on nested ones."""
-    table = pq.read_table(buffer)
-    plain, out = table.replace_schema_metadata({b"geo": table.schema.metadata[b"geo"]}), io.BytesIO()
-    pq.write_table(plain, out, compression="zstd", row_group_size=ROWS_A_GROUP)
-    return out.getvalue()

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 import tempfile
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Self
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
@@ -22,12 +21,11 @@ from cityflow.core.reference import Reference
 from cityflow.core.splitting import CutLine, Splitting
 from cityflow.io.attributes import GROUND_KEY, described, scalars
 from cityflow.io.crs import horizontal_crs, vertical_datum
-
-_Column = tuple[str, NDArray[Any], NDArray[np.bool_]]
-"""Name, values, mask of nulls."""
+from cityflow.io.tables.columns import Keys, columns_of
 
 _LINE = "LineString"
 _RESERVED = ("fid", "geom")
+"""Names of the format's own."""
 _NO_TIME = "2000-01-01T00:00:00.000Z"
 """GeoPackage wants a time of last change; the products have none."""
 
@@ -146,14 +144,55 @@ def write_geopackage(layers: Iterable[Layer], reference: Reference) -> bytes:
     with tempfile.TemporaryDirectory(prefix="cityflow-") as folder, _without_time():
         path = Path(folder) / "layers.gpkg"
         for number, layer in enumerate(layers):
-            _write(path, layer, reference, append=number > 0)
+            _write(path, layer, reference, _Shape().take(layer), append=number > 0)
         return path.read_bytes()
 
 
-def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None:
+def write_geopackage_in_parts(path: Path, parts: Callable[[], Iterable[Sequence[Layer]]], reference: Reference) -> None:
+    """Write a file of any size: one part is in memory at a time.
+
+    Parameters
+    ----------
+    parts : gives the parts anew whenever it is called: once for the columns of all, once for the rows
+    """
+    shapes = {name: _Shape() for name in DESCRIPTIONS}
+    for layers in parts():
+        for layer in layers:
+            shapes[layer.name].take(layer)
+    known = {name: shape for name, shape in shapes.items() if shape.is_known}
+    with _without_time():
+        for number, (name, shape) in enumerate(known.items()):
+            _write(path, Layer(name, [], []), reference, shape, append=number > 0)
+        for layers in parts():
+            for layer in (found for found in layers if len(found.geometries)):
+                _write(path, layer, reference, known[layer.name], append=True)
+
+
+@dataclass(slots=True)
+class _Shape:
+    """What a layer is made of: kinds of geometries, keys of its rows; `usual` is its kind where it has no feature."""
+
+    kinds: set[str] = field(default_factory=set)
+    keys: Keys = field(default_factory=Keys)
+    usual: str = "Polygon"
+    is_known: bool = False
+
+    def take(self, layer: Layer) -> Self:
+        """Take in a layer, or a part of it."""
+        self.kinds |= {f"{g.geom_type} Z" if g.has_z else g.geom_type for g in layer.geometries if g is not None}
+        self.keys.take(layer.rows)
+        self.usual, self.is_known = layer.kind, True
+        return self
+
+    @property
+    def geometry_type(self) -> str:
+        return next(iter(self.kinds)) if len(self.kinds) == 1 else "Unknown" if self.kinds else self.usual
+
+
+def _write(path: Path, layer: Layer, reference: Reference, shape: _Shape, append: bool) -> None:
     import pyogrio.raw
 
-    columns = _columns(layer.rows)
+    columns = columns_of(layer.rows, _RESERVED, shape.keys)
     crs = horizontal_crs(reference)
     with warnings.catch_warnings():
         # a local frame has no CRS, on purpose
@@ -166,56 +205,12 @@ def _write(path: Path, layer: Layer, reference: Reference, append: bool) -> None
             fields=[name for name, _, _ in columns],
             layer=layer.name,
             driver="GPKG",
-            geometry_type=_geometry_type(layer),
+            geometry_type=shape.geometry_type,
             crs=None if crs is None else crs.to_wkt(),
             append=append,
             layer_metadata={"VERTICAL_DATUM": vertical_datum(reference)},
             layer_options={"GEOMETRY_NAME": "geom", "FID": "fid", "DESCRIPTION": DESCRIPTIONS.get(layer.name, "")},
         )
-
-
-def _geometry_type(layer: Layer) -> str:
-    kinds = sorted({f"{g.geom_type} Z" if g.has_z else g.geom_type for g in layer.geometries if g is not None})
-    return kinds[0] if len(kinds) == 1 else layer.kind if not kinds else "Unknown"
-
-
-def _columns(rows: Sequence[Mapping[str, Scalar]]) -> list[_Column]:
-    """The columns, in the order in which rows first have them."""
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    return [
-        (name, *_typed([row.get(key) for row in rows])) for name, key in zip(_column_names(keys), keys, strict=True)
-    ]
-
-
-def _typed(values: Sequence[Scalar]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
-    """One type for all that is known: bool, integer, float, else text."""
-    mask = np.array([value is None for value in values])
-    kinds = {type(value) for value in values if value is not None}
-    if kinds == {bool}:
-        return np.array([bool(value) for value in values]), mask
-    fits = all(abs(value) < 2**63 for value in values if isinstance(value, int))
-    if kinds == {int} and fits:
-        return np.array([0 if value is None else value for value in values], np.int64), mask
-    if kinds and kinds <= {int, float} and fits:
-        return np.array([np.nan if value is None else value for value in values], np.float64), mask
-    return np.array([None if value is None else _as_text(value) for value in values], object), mask
-
-
-def _as_text(value: Scalar) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _column_names(keys: Sequence[str]) -> list[str]:
-    """Names that SQLite tells apart: it does not look at case, and `fid` and `geom` are the format's own."""
-    taken = set(_RESERVED)
-    names = []
-    for key in keys:
-        name, number = key or "_", 2
-        while name.lower() in taken:
-            name, number = f"{key}_{number}", number + 1
-        taken.add(name.lower())
-        names.append(name)
-    return names
 
 
 def _with_units(row: Mapping[str, Scalar]) -> dict[str, Scalar]:

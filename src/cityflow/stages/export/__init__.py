@@ -27,6 +27,7 @@ from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages.export import merge
+from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
 from cityflow.stages.export.textures import texture_sets, with_texture_figures
 from cityflow.stages.export.tile_summary import leave_summary
@@ -56,6 +57,7 @@ class ExportInputs(TaskInputs):
     textures : whether there are any;  leaves : RUN-relative paths of what the atlas has left;  bare : unit → why it has none
     windows : unit → RUN-relative path;  unseen : unit → why nobody could look for them
     others : products of other tasks that stand on the tile, path → digest;  parent : path of the catalog that its item hangs on
+    table : whether it has a table of units: in a city of many tiles there is no file of all
     """
 
     bounds: Bounds
@@ -72,6 +74,7 @@ class ExportInputs(TaskInputs):
     orthos: DrapeInputs
     others: Mapping[str, str]
     parent: str
+    table: bool
 
 
 def task(
@@ -95,20 +98,21 @@ def task(
     unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
     metadata = digest_of(as_json(survey.product_metadata))
     others = _others(survey, name, pages)
+    table = len(survey.lattice.tiles) > survey.parameters.export.join_up_to_tiles
     own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
     orthos = DrapeInputs(own_ortho, survey.ortho_inputs, survey.product_metadata.crs, survey.images.white)
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
         inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": metadata,
-                "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}),
+                "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}), **({"table": "units"} if table else {}),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments=as_json(ExportInputs(
             survey.lattice.tiles[name].bounds, survey.surfaces, survey.product_metadata, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
             tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
-            {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent,
+            {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent, table,
         )),
         limits=survey.limits(NAME),
         in_place=True,
@@ -182,6 +186,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     finished.update({b.id: b for b in own})
     rows = {u: _row(finished.get(u), given.hulls[u]) for u in given.own}
     workspace.write(ROWS, encode_rows(rows))
+    if given.table:
+        outlines = [standings[u].outline for u in given.own]
+        workspace.publish(table_path(task.unit), table_of(task.unit, outlines, rows, metadata.crs))
     leave_summary(workspace, task.unit, given.bounds, rows, given.others, metadata, given.parent)
     return workspace.outcome(
         Status.DEGRADED if draped.lost else Status.DONE,

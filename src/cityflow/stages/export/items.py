@@ -15,6 +15,7 @@ PRODUCTS = "products/"
 TITLES = {
     "dsm": "Digital surface model", "dtm": "Digital terrain model", "ortho": "True ortho", "points": "Points with classes (LAZ)",
     **formats.TITLES, "city": formats.TITLES["cityjson"], "outlines": "Outlines, units and their status", "textures": "Pages of textures",
+    "units": "Units with all attributes (GeoParquet)", "index": "Index of units (GeoParquet)",
 }  # fmt: skip
 
 

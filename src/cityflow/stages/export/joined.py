@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.building import Building, Outline, Status
 from cityflow.core.grid import Bounds
 from cityflow.core.splitting import Splitting
+from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import read_rows
@@ -44,30 +45,45 @@ class JoinInputs(TaskInputs):
     Attributes
     ----------
     outlines, units, splits : RUN-relative paths;  exported : of what the exports of the tiles have left
-    refused : outline or unit → why;  refused_shapes : RUN-relative paths of their polygons
     """
 
     outlines: tuple[str, ...]
     units: tuple[str, ...]
     splits: tuple[str, ...]
     exported: tuple[str, ...]
-    refused: Mapping[str, str]
-    refused_shapes: tuple[str, ...]
 
 
-def write_joined(workspace: Workspace, given: JoinInputs, metadata: ProductMetadata, bounds: Bounds) -> None:
+@dataclass(frozen=True, slots=True)
+class Refused(TaskInputs):
+    """Outlines that cannot be buildings: outline or unit → why; RUN-relative paths of their polygons."""
+
+    reasons: Mapping[str, str]
+    shapes: tuple[str, ...]
+
+    def read_shapes(self, store: Store) -> dict[str, BaseGeometry]:
+        """Id → polygon, of those that are one."""
+        return dict(shapes_of(data for _, data in store.read_many(self.shapes)))
+
+
+def write_joined(
+    workspace: Workspace, given: JoinInputs, refused: Refused, metadata: ProductMetadata, bounds: Bounds
+) -> None:
     """The map as a GeoPackage, and one CityJSONSeq where the tiles have some."""
-    outlines, units = (
-        [s.outline for p in paths for s in decode_all(workspace.read(p))] for paths in (given.outlines, given.units)
-    )
-    splits = [s for p in given.splits for s in read_splits(workspace.read(p))]
-    rows = read_rows(workspace.store, given.exported)
-    shapes = shapes_of(workspace.read(p) for p in given.refused_shapes)
-    layers = [*_outline_layers(outlines, splits), *_unit_layers(units, rows, shapes, given.refused)]
-    workspace.publish(MAP, write_geopackage(layers, resolve(metadata.crs)))
+    workspace.publish(MAP, write_geopackage(map_layers(workspace.store, given, refused), resolve(metadata.crs)))
     paths = sorted(p for p in given.exported if p.startswith(CITYJSON_FOLDER))
     if paths:
         workspace.publish(MODEL, b"".join(_lines(workspace, paths, metadata, bounds)))
+
+
+def map_layers(store: Store, given: JoinInputs, refused: Refused) -> list[Layer]:
+    """The layers of the map."""
+    outlines, units = (
+        [s.outline for _, data in store.read_many(paths) for s in decode_all(data)]
+        for paths in (given.outlines, given.units)
+    )
+    splits = [s for _, data in store.read_many(given.splits) for s in read_splits(data)]
+    rows = read_rows(store, given.exported)
+    return [*_outline_layers(outlines, splits), *_unit_layers(units, rows, refused.read_shapes(store), refused.reasons)]
 
 
 def _lines(workspace: Workspace, paths: Sequence[str], metadata: ProductMetadata, bounds: Bounds) -> Iterator[bytes]:
@@ -93,7 +109,7 @@ def _unit_layers(
 ) -> Iterator[Layer]:
     """Units with their attributes, and the status of everything, also of what left no building."""
     ordered = sorted(units, key=lambda o: o.id)
-    finished = [_unit(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
+    finished = [unit_of(o, rows[o.id]) for o in ordered if o.id in rows and rows[o.id]["attributes"] is not None]
     shapes: dict[str, BaseGeometry] = {**refused_shapes, **{o.id: o.polygon for o in ordered}}
     places = {unit: _place(shape) for unit, shape in shapes.items()}
     fates = {u: (Status(row["status"]), str(row["reason"])) for u, row in rows.items()}
@@ -108,7 +124,7 @@ def _place(shape: BaseGeometry) -> BaseGeometry:
     return shape.representative_point() if shape.is_valid else shape.centroid
 
 
-def _unit(outline: Outline, row: Mapping[str, Any]) -> Building:
+def unit_of(outline: Outline, row: Mapping[str, Any]) -> Building:
     """A building without its solids: what a map shows of it."""
     attributes = row["attributes"]
     ground = attributes.get("ground_height_m")

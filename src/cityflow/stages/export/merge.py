@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid
 from cityflow.flow.task import Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
@@ -21,7 +22,8 @@ from cityflow.io.export_formats.tiles3d import about_tiles
 from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.stages.export.items import PRODUCTS, item_of, source_of
-from cityflow.stages.export.joined import JoinInputs, write_joined
+from cityflow.stages.export.joined import JoinInputs, Refused, write_joined
+from cityflow.stages.export.table import index_of, index_path, refused_index, table_path
 from cityflow.survey.city import EXPORT as NAME
 from cityflow.survey.city import City
 from cityflow.survey.districts import CITY
@@ -29,6 +31,7 @@ from cityflow.survey.results import Results
 from cityflow.survey.survey_parameters import ExportParameters
 
 VERSION = 8
+NOBODY = Refused({}, ())
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,8 @@ class MergeInputs(TaskInputs):
     bounds : of the grid of all tiles, metres;  cell_m : of the rasters
     ortho_bands, ortho_dtype : of the true ortho, without the band that says where it has a colour
     parent : path of the catalog that a district hangs on
-    joined : what the city writes as one file; None for districts
+    tables : RUN-relative paths of the tiles' tables of units; none in a small city
+    joined : what a small city writes as one file;  refused : for the city, what belongs to no tile
     """
 
     parts: Mapping[str, str]
@@ -54,7 +58,9 @@ class MergeInputs(TaskInputs):
     ortho_dtype: str
     metadata: ProductMetadata
     parent: str
+    tables: tuple[str, ...]
     joined: JoinInputs | None
+    refused: Refused
 
 
 def parent_of(city: City, name: str) -> str:
@@ -69,7 +75,8 @@ def task(city: City, unit: str) -> Task:
     parts = {name: summary_of(survey.results, name) for name in city.districts.parts[unit]}
     tiles = {name: survey.lattice.tiles[name].bounds for name in parts if name in survey.lattice.tiles}
     rasters = {r: tuple(t for t in tiles if _has(survey.results, r, t)) for r in RASTERS}
-    joined, join_digest = _joined(city) if unit == CITY else (None, "")
+    tables = {t: d for t in tiles if (d := survey.results.outputs_of(NAME, t).get(table_path(t)))}
+    joined, refused, once = _once(city) if unit == CITY else (None, NOBODY, "")
     parent = parent_of(city, unit)
     metadata = digest_of(as_json(survey.product_metadata))
     return Task(
@@ -77,11 +84,12 @@ def task(city: City, unit: str) -> Task:
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
             **{f"part {name}": digest for name, (_, digest) in parts.items()}, "rasters": digest_of(rasters), "said": metadata,
-            **({"joined": join_digest} if joined is not None else {}), **({"parent": parent} if parent != COLLECTION else {}),
+            **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
+            **({"parent": parent} if parent != COLLECTION else {}),
         },
         arguments=as_json(MergeInputs(
             {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.grid.bounds, survey.lattice.product_grid.cell,
-            *survey.ortho_kind, survey.product_metadata, parent, joined,
+            *survey.ortho_kind, survey.product_metadata, parent, tuple(map(table_path, tables)), joined, refused,
         )),
         limits=survey.limits(NAME),
         in_place=True,
@@ -99,21 +107,21 @@ def _has(results: Results, raster: str, tile: str) -> bool:
     return path in results.outputs_of("ortho" if raster == "ortho" else "surface", tile)
 
 
-def _joined(city: City) -> tuple[JoinInputs, str]:
-    """What becomes one file, and its digest; the city model of few tiles only."""
-    survey, tiles = city.survey, city.tiles
-    endings = (f"/{ROWS}", ".city.jsonl") if len(tiles) <= survey.parameters.export.join_up_to_tiles else (f"/{ROWS}",)
-    results = survey.results
-    refused = results.refused_outlines() if city.area.is_everywhere else {}
-    shapes = results.refused_files() if refused else {}
+def _once(city: City) -> tuple[JoinInputs | None, Refused, str]:
+    """What stands once for the whole city, and its digest; nothing is joined in a city of many tiles."""
+    survey, tiles, results = city.survey, city.tiles, city.survey.results
+    reasons = results.refused_outlines() if city.area.is_everywhere else {}
+    shapes = results.refused_files() if reasons else {}
+    refused = Refused(reasons, tuple(shapes))
+    if len(tiles) > survey.parameters.export.join_up_to_tiles:
+        return None, refused, digest_of([reasons, shapes]) if reasons else ""
     outlines = {p: d for t in tiles for p, d in results.outlines_of("outline", t).items()}
     units = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
     splits = {p: d for t in tiles for p, d in results.split_files(t).items()}
+    endings = f"/{ROWS}", ".city.jsonl"
     exported = {p: d for t in tiles for p, d in results.outputs_of(NAME, t).items() if p.endswith(endings)}
-    given = JoinInputs(
-        tuple(outlines), tuple(units), tuple(splits), tuple(exported), refused, tuple(shapes)
-    )  # fmt: skip
-    return given, digest_of([outlines, units, splits, exported, refused, shapes])
+    joined = JoinInputs(tuple(outlines), tuple(units), tuple(splits), tuple(exported))
+    return joined, refused, digest_of([outlines, units, splits, exported, reasons, shapes])
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -126,7 +134,9 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     for path, data in _rasters(task.unit, given, mosaics):
         workspace.publish(path, data)
     if given.joined is not None:
-        write_joined(workspace, given.joined, given.metadata, given.bounds)
+        write_joined(workspace, given.joined, given.refused, given.metadata, given.bounds)
+    for path, data in _indexes(workspace, task.unit, given):
+        workspace.publish(path, data)
     roots = _tilesets(workspace, task.unit, given, parts, parameters)
     bounds = given.bounds if is_city else around([*(p.bounds for p in parts.values()), *given.tiles.values()])
     box = _catalog(workspace, task.unit, given, parts, bounds)
@@ -136,6 +146,16 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     )  # fmt: skip
     workspace.write(SUMMARY, encode_summary(summary))
     return workspace.outcome()
+
+
+def _indexes(workspace: Workspace, unit: str, given: MergeInputs) -> Iterator[tuple[str, bytes]]:
+    """Of the units of the tiles, and where nothing else tells of them, of refused outlines."""
+    crs = given.metadata.crs
+    if given.tables:
+        yield index_path(unit), index_of(workspace.store, given.tables, crs)
+    if given.refused.reasons and given.joined is None:
+        shapes = given.refused.read_shapes(workspace.store)
+        yield index_path(str(Status.REFUSED)), refused_index(given.refused.reasons, shapes, crs)
 
 
 def _mosaics(given: MergeInputs, parts: Mapping[str, Summary]) -> dict[str, dict[str, Bounds]]:

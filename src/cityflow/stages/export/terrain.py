@@ -29,12 +29,8 @@ from cityflow.io.crs import resolve
 from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
-<<<<<<< HEAD
 from cityflow.io.rasters.surface_dataset import read_layers
-=======
-from cityflow.io.rasters.surface_zarr import read_layers
 from cityflow.surface.tin import Tin, TinParameters, terrain_tin
->>>>>>> f400d31 (Exports are merged in a tree: tile, district, city; 3D Tiles, VRTs and STAC from summaries)
 from cityflow.survey.surface_source import ZARR
 from cityflow.texture.patches.fill import interpolated
 
