@@ -1,0 +1,180 @@
+"""How long a city takes on 1 to 1,024 workers: the real source of tasks and order of submission, with the measured times of every stage, simulated.
+
+    python benchmarks/makespan.py RUN … [--side 8] [--workers 1 16 256] [--driver-ms 1.6] [--plot FILE.png]
+
+The town and its tasks are those of `city_scale.py`: the real walk with its gates decides which task becomes ready when. A task takes as long as a
+task of its stage took in the finished RUNs, drawn by its name, in seconds of one core. As in the engine, sixteen tasks a worker are in flight,
+what became ready last is submitted first, the scheduler hands out what was submitted first, and one driver takes `--driver-ms` for every
+task it submits and takes in, one after the other. Not simulated: transfers, deaths, memory, the report.
+
+Efficiency is the seconds of all tasks, divided by workers times makespan. With ``--driver-ms 0`` one sees what the flow itself allows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import heapq
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from city_scale import OUTLINES_A_SIDE, TILE_M, X, Y, answer, survey
+from cityflow.flow.executor import REFILL_BELOW
+from cityflow.flow.in_flight import LEAST, PER_THREAD
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.store import Store
+from cityflow.flow.task import Task
+from cityflow.io.catalog.stac_assets import Catalog
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.survey.area import Area
+
+Times = Mapping[str, NDArray[np.float64]]
+
+
+def measured(runs: list[str]) -> Times:
+    """Stage → seconds of its finished tasks, all runs together."""
+    found: defaultdict[str, list[float]] = defaultdict(list)
+    for run in runs:
+        with Ledger.open(Store.open(run)) as ledger:
+            for row in ledger.rows():
+                found[row.stage].append(row.seconds)
+    found.setdefault(
+        "frame", found["ortho"]
+    )  # neither flight of the demonstration has look directions enough for frames
+    return {stage: np.sort(seconds) for stage, seconds in found.items()}
+
+
+def seconds_of(task: Task, times: Times) -> float:
+    """One of the measured times of its stage, by the task's name: the same in every simulation."""
+    of_stage = times.get(task.stage)
+    if of_stage is None or not len(of_stage):
+        raise SystemExit(f"no task of the stage {task.stage} in the runs: name one that has them")
+    number = int.from_bytes(hashlib.blake2b(task.name.encode(), digest_size=4).digest(), "big")
+    return float(of_stage[number % len(of_stage)])
+
+
+@dataclass
+class Simulation:
+    """One run on `workers`; times in seconds from its start."""
+
+    source: CitySource
+    times: Times
+    workers: int
+    driver_s: float
+    work: float = 0.0
+    tasks: int = 0
+    driver_free: float = 0.0
+    driver_busy: float = 0.0
+    idle: list[float] = field(default_factory=list)
+    by_stage: dict[str, float] = field(default_factory=lambda: defaultdict(float))
+
+    def makespan(self) -> float:
+        """Seconds until the last task has ended."""
+        self.idle = [0.0] * self.workers
+        ready: list[Iterator[Task]] = [iter(self.source.initial())]
+        waiting: deque[tuple[float, Task]] = deque()
+        running: list[tuple[float, int, Task]] = []
+        ended: deque[Task] = deque()
+        limit, now, count = max(LEAST, PER_THREAD * self.workers), 0.0, 0
+        while True:
+            while ended:
+                task = ended.popleft()
+                self._drive()
+                ready.append(iter(self.source.after(task, answer(task))))
+            if len(running) + len(waiting) <= limit * REFILL_BELOW:
+                while ready and len(running) + len(waiting) < limit:
+                    if (task_or_none := next(ready[-1], None)) is None:
+                        ready.pop()
+                    else:
+                        waiting.append((self._drive(), task_or_none))
+            while waiting and self.idle and max(self.idle[0], waiting[0][0]) <= self._horizon(running):
+                submitted, task = waiting.popleft()
+                start, spent = max(heapq.heappop(self.idle), submitted), seconds_of(task, self.times)
+                heapq.heappush(running, (start + spent, count := count + 1, task))
+                self.work, self.tasks = self.work + spent, self.tasks + 1
+                self.by_stage[task.stage] += spent
+            if not running:
+                return max(now, self.driver_free)
+            now, _, task = heapq.heappop(running)
+            heapq.heappush(self.idle, now)
+            self.driver_free = max(self.driver_free, now)
+            ended.append(task)
+
+    def _drive(self) -> float:
+        """When the driver is through with one more task."""
+        self.driver_free += self.driver_s / 2
+        self.driver_busy += self.driver_s / 2
+        return self.driver_free
+
+    @staticmethod
+    def _horizon(running: list[tuple[float, int, Task]]) -> float:
+        """Nothing that starts later than the next end is certain yet."""
+        return running[0][0] if running else float("inf")
+
+
+def simulated(
+    catalog: Catalog, town: tuple[float, float, float, float], times: Times, workers: int, driver_s: float
+) -> tuple[Simulation, float]:
+    """The simulation when it is over, and its makespan."""
+    simulation = Simulation(CitySource(catalog, CityParameters(), Area(shapely.box(*town))), times, workers, driver_s)
+    return simulation, simulation.makespan()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", metavar="RUN")
+    parser.add_argument("--side", type=int, default=8, help="ground tiles along an edge of the town")
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 4, 16, 64, 256, 1024])
+    parser.add_argument("--driver-ms", type=float, default=1.6, help="of the driver for a task, all told")
+    parser.add_argument("--plot", help="PNG of makespan and efficiency over workers")
+    given = parser.parse_args()
+    times = measured(given.runs)
+    town = (X, Y, X + given.side * TILE_M, Y + given.side * TILE_M)
+    catalog, rows = survey(town), []
+    print(
+        f"{given.side**2 * OUTLINES_A_SIDE**2} buildings, {given.side**2} tiles, {len(catalog.images)} images; driver {given.driver_ms} ms a task"
+    )
+    print(f"{'workers':>8} {'makespan':>12} {'efficiency':>11} {'driver busy':>12}")
+    for workers in given.workers:
+        made, span = simulated(catalog, town, times, workers, given.driver_ms / 1e3)
+        efficiency = made.work / (workers * span)
+        rows.append((workers, span, efficiency))
+        print(
+            f"{workers:8d} {span / 3600:10.3f} h {100 * efficiency:9.1f} % {100 * made.driver_busy / span:10.1f} %",
+            flush=True,
+        )
+    print(f"{made.tasks} tasks, {made.work / 3600:.1f} core-hours: " + ", ".join(
+        f"{stage} {100 * s / made.work:.1f} %" for stage, s in sorted(made.by_stage.items(), key=lambda item: -item[1])
+    ))  # fmt: skip
+    if given.plot:
+        plot(rows, given.plot)
+
+
+def plot(rows: list[tuple[int, float, float]], path: str) -> None:
+    """Makespan over workers, log-log, with what perfect scaling would give, and efficiency beside it."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    workers, span, efficiency = (np.array(column) for column in zip(*rows, strict=True))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
+    left.loglog(workers, span / 3600, "o-", label="simulated")
+    left.loglog(workers, span[0] * workers[0] * efficiency[0] / workers / 3600, "--", label="work / workers")
+    left.set(xlabel="workers", ylabel="makespan, hours")
+    left.legend()
+    right.semilogx(workers, 100 * efficiency, "o-")
+    right.set(xlabel="workers", ylabel="efficiency, %", ylim=(0, 105))
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    np.seterr(all="ignore")
+    main()
