@@ -34,6 +34,7 @@ from cityflow.flow.ledger import SEGMENT, Ledger
 from cityflow.flow.records import CHECK_DIGITS, encode, record_path
 from cityflow.flow.row import Line, Row
 from cityflow.flow.segments import write_segment
+from cityflow.flow.some_units import ALL
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record
 from cityflow.runs.asked import DESCRIPTION, NOTE, Asked, circumstances, read_asked, write_asked
@@ -120,7 +121,18 @@ def make(store: Store, buildings: int, *, as_files: bool) -> None:
     store.write_bytes(DESCRIPTION, b"{}\n")
     units = {k.stage: [f"b{n:08d}" for n in range(buildings) if n % 5 < k.every] for k in KINDS}
     total = {stage: len(found) for stage, found in units.items()}
-    write_asked(store, Asked("open", "open", units, total, {}, records=sum(total.values()), under=circumstances(store)))
+    write_asked(
+        store,
+        Asked(
+            "open",
+            "open",
+            dict.fromkeys(units, ALL),
+            total,
+            {},
+            records=sum(total.values()),
+            under=circumstances(store),
+        ),
+    )
 
 
 def measure(url: str, what: str) -> dict[str, float]:

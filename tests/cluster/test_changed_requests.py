@@ -139,6 +139,11 @@ def test_an_override_is_kept_by_later_runs_until_it_is_cleared(
     method = ("--set", "reconstruct.methods=[extruded]")
     assert cityflow("rerun", copied_run, "--unit", "u00005", *method).code == 0
     assert newest(copied_run, "reconstruct")["u00005"]["result"]["method"].startswith("extruded")
+    noted = cityflow("status", copied_run, "--json").out
+    (copied_run / "asked.json").unlink()
+    assert cityflow("status", copied_run, "--json").out == noted, (
+        "what the rerun noted is what a walk over the city finds"
+    )
     assert redone(copied_run, lambda: cityflow.run(small_city, copied_run)) == set()
     assert "for this unit alone: methods" in cityflow("explain", copied_run, "u00005").out
     assert cityflow("rerun", copied_run, "--unit", "u00005", "--clear-overrides").code == 0

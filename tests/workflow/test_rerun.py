@@ -27,7 +27,7 @@ CHOSEN = {("reconstruct", "b 1")}
 
 def said(setting: str, chosen: set[tuple[str, str]] = CHOSEN) -> str:
     with pytest.raises(WorkflowError) as caught:
-        refuse_foreign([setting], chosen, RECORDS, "my run")
+        refuse_foreign([setting], chosen, lambda: RECORDS, "my run")
     return str(caught.value)
 
 
@@ -57,5 +57,5 @@ def test_other_settings_are_told_their_place(setting: str, way: str) -> None:
 
 
 def test_settings_of_chosen_stages_pass_and_nothing_chosen_asks_nothing() -> None:
-    refuse_foreign(["reconstruct.methods=[extruded]"], CHOSEN, RECORDS, "run")
-    refuse_foreign(["export.formats=[obj]"], set(), RECORDS, "run")
+    refuse_foreign(["reconstruct.methods=[extruded]"], CHOSEN, lambda: RECORDS, "run")
+    refuse_foreign(["export.formats=[obj]"], set(), lambda: RECORDS, "run")

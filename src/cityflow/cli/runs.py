@@ -136,12 +136,10 @@ def rerun(
     """Run units again, with other parameters if wanted, and the tasks that depend on them."""
     look_at_run(run_url)
     look_at_settings(settings or [])
-    from cityflow.workflow.unit_names import named_units
+    from cityflow.workflow.chosen_part import Selection
+    from cityflow.workflow.rerun import rerun_units
 
-    units = named_units(run_url, unit or [])
-    from cityflow.workflow.rerun import Selection, rerun_units
-
-    selection = Selection(failed or degraded, degraded, stage, tuple(units))
+    selection = Selection(failed or degraded, degraded, stage, tuple(unit or []))
     talk = Talk.of(quiet, verbose)
     rerun_units(
         run_url,

@@ -86,6 +86,11 @@ class Joined:
         known = unit if quoted(unit) == folder else None  # a long name is cut in paths
         return sorted((p for part in self._parts for p in part.find(key, known)), reverse=True)
 
+    def knows(self, stage: str, folder: str) -> bool:
+        """Whether any record of a unit stands in a segment."""
+        key = key_of(stage, folder)
+        return any(part.knows(key) for part in self._parts)
+
     def has(self, stage: str, folder: str, attempt: int) -> bool:
         """Whether a record stands in a segment."""
         return any(place.attempt == attempt for place in self.find(stage, folder))

@@ -17,6 +17,7 @@ from cityflow.flow.removal import Removal
 from cityflow.flow.row import Row
 from cityflow.flow.segment_rows import Place, Rows
 from cityflow.flow.segments import bits_of, write_segment
+from cityflow.flow.some_units import ALL, SomeUnits
 from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally, tally_of
 from cityflow.flow.task import Record, Task
@@ -136,6 +137,14 @@ class Ledger:
         self._last = next(self._newest_first(stage, folder), None)
         return self._last
 
+    def has(self, stage: str, unit: str) -> bool:
+        """Whether a unit has a record; none is read."""
+        key = quoted(stage), quoted(unit)
+        if self._loose.has(*key):
+            return True
+        self._catch_up()
+        return self._joined.knows(*key)
+
     def attempts(self, stage: str, unit: str) -> list[Record]:
         """All records of a unit, oldest first."""
         found = {record.attempt: record for record in reversed([*self._newest_first(quoted(stage), quoted(unit))])}
@@ -167,9 +176,9 @@ class Ledger:
         """Names of the stages that have records, sorted."""
         return sorted({row.stage for row in self._loose.newest()} | self._joined.stages())
 
-    def tally(self, stage: str, units: Iterable[str] | None = None) -> Tally:
+    def tally(self, stage: str, units: Iterable[str] | SomeUnits = ALL) -> Tally:
         """What the newest records of a stage come to, or those of some of its units; none of them is read."""
-        return tally_of(*self._newest(stage), None if units is None else frozenset(units))
+        return tally_of(*self._newest(stage), units if isinstance(units, SomeUnits) else SomeUnits.only(units))
 
     def count_by_status(self, stage: str) -> dict[Status, int]:
         """How many units have a newest record of each status; every status is a key."""

@@ -83,6 +83,11 @@ class Loose:
 
         return self._sound(read)
 
+    def has(self, stage: str, folder: str) -> bool:
+        """Whether a unit has a record here."""
+        query = "SELECT 1 FROM files WHERE stage = ? AND folder = ? AND body IS NOT NULL LIMIT 1"
+        return bool(self._rows(query, (stage, folder)))
+
     def mark(self, stage: str, folder: str) -> int:
         """The highest attempt that has a mark, or 0."""
         query = "SELECT MAX(attempt) FROM files WHERE stage = ? AND folder = ? AND body IS NULL"

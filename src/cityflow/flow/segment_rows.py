@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from cityflow.core.building import Status
 from cityflow.flow.records import quoted
 from cityflow.flow.row import NAMES, Row
 from cityflow.flow.segments import key_of
+from cityflow.flow.some_units import SomeUnits
 
 TOLD = 8192
 """Rows made into values at once."""
@@ -61,6 +61,11 @@ class Rows:
                 yield Place(*(values[i].item() for values in self._places))
             at += 1
 
+    def knows(self, key: int) -> bool:
+        """Whether there is a record of a unit: of this key, which is of 64 bits."""
+        at = int(np.searchsorted(self.keys, np.uint64(key)))
+        return at < len(self.keys) and bool(self.keys[at] == np.uint64(key))
+
     def newest(self, stage: str | None) -> IntArray:
         """Rows of the table (int64) that are the newest of their unit, of one stage or all."""
         last = np.ones(len(self.keys), bool)
@@ -85,10 +90,12 @@ class Rows:
                 kept[i] = False
         return rows, newest[kept]
 
-    def among(self, rows: IntArray, units: AbstractSet[str]) -> IntArray:
+    def among(self, rows: IntArray, units: SomeUnits) -> IntArray:
         """Those of some rows that are of these units."""
-        found = pc.is_in(self.table["unit"].take(pa.array(rows)), pa.array(units, pa.string()))
-        return rows[found.to_numpy()]
+        if units.all_but and not units.names:
+            return rows
+        found = pc.is_in(self.table["unit"].take(pa.array(rows)), pa.array(units.names, pa.string())).to_numpy()
+        return rows[found != units.all_but]
 
     def kinds(self, rows: IntArray) -> dict[tuple[Status, str], int]:
         """How many of some rows have which status and verdict."""

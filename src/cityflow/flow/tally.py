@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from math import fsum
 
@@ -12,6 +11,7 @@ from cityflow.core.arrays import IntArray
 from cityflow.core.building import Status
 from cityflow.flow.row import Row
 from cityflow.flow.segment_rows import GOOD, Rows
+from cityflow.flow.some_units import SomeUnits
 
 
 @dataclass
@@ -45,16 +45,16 @@ class Tally:
         return fsum(self.seconds) / len(self.seconds) if self.seconds else 0.0
 
 
-def tally_of(loose: Sequence[Row], table: Rows, joined: IntArray, units: AbstractSet[str] | None) -> Tally:
+def tally_of(loose: Sequence[Row], table: Rows, joined: IntArray, units: SomeUnits) -> Tally:
     """Count rows, and some of a table; of these units alone where they are given."""
     tally = Tally()
-    chosen = joined if units is None else table.among(joined, units)
+    chosen = table.among(joined, units)
     tally.kinds.update(table.kinds(chosen))
     tally.seconds.extend(table.figures("seconds", chosen).tolist())
     tally.peak_mb = float(table.figures("peak_mb", chosen).max(initial=0.0))
     tally.others.extend(table.told(table.not_done(chosen)))
     for row in loose:
-        if units is None or row.unit in units:
+        if row.unit in units:
             _add(tally, row)
     return tally
 

@@ -74,7 +74,12 @@ class Walk(Generic[C]):
             yield from self.want(needs)
             if not self._gates.wait((node, number), needs):
                 return
-        task = stage.task(self._context, unit)
+        yield from self._made(node)
+
+    def _made(self, node: Node) -> Iterator[Task]:
+        """The task of a node that waits for nothing any more."""
+        name, unit = node
+        task = self.stages[name].task(self._context, unit)
         if task is not None:
             yield task
         else:

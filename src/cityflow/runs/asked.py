@@ -1,7 +1,7 @@
 """Tasks of the last request of a run, stored beside its records, so that `status` need not walk the graph.
 
-A note counts while `run.json`, the overrides and the program are those that it was written under and no record came or went since; without one the
-graph is followed.
+Units are named one by one only where they are few: a note says "all that have a record, but these". A note counts while `run.json`, the overrides and
+the program are those that it was written under and no record came or went since; without one the graph is followed.
 """
 
 from __future__ import annotations
@@ -11,15 +11,17 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from hashlib import sha256
+from typing import Any
 
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.store import Store
 from cityflow.runs.known_keys import sources_digest
 
 NOTE = "asked.json"
 DESCRIPTION, OVERRIDES = "run.json", "overrides"
-VERSION = 2
+VERSION = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +31,7 @@ class Asked:
     Attributes
     ----------
     title : of the catalog;  workflow : its name
-    tasks : stage → units that have a record or are at work, stages in the order of the flow
+    tasks : stage → units that have a record and are asked for, stages in the order of the flow
     expected : stage → tasks in all, stages in the order of the flow; None if unknown yet
     stale : stage → units whose record is of other inputs, parameters or versions than those of today, or has lost an output
     beyond : buildings outside the area of interest, modelled for what they share with those inside, or hide of them
@@ -41,9 +43,9 @@ class Asked:
 
     title: str
     workflow: str
-    tasks: Mapping[str, Sequence[str]]
+    tasks: Mapping[str, SomeUnits]
     expected: Mapping[str, int | None]
-    stale: Mapping[str, int]
+    stale: Mapping[str, SomeUnits]
     beyond: Sequence[str] = ()
     edits: Sequence[tuple[str, str]] = ()
     records: int = 0
@@ -62,13 +64,18 @@ def read_asked(store: Store, ledger: Ledger) -> Asked | None:
     """The note, where it counts."""
     try:
         tree = json.loads(store.read_bytes(NOTE))
-        asked = Asked(**tree)
-    except (OSError, ValueError, TypeError):
+        units = {field: {s: _units(found) for s, found in tree.pop(field).items()} for field in ("tasks", "stale")}
+        asked = Asked(**(tree | units))
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return None
     if asked.version != VERSION or asked.under != circumstances(store):
         return None
     counts = is_held(store) if asked.is_at_work else asked.records == ledger.count_files()
     return asked if counts else None
+
+
+def _units(tree: Mapping[str, Any]) -> SomeUnits:
+    return SomeUnits(tuple(map(str, tree["names"])), bool(tree["all_but"]))
 
 
 def circumstances(store: Store) -> str:

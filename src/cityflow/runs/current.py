@@ -13,6 +13,7 @@ from cityflow.flow.row import Row, row_of
 from cityflow.flow.task import Record, Task
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.pipeline import in_flow_order
+from cityflow.runs.asked import Asked
 from cityflow.runs.prepare import Prepared
 
 
@@ -86,6 +87,12 @@ class CurrentRecords:
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
     """Follow the graph of the run as far as records lead."""
     return walked(wanted.source(), ledger)
+
+
+def noted_records(asked: Asked, ledger: Ledger) -> CurrentRecords:
+    """The records that a note names."""
+    found = {s: units.among(ledger.units(s)) for s, units in asked.tasks.items()}
+    return CurrentRecords({s: StoredRecords(ledger, s, units) for s, units in found.items() if units})
 
 
 def walked(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cityflow.core.grid import Bounds, tiles_over
 from cityflow.flow.task import Record
+from cityflow.survey.results import Results
 from cityflow.survey.surface_source import LIDAR, Source
 from cityflow.survey.survey_parameters import TileParameters
 
@@ -11,8 +12,8 @@ from cityflow.survey.survey_parameters import TileParameters
 class PointIndex:
     """Pieces by the file or ground tile whose task left them, and by cell."""
 
-    def __init__(self, source: Source, tiles: TileParameters) -> None:
-        self._source, self._sizes = source, tiles
+    def __init__(self, source: Source, tiles: TileParameters, results: Results) -> None:
+        self._source, self._sizes, self._results = source, tiles, results
         self._pieces: dict[tuple[str, str], tuple[str, str]] = {}
 
     def learn(self, record: Record) -> None:
@@ -30,7 +31,8 @@ class PointIndex:
         cells = [t.name for t in tiles_over(bounds, self._sizes.index_cell_m)]
         scanned = self._source.kind == LIDAR
         parts = self._source.assets_over(bounds) if scanned else tiles_over(bounds, self._sizes.tile_m)
-        keys = [(part.name, cell) for part in parts for cell in cells]
+        ended = [part.name for part in parts if self._results.of(self._source.indexed_by, part.name) is not None]
+        keys = [(name, cell) for name in ended for cell in cells]
         return dict(sorted(self._pieces[k] for k in keys if k in self._pieces))
 
     def of_file(self, name: str) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from sys import intern
 
@@ -43,10 +43,20 @@ class Left:
         return self.digest or f"{self.status}: {self.reason}"
 
 
-class Results:
-    """What tasks have left, by stage and unit."""
+def nothing(_: Node) -> None:
+    """The memory of a walk that comes to all tasks: what it has not come to has not ended."""
 
-    def __init__(self) -> None:
+
+class Results:
+    """What tasks have left, by stage and unit.
+
+    Attributes
+    ----------
+    recall : asked for a task that nobody has told of: may have its record learned
+    """
+
+    def __init__(self, recall: Callable[[Node], None] = nothing) -> None:
+        self.recall = recall
         self._left: dict[str, dict[str, Left]] = {}
         self._refused: dict[Node, dict[str, str]] = {}
         self._given_outlines: dict[str, dict[str, str]] = {}
@@ -75,8 +85,11 @@ class Results:
 
     def of(self, stage: str, unit: str) -> Left | None:
         """What a task has left; None where it has not ended."""
-        found = self._left.get(stage)
-        return None if found is None else found.get(unit)
+        left = self._left.get(stage, {}).get(unit)
+        if left is None and self.recall is not nothing:
+            self.recall((stage, unit))
+            left = self._left.get(stage, {}).get(unit)
+        return left
 
     def of_stage(self, stage: str) -> dict[str, Left]:
         """Unit → what its task has left. Nobody changes it."""
@@ -148,7 +161,7 @@ class Results:
 
     def refused_by(self, node: Node) -> dict[str, str]:
         """Outlines that a task has refused, with the reason."""
-        return self._refused.get(node, {})
+        return self._refused.get(node, {}) if self.of(*node) is not None else {}
 
     def refused_outlines(self) -> dict[str, str]:
         """Outlines and units that cannot be buildings, or that a person has rejected, with the reason."""

@@ -60,7 +60,7 @@ class Survey:
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
         self.results, self.given = Results(), GivenOutlines()
         self._model: ModelParameters | None = None
-        self.index = PointIndex(self.source, parameters.tiles)
+        self.index = PointIndex(self.source, parameters.tiles, self.results)
 
     def learn(self, record: Record) -> None:
         """Keep what later tasks ask of a record."""

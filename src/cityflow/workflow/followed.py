@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from cityflow.core.grid import Grid
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.progress import Watcher
+from cityflow.flow.some_units import ALL, SomeUnits
 from cityflow.flow.stage import Cost
 from cityflow.flow.task import Record, Task
 from cityflow.io.rasters.surface_zarr import LAYERS, Layer, create, create_group, frame_layers, image_layers
@@ -73,9 +74,15 @@ class FollowedCity:
         """What the run has come to, for `status`; seldom enough that it costs nothing."""
         begun = time.monotonic()
         write_asked(self.wanted.store, Asked(
-            self.wanted.catalog.title, self.wanted.workflow.name, dict(self._seen), self.city.expected_units(), {}, under=self._under, is_at_work=True,
+            self.wanted.catalog.title, self.wanted.workflow.name, {s: self._named(s) for s in self._seen}, self.city.expected_units(), {},
+            under=self._under, is_at_work=True,
         ))  # fmt: skip
         self._next_note = _later(begun, NOTED_EVERY_S)
+
+    def _named(self, stage: str) -> SomeUnits:
+        """What this run has come to: nearly always all that there is."""
+        seen = self._seen[stage]
+        return ALL if len(seen) == self.ledger.tally(stage).records else SomeUnits.of(seen, self.ledger.units(stage))
 
 
 def _later(begun: float, every_s: float) -> float:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
+from dataclasses import replace
 
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger, State
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.task import Record, Task
+from cityflow.pipeline.city_part import CityPart
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.reporting.asked_area import units_beyond
 from cityflow.reporting.unused_edits import unused_edits
-from cityflow.runs.asked import Asked, circumstances, write_asked
+from cityflow.runs.asked import NOTE, Asked, circumstances, write_asked
 from cityflow.runs.current import walked
 from cityflow.runs.prepare import Prepared
 
@@ -18,22 +21,51 @@ from cityflow.runs.prepare import Prepared
 def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
     """Follow the graph as far as records lead; what is noted counts until a record, the description, an override or the program changes."""
     source = wanted.source()
-    stale: Counter[str] = Counter()
+    stale: dict[str, list[str]] = defaultdict(list)
 
-    def count(task: Task, _record: Record) -> None:
-        stale[task.stage] += ledger.state(task) is not State.DONE
+    def look(task: Task, _record: Record) -> None:
+        if ledger.state(task) is not State.DONE:
+            stale[task.stage].append(task.unit)
 
-    records = walked(source, ledger, count)
+    records = walked(source, ledger, look)
     tasks, expected = {s: records.units(s) for s in records.stages()}, source.expected_units()
+    known = {s: ledger.units(s) for s in {*tasks, *expected}}
     # behind a task without a record, such as one that an earlier version did not have, nobody knows what is asked for: what stands there is of before
-    unreached = {s: units for s in expected if s not in tasks and (units := ledger.units(s))}
-    stale.update({s: len(units) for s, units in unreached.items()})
+    unreached = {s: known[s] for s in expected if s not in tasks and known[s]}
+    stale.update(unreached)
     tasks |= unreached
     asked = Asked(
-        wanted.catalog.title, wanted.workflow.name, {s: tasks[s] for s in in_flow_order(tasks)}, expected,
-        {s: n for s, n in sorted(stale.items()) if n}, units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
+        wanted.catalog.title, wanted.workflow.name, {s: SomeUnits.of(tasks[s], known[s]) for s in in_flow_order(tasks)}, expected,
+        {s: SomeUnits.of(units, known[s]) for s, units in sorted(stale.items()) if units},
+        units_beyond(records, wanted.area), [(edit.text, edit.remedy) for edit in unused_edits(wanted, records)],
         ledger.count_files(), circumstances(wanted.store),
     )  # fmt: skip
     if not is_held(wanted.store):
         write_asked(wanted.store, asked)
     return asked
+
+
+def note_part(wanted: Prepared, ledger: Ledger, asked: Asked | None, part: CityPart) -> Asked | None:
+    """The note that counted before a part of the city ran, with what that has changed; None where it cannot be told without a look at the whole city.
+
+    That is where there was no note, or where tiles have other units now.
+    """
+    if asked is None or part.renamed:
+        wanted.store.remove(NOTE)
+        return None
+    made = part.walk.made
+    done = {node for node in made if ledger.has(*node) and part.has_ended(node)}
+    waiting = {node for node in part.walk.waiting() if ledger.has(*node)}
+    tasks, stale = dict(asked.tasks), dict(asked.stale)
+    for stage in {stage for stage, _ in made | waiting}:
+        ended, gone, late = ([unit for s, unit in some if s == stage] for some in (done, made - done, waiting))
+        tasks[stage] = tasks.get(stage, SomeUnits()).changed(ended, gone)
+        stale[stage] = stale.get(stage, SomeUnits()).changed(late, [*ended, *gone])
+    stale = {s: units for s, units in stale.items() if units != SomeUnits()}
+    noted = replace(
+        asked, tasks={s: tasks[s] for s in in_flow_order(tasks)}, stale=stale, records=ledger.count_files(),
+        under=circumstances(wanted.store), is_at_work=False,
+    )  # fmt: skip
+    if not is_held(wanted.store):
+        write_asked(wanted.store, noted)
+    return noted

@@ -3,51 +3,39 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import replace
 
 from rich.console import Console
 
-from cityflow.core.building import Status
 from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.ledger import Ledger
-from cityflow.flow.row import Row
 from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.pipeline.parameters import CityParameters
+from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.known_keys import nearest
 from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
 from cityflow.runs.run_folder import open_run
 from cityflow.runs.settings import parse_setting
 from cityflow.stages import outline, units
+from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.run import execute
+from cityflow.workflow.run_part import execute_part
 from cityflow.workflow.trust import refuse_untrusted
+from cityflow.workflow.unit_names import named_in
 
 UNITS_NAMED = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Selection:
-    """Which units: those that failed (and, if asked, the degraded), those of a stage, those named; all conditions given must hold."""
-
-    failed: bool = False
-    degraded: bool = False
-    stage: str = ""
-    units: tuple[str, ...] = ()
-
-    @property
-    def is_empty(self) -> bool:
-        return not (self.failed or self.stage or self.units)
 
 
 def rerun_units(
     url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console,
     talk: Talk = Talk.NORMAL, *, trust: bool = False, allow_outside: bool = False,
 ) -> None:  # fmt: skip
-    """Run the chosen units again; functions that the RUN alone names are imported where `trust` says so.
+    """Run the chosen units, named or by unique parts of their names, again; functions that the RUN alone names are imported where `trust` says so.
 
     Raises
     ------
@@ -58,41 +46,54 @@ def rerun_units(
     if not allow_outside:
         refuse_outside(wanted.catalog)
     with Ledger.open(wanted.store) as ledger:
-        records = current_records(wanted, ledger)
-        chosen = select(records, selection)
+        selection = replace(selection, units=tuple(named_in(url, selection.units, ledger)))
+        _refuse_nothing(ledger, selection)
+        part = part_of(wanted.source().city, ledger, selection)
+        chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
         if not trust:
             refuse_untrusted(wanted, settings, of_the_run=True, cleared=chosen if clear else frozenset())
-        refuse_foreign(settings, chosen, records, wanted.store.root)
-    if not chosen:
-        console.print("Nothing to run again: no unit is of that kind.")
-        return
-    kept = {} if clear else read_overrides(wanted.store)
-    values = overrides_for(chosen, settings, kept, wanted.workflow.city)
+        refuse_foreign(settings, chosen, lambda: current_records(wanted, ledger), wanted.store.root)
+        if not chosen:
+            console.print("Nothing to run again: no unit is of that kind.")
+            return
+        kept = {} if clear else read_overrides(wanted.store)
+        values = overrides_for(chosen, settings, kept, wanted.workflow.city)
 
-    def begin() -> None:
-        if clear:
-            clear_overrides(wanted.store, chosen)
-        write_overrides(wanted.store, values)
+        def begin() -> None:
+            if clear:
+                clear_overrides(wanted.store, chosen)
+            write_overrides(wanted.store, values)
 
-    console.print(
-        f"Running again: {counted(len(chosen), 'task')}, then what depends on it",
-        markup=False,
-    )
+        console.print(f"Running again: {counted(len(chosen), 'task')}, then what depends on it", markup=False)
+        if part is not None:
+            execute_part(wanted, ledger, part, begin, scheduler, workers, console, talk)
+            return
     execute(
         wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in chosen, talk=talk
     )
 
 
-def select(records: CurrentRecords, selection: Selection) -> set[Node]:
-    """(stage, unit) of the units that the selection names."""
+def _refuse_nothing(ledger: Ledger, selection: Selection) -> None:
+    """Raise RunError where nothing is chosen, or a stage that the run has not."""
     if selection.is_empty:
         raise RunError("nothing chosen", where="rerun", remedy="give --failed, --degraded, --stage S or --unit ID")
-    stages = records.stages()
+    stages = in_flow_order(ledger.stages())
     if selection.stage and selection.stage not in stages:
         raise RunError(
             f"no stage '{selection.stage}' in this run", where="--stage", remedy=f"known: {', '.join(stages)}"
         )
-    chosen = {(s, u) for s in stages if selection.stage in ("", s) for u in _units(records.rows(s), selection)}
+
+
+def select(records: CurrentRecords, selection: Selection) -> set[Node]:
+    """(stage, unit) of the units that the selection names. Raises RunError where one is named that the city does not have."""
+    stages = records.stages()
+    chosen = {
+        (s, row.unit)
+        for s in stages
+        if selection.stage in ("", s)
+        for row in records.rows(s)
+        if selection.is_met_by(row)
+    }
     missing = set(selection.units) - {u for _, u in chosen}
     if missing and not selection.failed:
         raise RunError(
@@ -103,8 +104,10 @@ def select(records: CurrentRecords, selection: Selection) -> set[Node]:
     return chosen
 
 
-def refuse_foreign(settings: Sequence[str], chosen: AbstractSet[Node], records: CurrentRecords, run: str) -> None:
-    """Make sure that every setting is of a stage that a chosen unit has; say where else it can be set.
+def refuse_foreign(
+    settings: Sequence[str], chosen: AbstractSet[Node], records: Callable[[], CurrentRecords], run: str
+) -> None:
+    """Make sure that every setting is of a stage that a chosen unit has; say where else it can be set, by the records of the whole city.
 
     Raises
     ------
@@ -125,7 +128,7 @@ def refuse_foreign(settings: Sequence[str], chosen: AbstractSet[Node], records: 
         raise WorkflowError(
             f"'{setting}': {_whose(chosen)} no task of '{section}' (but of {', '.join(sorted(stages))})",
             where="--set",
-            remedy=_elsewhere(section, setting, chosen, records, run),
+            remedy=_elsewhere(section, setting, chosen, records(), run),
         )
 
 
@@ -161,12 +164,3 @@ def _tiles_of(units_wanted: AbstractSet[str], records: CurrentRecords) -> set[st
     """Ground tiles that own any of some units."""
     owners = records.of(units.NAME) or records.of(outline.NAME)
     return {r.unit for r in owners if any(entry["id"] in units_wanted for entry in r.result.get("units", []))}
-
-
-def _units(records: Iterable[Row], selection: Selection) -> set[str]:
-    if selection.failed:
-        statuses = (Status.FAILED, Status.DEGRADED) if selection.degraded else (Status.FAILED,)
-        found = {r.unit for r in records if r.status in statuses}
-    else:
-        found = {r.unit for r in records}
-    return found & set(selection.units) if selection.units else found

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from cityflow.core.building import Status
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, digest_of
+from cityflow.pipeline.city_part import CityPart
 from cityflow.stages import atlas, export, ortho, surface
 from cityflow.survey.districts import CITY
 from cityflow.survey.survey import Survey
+from cityflow.survey.texture_inputs import atlas_cells_of
 
 PRODUCTS = "products"
 
@@ -40,6 +42,23 @@ def remove_stale_products(store: Store, ledger: Ledger, survey: Survey) -> int:
     for path in sorted({path if _folder(path) in folders else _folder(path) for path in stale}):
         store.remove(path)
     return len(stale)
+
+
+def remove_replaced_products(store: Store, ledger: Ledger, part: CityPart, ran: Iterable[Record]) -> None:
+    """Remove the products of what ran that its new records do not name, and those of atlas cells that have no building any more."""
+    gone: set[str] = set()
+    for record in ran:
+        if record.status is not Status.FAILED:
+            former = [r for r in ledger.attempts(record.stage, record.unit) if r.attempt < record.attempt and r.outputs]
+            gone |= {p for r in former[-1:] for p in r.outputs} - record.outputs.keys()
+    edge = part.city.survey.parameters.atlas.atlas_cells(part.city.survey.lattice.tile_m)
+    for tile in part.renamed:
+        now = atlas_cells_of(part.city, tile) if tile in part.city.chosen else {}
+        names = (f"{tile}.{col}_{row}" for row in range(edge) for col in range(edge))
+        left = (ledger.latest(atlas.NAME, name) for name in names if name not in now)
+        gone |= {p for r in left if r is not None for p in r.outputs}
+    for path in sorted(path for path in gone if path.startswith(f"{PRODUCTS}/") and store.exists(path)):
+        store.remove(path)
 
 
 def _folder(path: str) -> str:

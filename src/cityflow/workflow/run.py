@@ -183,7 +183,7 @@ def execute(
         failed = _failed(records)
     if talk is not Talk.QUIET:
         print_summary(standing, report, console)
-    _refuse_success(wanted, failed)
+    refuse_success(wanted, failed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,7 @@ def _failed(records: CurrentRecords) -> list[Row]:
     return [row for found in rows for row in sorted(found, key=lambda row: row.unit)]
 
 
-def _refuse_success(wanted: Prepared, failed: Sequence[Row]) -> None:
+def refuse_success(wanted: Prepared, failed: Sequence[Row]) -> None:
     """A building may fail; a file, a tile or an export that failed leaves the city incomplete."""
     if failed:
         names = ", ".join(f"{r.stage}-{r.unit}" for r in failed[:NAMED]) + (", …" if len(failed) > NAMED else "")

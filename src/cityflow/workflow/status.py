@@ -20,6 +20,7 @@ from cityflow.flow.driver_note import described, read_note
 from cityflow.flow.exclusive import is_held
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import first_line
+from cityflow.flow.some_units import SomeUnits
 from cityflow.flow.store import Store
 from cityflow.flow.tally import Tally
 from cityflow.flow.task import Record
@@ -118,7 +119,8 @@ def print_units(url: str, console: Console, wanted: str = "", as_json: bool = Fa
     with Ledger.open(store) as ledger:
         asked = asked_of(url, store, ledger)
         beyond = frozenset(asked.beyond)
-        units = [u for u in asked.tasks.get(BUILDINGS, ()) if u not in beyond and wanted.lower() in u.lower()]
+        named = asked.tasks.get(BUILDINGS, SomeUnits()).among(ledger.units(BUILDINGS))
+        units = [u for u in named if u not in beyond and wanted.lower() in u.lower()]
         rows = [_unit_row(record) for u in units if (record := ledger.latest(BUILDINGS, u)) is not None]
     if not rows:
         what = f"no building has '{wanted}' in its id" if wanted else "no building has been worked on yet"
@@ -152,34 +154,37 @@ def asked_of(url: str, store: Store, ledger: Ledger) -> Asked:
     return note_asked(open_run(url), ledger)
 
 
-def standing_of(store: Store, asked: Asked, ledger: Ledger, named: str) -> Standing:
+def standing_of(store: Store, asked: Asked, ledger: Ledger, shown_as: str) -> Standing:
     """What the newest records of these tasks say.
 
     Parameters
     ----------
-    named : how commands shall name the run
+    shown_as : how commands shall name the run
 
     Rows of the ledger are read one after the other, whole records not at all.
     """
     at_work = is_held(store)
-    is_complete = not at_work and not asked.stale and LAST[1] in asked.tasks.get(LAST[0], ())
+    is_complete = (
+        not at_work and not asked.stale and LAST[1] in asked.tasks.get(LAST[0], SomeUnits()) and ledger.has(*LAST)
+    )
+    stale = {s: len(u.names) if not u.all_but else ledger.tally(s, u).records for s, u in asked.stale.items()}
     stages: list[StageStanding] = []
     problems: list[Problem] = []
     verdicts: Counter[str] = Counter()
     beyond, beyond_area = 0, frozenset(asked.beyond)
     for stage in dict.fromkeys([*asked.expected, *asked.tasks]):
-        tally = ledger.tally(stage, asked.tasks.get(stage, ()))
+        named = asked.tasks.get(stage, SomeUnits())
+        tally = ledger.tally(stage, named)
         expected = tally.records if is_complete else asked.expected.get(stage, tally.records)
-        stages.append(_stage(stage, tally, expected, asked.stale.get(stage, 0)))
+        stages.append(_stage(stage, tally, expected, stale.get(stage, 0)))
         problems.extend(_problems(stage, tally))
         if stage == BUILDINGS:
-            outside = ledger.tally(stage, beyond_area.intersection(asked.tasks.get(stage, ())))
+            outside = ledger.tally(stage, named.among(beyond_area))
             beyond, verdicts = outside.records, verdicts_of(tally.kinds - outside.kinds)
-    stale = sum(asked.stale.values())
     told = {v: verdicts[v] for v in dict.fromkeys([*VERDICTS, *sorted(verdicts)])} if verdicts else {}
     return Standing(
         store.root, asked.workflow, asked.title, at_work, is_complete, stages, told, beyond, problems,
-        [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(_next(named, at_work, is_complete, stale, told, problems)),
+        [(text, remedy) for text, remedy in asked.edits], ledger.problems(), list(_next(shown_as, at_work, is_complete, sum(stale.values()), told, problems)),
     )  # fmt: skip
 
 

@@ -24,7 +24,12 @@ def named_units(url: str, names: Sequence[str]) -> list[str]:
     if not names:
         return []
     with Ledger.open(Store.open(url)) as ledger:
-        return [_named(url, name, ledger) for name in names]
+        return named_in(url, names, ledger)
+
+
+def named_in(url: str, names: Sequence[str], ledger: Ledger) -> list[str]:
+    """The same, of a RUN that is open."""
+    return [_named(url, name, ledger) for name in names]
 
 
 def _named(url: str, name: str, ledger: Ledger) -> str:

@@ -1,0 +1,264 @@
+"""A part of a city as a source of tasks: what is run again, and what depends on it. The rest of the city stands as its records say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from typing import Protocol
+
+import shapely
+
+from cityflow.core.grid import Bounds, grown
+from cityflow.flow.stage import Node
+from cityflow.flow.task import Record, Task
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.part_walk import PartWalk
+from cityflow.pipeline.pipeline import PIPELINE, STAGES
+from cityflow.survey.city import EXPORT, INGEST, OUTLINE, SPLIT, UNITS, City
+from cityflow.survey.districts import CITY
+from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.surface_source import IMAGES
+from cityflow.survey.texture_inputs import LONGEST_M, atlas_cells_of, tiles_around, windows_are_wanted
+
+RECONSTRUCT, TEXTURE, WINDOWS, ATLAS = "reconstruct", "texture", "windows", "atlas"
+OF_TILES = (OUTLINE, UNITS, EXPORT, "surface", "ortho", "walls", "fuse")
+OF_IMAGES = ("match", "fuse", "ortho", "frame", "walls")
+PARTS = (SPLIT, UNITS, RECONSTRUCT, TEXTURE, WINDOWS, ATLAS, EXPORT)
+"""Stages that a part may begin with: what lies before has a part of the survey as its place, not one of the city."""
+LAST = (EXPORT, CITY)
+"""The task that ends a run."""
+STANDS_ONCE = "once"
+"""Name of an input of that task."""
+PLACE = {stage.name: k for k, stage in enumerate(PIPELINE)}
+TILES_AROUND = 1.5
+"""A tile whose units may be others is felt so many tiles away at most: by its neighbours, and by what shares walls with these."""
+
+
+class Memory(Protocol):
+    """The records of a RUN, as `flow.ledger.Ledger` has them."""
+
+    def has(self, stage: str, unit: str) -> bool: ...
+
+    def latest(self, stage: str, unit: str) -> Record | None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Tasks that run again, and where: tile → bounds of what is chosen there, metres."""
+
+    nodes: frozenset[Node]
+    places: Mapping[str, tuple[Bounds, ...]]
+
+    @property
+    def may_rename(self) -> bool:
+        """Whether there may be other units in the end."""
+        return any(stage in (SPLIT, UNITS) for stage, _ in self.nodes)
+
+
+class CityPart:
+    """The tasks that depend on the chosen ones, in the order in which they become ready.
+
+    Parameters
+    ----------
+    source : of the whole city; its state is filled from the memory as tasks ask for it
+    chosen : all of stages of `PARTS`
+    memory : records of all that has run
+
+    Attributes
+    ----------
+    walk : tells what was made, what is left for another run, and what waits for that
+    renamed : tiles that have other units now
+    """
+
+    def __init__(self, source: CitySource, chosen: Chosen, memory: Memory) -> None:
+        self.city: City = source.city
+        self.chosen: AbstractSet[Node] = chosen.nodes
+        self.renamed: set[str] = set()
+        self._memory, self._tiles = memory, tuple(chosen.places)
+        self._first = min((PLACE[stage] for stage, _ in chosen.nodes), default=len(PLACE))
+        self._reach = _Reach.of(source.city, chosen)
+        self._before: dict[Node, object] = {}
+        self._ended: set[Node] = set()
+        self._unknown: set[Node] = set()
+        self.walk = PartWalk(PIPELINE, source.city, self)
+        source.survey.results.recall = self._recall
+
+    def initial(self) -> Iterator[Task]:
+        """Raises as `CitySource.initial`."""
+        city = self.city
+        city.refuse_nothing()
+        _ = city.survey.edits
+        near = [t for t in city.survey.lattice.tiles if self._reach.meets_tile(self._bounds(t))]
+        if any((INGEST, ACCURACY) in step(city, t) for t in near[:1] for step in STAGES[OUTLINE].needs):
+            self._recall((INGEST, ACCURACY))
+        self._before = {n: _said(self._memory.latest(*n)) for n in self._naming(near) if self.may_change(n)}
+        if city.survey.splits:
+            yield from self.walk.want((OUTLINE, t) for t in near)
+        yield from self.walk.want(self._naming(near))
+        yield from self._want_chosen()
+        yield from self.walk.begin()
+
+    def after(self, task: Task, record: Record) -> Iterator[Task]:
+        """What a finished task sets free."""
+        node = task.stage, task.unit
+        self._ended.add(node)
+        self.city.learn(record)
+        if task.stage != self.city.unit_stage:
+            yield from self.walk.ended(node)
+            return
+        changed = _said(record) != self._before.get(node)
+        if changed:
+            self.renamed.add(task.unit)
+        yield from self.walk.ended(node, changed=changed)
+        yield from self._want_chosen()
+
+    def may_change(self, node: Node) -> bool:
+        """Only what comes later in the flow than the first of the chosen stages, and stands near what is chosen."""
+        stage, unit = node
+        if PLACE.get(stage, len(PLACE)) < self._first:
+            return False
+        entry = None if stage in OF_TILES else (self.city.outlines if stage == SPLIT else self.city.units).get(unit)
+        if entry is not None:
+            return self._reach.meets_unit(entry.bounds)
+        tile = self._tile_of(unit)
+        return tile is None or self._reach.meets_tile(self._bounds(tile))
+
+    def has_ended(self, node: Node) -> bool:
+        """Whether a task of this walk has ended; one that was wanted and is not has nothing to do."""
+        return node in self._ended
+
+    def has(self, node: Node) -> bool:
+        return self._memory.has(*node)
+
+    def stand(self, node: Node) -> None:
+        """Outlines and units are known as soon as the task that names them stands; of all others the record is read when it is asked for."""
+        if node[0] in (OUTLINE, UNITS):
+            self._recall(node)
+
+    def prepare(self, node: Node) -> None:
+        """The last merge asks for all outlines that were refused, and in a small city for all that is joined."""
+        if node != LAST:
+            return
+        city = self.city
+        is_joined = len(city.tiles) <= city.survey.parameters.export.join_up_to_tiles
+        if not is_joined and not (city.area.is_everywhere and self._has_refused()):
+            return
+        for asked in ((stage, tile) for stage in dict.fromkeys((OUTLINE, city.unit_stage)) for tile in city.tiles):
+            record = None if asked in city.survey.results else self._memory.latest(*asked)
+            if record is not None:
+                city.survey.results.learn(record)
+
+    def _has_refused(self) -> bool:
+        """Whether an outline may have been refused: in a large city, the last merge takes in what stands once only where there is one."""
+        record = self._memory.latest(*LAST)
+        return bool(self.renamed) or record is None or STANDS_ONCE in record.inputs
+
+    def named_by(self, node: Node) -> Iterable[Node]:
+        """Who names the units of a tile has named their tasks, and textures see the units around."""
+        stage, unit = node
+        if stage == EXPORT or PLACE[stage] <= PLACE[self.city.unit_stage]:
+            return []
+        entry = self.city.units.get(unit)
+        tile = self._tile_of(unit) if entry is None else entry.tile
+        around = tiles_around(self.city.survey, entry) if entry is not None and stage == TEXTURE else []
+        return self._naming([*([tile] if tile else []), *around])
+
+    def _naming(self, tiles: Iterable[str]) -> list[Node]:
+        return [(self.city.unit_stage, t) for t in tiles]
+
+    def _bounds(self, tile: str) -> Bounds:
+        return self.city.survey.lattice.tiles[tile].bounds
+
+    def _tile_of(self, unit: str) -> str | None:
+        """The tile that a unit of a stage is named after."""
+        return next((t for t in (unit, unit.rpartition(".")[0]) if t in self.city.survey.lattice.tiles), None)
+
+    def _want_chosen(self) -> Iterator[Task]:
+        """The chosen tasks whose units are known by now."""
+        city = self.city
+        around = {
+            t for own in self._tiles for u in city.chosen.get(own, ()) for t in tiles_around(city.survey, city.units[u])
+        }
+        yield from self.walk.want(self._naming(sorted(around)))
+        known = [node for node in self.chosen if self._is_known(*node)]
+        yield from self.walk.want(sorted(known, key=lambda node: (PLACE[node[0]], node[1])))
+
+    def _is_known(self, stage: str, unit: str) -> bool:
+        city = self.city
+        if stage == SPLIT:
+            return unit in city.outlines
+        if stage == ATLAS:
+            tile = unit.rpartition(".")[0]
+            return tile in city.chosen and unit in atlas_cells_of(city, tile)
+        return unit in city.units if stage in (RECONSTRUCT, TEXTURE, WINDOWS) else unit in city.survey.lattice.tiles
+
+    def _recall(self, node: Node) -> None:
+        """Learn what a record says of a task that this walk does not come to."""
+        if node in self._unknown or (node in self.walk.made and node not in self._ended):
+            return
+        record = self._memory.latest(*node) if self._is_asked(*node) else None
+        if record is None:
+            self._unknown.add(node)
+        else:
+            self.city.learn(record)
+
+    def _is_asked(self, stage: str, unit: str) -> bool:
+        """Whether a walk over the whole city would come to it: a record may be of an earlier request."""
+        survey = self.city.survey
+        if stage in OF_IMAGES and survey.source.kind != IMAGES:
+            return False
+        if stage in (SPLIT, UNITS):
+            return survey.splits
+        if stage == TEXTURE:
+            return survey.textures and survey.results.hull(unit).path is not None
+        if stage == WINDOWS:
+            return windows_are_wanted(survey) and bool(survey.results.outputs_of(TEXTURE, unit))
+        return True
+
+
+@dataclass(frozen=True, slots=True)
+class _Reach:
+    """How far what is chosen is felt.
+
+    Attributes
+    ----------
+    tiles, units : where from, for tiles and for units;  tiles_m, units_m : how far, metres
+    """
+
+    tiles: shapely.STRtree
+    units: shapely.STRtree
+    tiles_m: float
+    units_m: float
+
+    @classmethod
+    def of(cls, city: City, chosen: Chosen) -> _Reach:
+        survey, tile_m = city.survey, city.survey.lattice.tile_m
+        own = [shapely.box(*survey.lattice.tiles[t].bounds) for t in chosen.places]
+        inside = [shapely.box(*b) for found in chosen.places.values() for b in found]
+        settings = (
+            survey.parameters_of(TEXTURE, u, survey.parameters.texture) for s, u in survey.overrides if s == TEXTURE
+        )
+        looked_m = max(p.around_m for p in (survey.parameters.texture, *settings)) + LONGEST_M
+        # a building may stand out of its tile as far as half a tile
+        tiles_m = max(tile_m * (TILES_AROUND if chosen.may_rename else 0.5) + looked_m, tile_m)
+        places = shapely.STRtree([*own, *inside])
+        return cls(
+            places,
+            places if chosen.may_rename else shapely.STRtree(inside),
+            tiles_m,
+            tiles_m if chosen.may_rename else looked_m,
+        )
+
+    def meets_tile(self, bounds: Bounds) -> bool:
+        return bool(len(self.tiles.query(shapely.box(*grown(bounds, self.tiles_m)))))
+
+    def meets_unit(self, bounds: Bounds) -> bool:
+        return bool(len(self.units.query(shapely.box(*grown(bounds, self.units_m)))))
+
+
+def _said(record: Record | None) -> object:
+    """What a task that names units has told."""
+    if record is None:
+        return None
+    return record.status, record.reason, dict(record.outputs), record.result.get("units"), record.result.get("refused")

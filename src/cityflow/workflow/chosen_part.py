@@ -1,0 +1,123 @@
+"""What `rerun` is asked for, found by the records of the chosen units alone: the city is not gone through."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from cityflow.core.building import Status
+from cityflow.core.grid import Bounds
+from cityflow.flow.ledger import Ledger
+from cityflow.flow.row import Row
+from cityflow.flow.stage import Node
+from cityflow.pipeline.city_part import PARTS, Chosen
+from cityflow.survey.city import EXPORT, OUTLINE, SPLIT, UNITS, City
+
+ATLAS, RECONSTRUCT = "atlas", "reconstruct"
+OF_SURFACES = "surface "
+"""Begin of the names of the inputs that tell which tiles a unit stands on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which units: those that failed (and, if asked, the degraded), those of a stage, those named; all conditions given must hold."""
+
+    failed: bool = False
+    degraded: bool = False
+    stage: str = ""
+    units: tuple[str, ...] = ()
+
+    @property
+    def is_empty(self) -> bool:
+        return not (self.failed or self.stage or self.units)
+
+    def is_met_by(self, row: Row) -> bool:
+        """Whether a unit of the stage is among them."""
+        statuses = (Status.FAILED, Status.DEGRADED) if self.degraded else (Status.FAILED,)
+        return (not self.failed or row.status in statuses) and (not self.units or row.unit in self.units)
+
+
+def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
+    """The chosen tasks and where they are; None where only a walk over the whole city can tell, or has to follow.
+
+    That is where something is chosen that comes before outlines are split, an outline that was refused, or a unit whose tile has not come so far.
+    Units of an earlier request are left out.
+    """
+    found = set(_recorded(ledger, selection))
+    if not found or any(stage not in PARTS for stage, _ in found):
+        return None
+    places: dict[str, list[Bounds]] = defaultdict(list)
+    nodes, known = set[Node](), _Known(city, ledger)
+    for stage, unit in found:
+        tile = _tile_in(city, unit) if stage in (ATLAS, EXPORT, UNITS) else None
+        if stage in (EXPORT, UNITS, ATLAS):
+            if tile is not None:
+                places.setdefault(tile, [])
+            nodes.add((stage, unit))
+            continue
+        place = known.place_of(stage, unit)
+        if place is None:
+            return None
+        if place:
+            nodes.add((stage, unit))
+            places[place[0]].append(place[1])
+    if not nodes:
+        return None
+    return Chosen(frozenset(nodes), {t: tuple(sorted(places[t])) for t in sorted(places)})
+
+
+def _recorded(ledger: Ledger, selection: Selection) -> Iterator[Node]:
+    """Units with records that the selection names, whether or not they are asked for today."""
+    for stage in [selection.stage] if selection.stage else ledger.stages():
+        if selection.failed:
+            yield from ((stage, row.unit) for row in ledger.tally(stage).others if selection.is_met_by(row))
+        elif selection.units:
+            yield from ((stage, unit) for unit in selection.units if ledger.has(stage, unit))
+        else:
+            yield from ((stage, unit) for unit in ledger.units(stage))
+
+
+def _tile_in(city: City, unit: str) -> str | None:
+    return next((t for t in (unit, unit.rpartition(".")[0]) if t in city.survey.lattice.tiles), None)
+
+
+@dataclass
+class _Known:
+    """Units and outlines by tile, read where they are looked for."""
+
+    city: City
+    ledger: Ledger
+    _bounds: dict[Node, dict[str, Bounds] | None] = field(default_factory=dict)
+
+    def place_of(self, stage: str, unit: str) -> tuple[str, Bounds] | tuple[()] | None:
+        """The tile that owns a unit, and its bounds; nothing where no tile around owns it any more; None where that cannot be told here."""
+        naming = OUTLINE if stage == SPLIT else self.city.unit_stage
+        on = self._stands_on(stage, unit) or self._stands_on(RECONSTRUCT, unit)
+        if not on:
+            return None
+        for tile in self.city.ring_of(t for t in on if t in self.city.survey.lattice.tiles):
+            owned = self._units_of(naming, tile)
+            if owned is None:
+                return None
+            if unit in owned:
+                return tile, owned[unit]
+        return ()
+
+    def _stands_on(self, stage: str, unit: str) -> list[str]:
+        record = self.ledger.latest(stage, unit)
+        names: Iterable[str] = () if record is None else record.inputs
+        return [name.removeprefix(OF_SURFACES) for name in names if name.startswith(OF_SURFACES)]
+
+    def _units_of(self, naming: str, tile: str) -> dict[str, Bounds] | None:
+        if (naming, tile) not in self._bounds:
+            record = self.ledger.latest(naming, tile)
+            entries: Sequence[dict[str, list[float]]] = () if record is None else record.result.get("units", [])
+            owned = {str(e["id"]): _four(e["bounds"]) for e in entries}
+            self._bounds[naming, tile] = None if record is None else owned
+        return self._bounds[naming, tile]
+
+
+def _four(bounds: Sequence[float]) -> Bounds:
+    x_min, y_min, x_max, y_max = bounds
+    return x_min, y_min, x_max, y_max

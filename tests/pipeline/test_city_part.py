@@ -1,0 +1,333 @@
+"""A few tasks run again: what depends on them runs, nothing else is looked at, and a walk over the whole city finds nothing that is not up to date."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from cityflow.core.building import Status
+from cityflow.core.grid import tile_at
+from cityflow.core.reference import Reference
+from cityflow.flow.stage import Node
+from cityflow.flow.task import Record, Task
+from cityflow.handover.summary import SUMMARY
+from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, LidarAsset, OutlineAsset
+from cityflow.orientation.views import View, footprint
+from cityflow.pipeline.city_part import Chosen, CityPart
+from cityflow.pipeline.city_source import CitySource
+from cityflow.pipeline.parameters import CityParameters
+from cityflow.survey import survey
+from cityflow.survey.area import Area
+from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.image_survey import ImageSurvey
+from cityflow.survey.results import HULL
+from cityflow.synthetic.flight import plan_flight
+from cityflow.synthetic.flight_presets import preset
+
+TILE = 100.0
+EXTENT = (1000.0, 2000.0, 1400.0, 2200.0)
+HEIGHTS = (10.0, 35.0)
+AREA = Area(shapely.box(*EXTENT))
+REFERENCE = Reference("EPSG:28992", 28992, None, "")
+COLS, ROWS = 16, 4
+"""Houses of 25 m in rows, 50 m apart: every fourth shares its wall with one across the border of a tile."""
+
+
+def houses() -> dict[str, dict[str, Any]]:
+    found = {}
+    for row in range(ROWS):
+        for col in range(COLS):
+            x, y = EXTENT[0] + 25 * col, EXTENT[1] + 50 * row + 20
+            near = [f"h{row}_{j}" for j in (col - 1, col + 1) if 0 <= j < COLS]
+            found[f"h{row}_{col}"] = {"bounds": [x, y, x + 25, y + 12], "point": [x + 12.5, y + 6], "neighbours": near}
+    return found
+
+
+HOUSES = houses()
+
+
+def owner(house: str) -> str:
+    x, y = HOUSES[house]["point"]
+    return tile_at(x, y, TILE).name
+
+
+def scanned(*, given: bool = True) -> tuple[Catalog, CityParameters]:
+    bounds = [(1000.0, 2000.0, 1200.0, 2200.0), (1200.0, 2000.0, 1400.0, 2200.0)]
+    files = tuple(LidarAsset(f"f{i}", f"f{i}.laz", f"{i}" * 64, 1, b, (0.0, 9.0), 9) for i, b in enumerate(bounds))
+    outlines = OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, EXTENT, len(HOUSES)) if given else None
+    return Catalog("", "town", REFERENCE, "", "", files, outlines), parameters()
+
+
+def flown() -> tuple[Catalog, CityParameters]:
+    shot = plan_flight(
+        EXTENT,
+        HEIGHTS[0],
+        preset("five_cameras", width_px=3000, height_px=2400, gsd_m=0.1, forward_overlap=0.6, side_overlap=0.4),
+    )
+    images = tuple(
+        ImageAsset(i.name, f"{i.name}.jpg", f"{k:064d}", 1, footprint(View(i, HEIGHTS)).bounds, i, HEIGHTS)
+        for k, i in enumerate(shot)
+    )
+    return Catalog("", "flight", REFERENCE, "", "", (), images=images), parameters()
+
+
+def parameters() -> CityParameters:
+    return CityParameters.model_validate({"tiles": {"tile_m": TILE}, "texture": {"around_m": 20.0}})
+
+
+@pytest.fixture(scope="module", params=["given outlines", "found outlines", "images"])
+def town(request: pytest.FixtureRequest) -> Town:
+    made = {"given outlines": scanned, "found outlines": lambda: scanned(given=False), "images": flown}
+    return Town(*made[request.param]())
+
+
+class Town:
+    """A survey, and the records of a whole run over it."""
+
+    def __init__(self, catalog: Catalog, asked: CityParameters) -> None:
+        self.catalog, self.asked = catalog, asked
+        self._images = ImageSurvey(catalog, asked)
+        self.records: dict[Node, Record] = {}
+        run(self.source(), self.records)
+
+    def source(self) -> CitySource:
+        """Anew, but for what follows from the poses alone, which takes as long as all else."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(survey, "ImageSurvey", lambda *_: self._images)
+            return CitySource(self.catalog, self.asked, AREA)
+
+
+class Memory:
+    def __init__(self, records: dict[Node, Record]) -> None:
+        self.records = records
+        self.read: list[Node] = []
+
+    def has(self, stage: str, unit: str) -> bool:
+        return (stage, unit) in self.records
+
+    def latest(self, stage: str, unit: str) -> Record | None:
+        self.read.append((stage, unit))
+        return self.records.get((stage, unit))
+
+
+def nobody(_: Task) -> bool:
+    return False
+
+
+def run(
+    source: Any,
+    records: dict[Node, Record],
+    redo: Callable[[Task], bool] = nobody,
+    leave: Callable[[Task], Record] | None = None,
+) -> list[Node]:
+    """What ran, in this order; what stands in the records and was not to be redone does not run."""
+    ready, ran = [iter(source.initial())], list[Node]()
+    while ready:
+        task = next(ready[-1], None)
+        if task is None:
+            ready.pop()
+            continue
+        node = task.stage, task.unit
+        if node not in records or records[node].digest != task.digest or redo(task):
+            ran.append(node)
+            records[node] = (leave or record_of)(task)
+        ready.append(iter(source.after(task, records[node])))
+    return ran
+
+
+def record_of(task: Task, *, edition: str = "", failed: bool = False) -> Record:
+    """What the task would have left; its contents follow from what it was made of."""
+    name = {"reconstruct": HULL, "outline": "outlines.jsonl", "units": "units.jsonl", "export": SUMMARY}.get(
+        task.stage, "out"
+    )
+    digest = f"{task.digest[:20]}{edition}"
+    outputs: dict[str, str] = {f"work/{task.stage}/{task.unit}/{task.digest[:16]}/{name}": digest}
+    result: dict[str, Any] = {"digest": digest}
+    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY):
+        outputs = {f"work/ingest/{task.unit}/{c}_{r}.laz": "p" for c in range(20, 33) for r in range(40, 47)}
+    if (task.stage, task.unit) == ("ingest", "outlines"):
+        outputs = {f"work/ingest/outlines/{t}.jsonl": "d" for t in sorted({owner(h) for h in HOUSES})}
+        result |= {"sampled_from": "f1", "beside": {}}
+    if task.stage in ("outline", "units"):
+        result["units"] = [entry(h, next(iter(outputs)), edition) for h in HOUSES if owner(h) == task.unit]
+    status = (Status.FAILED, "no model") if failed else (Status.DONE, "")
+    return Record(
+        task.stage,
+        task.unit,
+        1,
+        task.digest,
+        task.version,
+        *status,
+        {} if failed else outputs,
+        result,
+        task.parameters,
+        task.inputs,
+    )
+
+
+def entry(house: str, path: str, edition: str) -> dict[str, Any]:
+    about = HOUSES[house]
+    return {
+        **about, "id": house, "path": path, "start": 0, "length": 1, "digest": f"{house}{edition}",
+        "neighbour_tiles": sorted({owner(n) for n in about["neighbours"]}),
+    }  # fmt: skip
+
+
+def chosen(*nodes: Node) -> Chosen:
+    houses_of = [u for _, u in nodes if u in HOUSES]
+    places = {owner(u): tuple(tuple(HOUSES[h]["bounds"]) for h in houses_of if owner(h) == owner(u)) for u in houses_of}
+    return Chosen(frozenset(nodes), places)
+
+
+def is_among(nodes: Iterable[Node]) -> Callable[[Task], bool]:
+    return lambda task: (task.stage, task.unit) in nodes
+
+
+def stale(town: Town, records: dict[Node, Record]) -> list[Node]:
+    return run(town.source(), dict(records))
+
+
+AT_A_BORDER = "h1_11"
+"""Its neighbour `h1_12` is in the next tile."""
+FAR = 150.0
+"""Nothing so far from a house feels it: models around are looked for within 20 m, and no tile is larger."""
+
+
+def test_the_town_is_as_thought(town: Town) -> None:
+    assert owner(AT_A_BORDER) != owner("h1_12")
+    assert stale(town, town.records) == []
+    textures = [n for n in town.records if n[0] == "texture"]
+    assert bool(textures) == bool(town.catalog.images)
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_building_with_another_hull_sets_going_what_it_touches_and_nothing_else(town: Town, failed: bool) -> None:
+    nodes = [(s, AT_A_BORDER) for s in ("reconstruct", "texture", "windows") if (s, AT_A_BORDER) in town.records]
+
+    def leave(task: Task) -> Record:
+        own = task.stage == "reconstruct"
+        return record_of(task, edition="b" if own else "", failed=failed and own)
+
+    records, whole = dict(town.records), dict(town.records)
+    memory = Memory(records)
+    part = CityPart(town.source(), chosen(*nodes), memory)
+    ran = run(part, records, is_among(nodes), leave)
+    assert set(run(town.source(), whole, is_among(nodes), leave)) == set(ran)
+    assert whole == records
+    assert stale(town, records) == []
+    tiles = {owner(AT_A_BORDER), owner("h1_12")}
+    assert {("export", t) for t in tiles} | {("export", "city")} <= set(ran)
+    if town.catalog.images:
+        assert {s for s, _ in ran} >= {"texture", "atlas"}
+    assert {t for s, t in ran if s == "export"} - {"city"} <= set(town.source().city.ring_of(tiles))
+    assert not part.walk.left
+    assert not part.walk.waiting()
+
+
+def test_what_makes_the_same_again_changes_nothing_and_reads_little(town: Town) -> None:
+    records = dict(town.records)
+    memory = Memory(records)
+    part = CityPart(town.source(), chosen(("reconstruct", "h0_0")), memory)
+    assert run(part, records, lambda task: task.unit == "h0_0" and task.stage == "reconstruct") == [
+        ("reconstruct", "h0_0")
+    ]
+    assert records == town.records
+    far = [
+        u
+        for s, u in memory.read
+        if s in ("reconstruct", "texture", "windows") and HOUSES[u]["point"][0] > EXTENT[0] + 2 * TILE + FAR
+    ]
+    assert far == []
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_an_outline_that_is_split_anew_reaches_all_that_its_tile_names(town: Town, changed: bool) -> None:
+    if ("split", AT_A_BORDER) not in town.records:
+        pytest.skip("given outlines are not split")
+
+    def leave(task: Task) -> Record:
+        return record_of(task, edition="b" if changed and task.stage in ("split", "units") else "")
+
+    records, whole = dict(town.records), dict(town.records)
+    nodes = [(s, AT_A_BORDER) for s in ("split", "reconstruct")]
+    part = CityPart(town.source(), chosen(*nodes), Memory(records))
+    ran = run(part, records, is_among(nodes), leave)
+    assert set(run(town.source(), whole, is_among(nodes), leave)) == set(ran)
+    assert whole == records
+    assert stale(town, records) == []
+    assert bool(part.renamed) == changed
+    assert (len(ran) > 20) == changed
+
+
+def test_what_is_unfinished_elsewhere_is_left_and_named(town: Town) -> None:
+    """A model and the exports that wait for it were not there before: they are for the next run, and the building that was asked for is done."""
+    missing: set[Node] = {
+        ("reconstruct", "h3_0"),
+        ("export", owner("h3_0")),
+        ("reconstruct", "h1_9"),
+        ("export", "city"),
+    }
+    records = {n: r for n, r in town.records.items() if n not in missing}
+    nodes = [("reconstruct", AT_A_BORDER)]
+    part = CityPart(town.source(), chosen(*nodes), Memory(records))
+    ran = run(part, records, is_among(nodes), lambda task: record_of(task, edition="b"))
+    assert ("reconstruct", AT_A_BORDER) in ran
+    assert not missing & set(ran)
+    assert ("export", owner("h1_12")) in ran
+    assert ("export", "city") in part.walk.left
+    assert ("export", owner(AT_A_BORDER)) in part.walk.waiting()
+    after = set(stale(town, records))
+    assert missing <= after
+    assert ("reconstruct", AT_A_BORDER) not in after
+
+
+def test_a_texture_of_a_building_that_failed_since_is_not_taken_from_before(town: Town) -> None:
+    """Its record is still there; whoever makes the pages of its atlas cell anew must not see it."""
+    if not town.catalog.images:
+        pytest.skip("no textures")
+    fails = [("reconstruct", "h1_10")]
+    records = dict(town.records)
+    run(town.source(), records, is_among(fails), lambda task: record_of(task, failed=(task.stage, task.unit) in fails))
+    assert ("texture", "h1_10") in records
+    assert stale(town, records) == []
+    nodes = [("reconstruct", AT_A_BORDER)]
+    part = CityPart(town.source(), chosen(*nodes), Memory(records))
+    run(
+        part, records, is_among(nodes), lambda task: record_of(task, edition="b" if task.stage == "reconstruct" else "")
+    )
+    assert stale(town, records) == []
+
+
+def test_any_few_buildings_in_any_order(town: Town) -> None:
+    order = np.random.default_rng(7)
+    records = dict(town.records)
+    for edition in "bc":
+        nodes = [("reconstruct", str(u)) for u in order.choice(sorted(HOUSES), 3, replace=False)]
+
+        def leave(task: Task, edition: str = edition, nodes: Iterable[Node] = tuple(nodes)) -> Record:
+            return record_of(task, edition=edition if (task.stage, task.unit) in nodes else "")
+
+        part = CityPart(town.source(), chosen(*nodes), Memory(records))
+        run(part, records, is_among(nodes), leave)
+        assert stale(town, records) == []
+
+
+def test_an_atlas_cell_alone(town: Town) -> None:
+    cells = [n for n in town.records if n[0] == "atlas"]
+    if not cells:
+        pytest.skip("no textures")
+    records, node = dict(town.records), cells[3]
+    part = CityPart(town.source(), Chosen(frozenset([node]), {node[1].rpartition(".")[0]: ()}), Memory(records))
+
+    def leave(task: Task) -> Record:
+        return replace(record_of(task), outputs={"products/x": "x"}) if task.stage == "atlas" else record_of(task)
+
+    ran = run(part, records, lambda task: (task.stage, task.unit) == node, leave)
+    assert ran[0] == node
+    assert {s for s, _ in ran} == {"atlas", "export"}
+    assert stale(town, records) == []
