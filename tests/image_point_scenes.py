@@ -18,14 +18,14 @@ OBLIQUE = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Sloping ground, a flat block of 6 m, a gable house of 5 m to the eaves, and a crown with a rough top."""
-    z = 0.03 * x - 0.02 * y
-    roof = part(x, y) == 2
+    z, of = 0.03 * x - 0.02 * y, part(x, y)
+    roof = of == 2
     block = (x > 3) & (x < 9) & roof
     z = np.where(block, 6.5, z)
     z = np.where(roof & ~block, 8.0 - 0.8 * np.abs(y - 7.0), z)
     far = np.hypot(x - 18, y - 18)
     crown = 5 + np.sqrt(np.maximum(9 - far**2, 0)) + 0.4 * np.sin(5 * x) * np.sin(5 * y)
-    return np.where(part(x, y) == 7, crown, z)
+    return np.where(of == 7, crown, z)
 
 
 def part(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -46,13 +46,20 @@ def depth_points(
     # each ray starts 12 m up, over its place at height 0, and goes down in steps until it is below the surface
     x_0, y_0 = x_0 - 12 * lean[0], y_0 - 12 * lean[1]
     t = np.zeros(x_0.shape)
+    passes = np.ones(t.shape, bool)  # over the town, wherever it ends; others are left out below
+    for start, way in ((x_0, lean[0]), (y_0, lean[1])):
+        ends = np.sort([start - 8 * way, start + 25 * way], axis=0)
+        passes &= (ends[1] >= 0) & (ends[0] <= SIZE)
     for stride in (0.2, 0.02):
         t = np.maximum(t - stride * 10, 0) if stride < 0.2 else t
+        above = passes.copy()
         for _ in range(round(16 / 0.2)):
-            above = 12 - t > height(x_0 + t * lean[0], y_0 + t * lean[1])
-            if not above.any():
+            on = t[above]
+            is_above = 12 - on > height(x_0[above] + on * lean[0], y_0[above] + on * lean[1])
+            if not is_above.any():
                 break
-            t[above] += stride
+            t[above] = np.where(is_above, on + stride, on)
+            above[above] = is_above
     shared = gaussian_filter(rng.normal(size=t.shape), 1.5)
     error = noise * (0.6 * rng.normal(size=t.shape) + 0.8 * shared / shared.std())
     wild = rng.random(t.shape) < blunders

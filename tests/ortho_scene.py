@@ -29,17 +29,17 @@ class Blocks:
 
     def hit(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along each of (N, 3) rays, and whether a wall is hit."""
+        along, start = np.ascontiguousarray(rays.T), origin[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearest = np.where(rays[:, 2] < 0, -origin[2] / rays[:, 2], np.inf)
+            nearest = np.where(along[2] < 0, -origin[2] / along[2], np.inf)
             wall = np.zeros(len(rays), bool)
-            for x0, y0, x1, y1, low, top in self.boxes:
-                t0 = (np.array([x0, y0, low]) - origin) / rays
-                t1 = (np.array([x1, y1, top]) - origin) / rays
+            for box in self.boxes[:, :, None]:
+                t0, t1 = (box[[0, 1, 4]] - start) / along, (box[[2, 3, 5]] - start) / along
                 enter, leave = np.minimum(t0, t1), np.maximum(t0, t1)
-                t = enter.max(axis=1)
-                hit = (t <= leave.min(axis=1)) & (t > 0) & (t < nearest)
+                t = enter.max(axis=0)
+                hit = (t <= leave.min(axis=0)) & (t > 0) & (t < nearest)
                 nearest = np.where(hit, t, nearest)
-                wall = np.where(hit, enter.argmax(axis=1) < 2, wall)
+                wall = np.where(hit, enter.argmax(axis=0) < 2, wall)
         return nearest, wall
 
 

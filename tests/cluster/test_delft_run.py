@@ -1,4 +1,4 @@
-"""The whole chain on the real survey of Delft, as a user runs it. The whole town is run once, and its middle, where four tiles meet."""
+"""The whole chain on the real survey of Delft, as a user runs it. The whole town is run once."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ import trimesh
 
 from cityflow.core.written_geometry import GeometryKind
 from cityflow.evaluation.written import faulty
-from cluster.small_city import Commands
+from cluster.small_city import Commands, copy_of, redone, report
 from written_products import written
 
 ROOT = Path(__file__).parents[2]
@@ -23,6 +24,7 @@ WORKFLOW = ROOT / "workflows" / "lidar_city.yaml"
 CATALOG = ROOT / "catalogs" / "delft"
 BUILDINGS = 160
 MIDDLE = "84950,447460,85020,447530"
+"""Where four tiles meet."""
 
 pytestmark = pytest.mark.cluster
 
@@ -31,11 +33,6 @@ def records_of(run: Path, stage: str) -> dict[str, list[dict[str, object]]]:
     """Unit → its records, oldest first."""
     folders = sorted((run / "records" / stage).iterdir())
     return {f.name: [json.loads(p.read_bytes()) for p in sorted(f.glob("*.json"))] for f in folders}
-
-
-def attempts(run: Path) -> dict[tuple[str, str], int]:
-    stages = [p.name for p in (run / "records").iterdir()]
-    return {(stage, unit): len(found) for stage in stages for unit, found in records_of(run, stage).items()}
 
 
 @pytest.fixture(scope="module")
@@ -50,26 +47,28 @@ def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run
 
 
-@pytest.fixture(scope="module")
-def middle(cityflow: Commands, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished run of the middle, on the two workers that the tests share; read only."""
-    run = tmp_path_factory.mktemp("middle") / "run"
-    done = cityflow(*of_the_middle(run))
-    assert done.code == 0, done.text
-    return run
+def run_again(cityflow: Commands, run: Path, *more: str) -> set[tuple[str, str]]:
+    """(stage, unit) of what ran."""
+    command = ("run", WORKFLOW, "--catalog", CATALOG, "--out", run, *more)
+
+    def work() -> None:
+        done = cityflow(*command)
+        assert done.code == 0, done.text
+
+    return redone(run, work)
 
 
-def of_the_middle(run: Path) -> tuple[str, ...]:
-    few = ("--aoi", MIDDLE, "--set", "export.formats=[cityjson]")
-    return "run", str(WORKFLOW), "--catalog", str(CATALOG), "--out", str(run), *few
+def buildings_of(run: Path) -> list[dict[str, Any]]:
+    """As the city's file has them."""
+    lines = (run / "products" / "city.city.jsonl").read_text().splitlines()
+    objects = [o for line in lines[1:] for o in json.loads(line)["CityObjects"].values()]
+    return [o for o in objects if o["type"] == "Building"]
 
 
 def test_every_outline_leaves_a_record_and_a_solid(reference: Path) -> None:
     records = records_of(reference, "reconstruct")
     assert len(records) == BUILDINGS
-    lines = (reference / "products" / "city.city.jsonl").read_text().splitlines()
-    features = [json.loads(line) for line in lines[1:]]
-    buildings = [o for f in features for o in f["CityObjects"].values() if o["type"] == "Building"]
+    buildings = buildings_of(reference)
     assert len(buildings) == BUILDINGS
     assert all({g["lod"] for g in b["geometry"]} >= {"0", "1.2", "1.3", "2.2"} for b in buildings)
 
@@ -109,21 +108,12 @@ def test_no_model_that_is_far_off_is_called_good(reference: Path) -> None:
     assert sum(r["rmse"] > 0.5 for r in results.values() if r["rmse"] is not None) < 0.2 * BUILDINGS
 
 
-def test_an_area_of_interest_gives_the_same_buildings(reference: Path, middle: Path) -> None:
-    mine, whole = records_of(middle, "reconstruct"), records_of(reference, "reconstruct")
-    assert 20 < len(mine) < BUILDINGS / 2
-    assert {u: outputs_of(found[-1]) for u, found in mine.items()} == {u: outputs_of(whole[u][-1]) for u in mine}
-
-
-def outputs_of(record: dict[str, object]) -> list[str]:
-    """Digests of what a task has written."""
-    outputs = record["outputs"]
-    assert isinstance(outputs, dict)
-    return sorted(outputs.values())
-
-
-def test_a_second_run_does_nothing(cityflow: Commands, middle: Path) -> None:
-    before = attempts(middle)
-    done = cityflow(*of_the_middle(middle))
-    assert done.code == 0, done.text
-    assert attempts(middle) == before
+def test_a_second_run_does_nothing_and_an_area_asks_for_the_same_tasks(
+    cityflow: Commands, reference: Path, tmp_path: Path
+) -> None:
+    """What a task gives depends on nothing but its digest; of an area, only the files of its tiles are others."""
+    run = copy_of(reference, tmp_path / "run")
+    assert run_again(cityflow, run) == set()
+    assert {stage for stage, _ in run_again(cityflow, run, "--aoi", MIDDLE)} == {"export"}
+    assert 20 < len(report(run)["units"]) < BUILDINGS / 2
+    assert len(buildings_of(run)) == len(report(run)["units"])

@@ -162,22 +162,22 @@ def test_a_second_run_does_nothing(cityflow: Commands, small_flight: SmallFlight
 
 
 def test_one_worker_and_a_killed_one_leave_the_same_bytes(
-    small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+    small_flight: SmallFlight, area_run: Path, tmp_path: Path
 ) -> None:
-    """Two workers made the reference; here one dies while it matches, and the other does the rest."""
+    """Two workers made the area; here one dies while it matches, and the other does the rest."""
     cluster = Cluster(tmp_path)
     run = tmp_path / "run"
     try:
         cluster.start(free_port(), 2)
         with ThreadPoolExecutor(1) as driver:
             done = driver.submit(Commands(cluster.address), "run", small_flight.workflow, "--catalog",
-                                 small_flight.catalog, "--out", run)  # fmt: skip
+                                 small_flight.catalog, "--out", run, "--aoi", AREA, *FEW)  # fmt: skip
             wait_for_a_match(run)
             os.kill(cluster.workers[1].pid, signal.SIGKILL)
             assert done.result(timeout=500).code == 0
     finally:
         cluster.stop()
-    assert contents(run) == contents(flight_run)
+    assert contents(run) == contents(area_run)
 
 
 def wait_for_a_match(run: Path) -> None:
@@ -263,15 +263,15 @@ def test_an_image_that_breaks_after_the_catalog_is_named_and_heals(
     cityflow: Commands, small_flight: SmallFlight, area_run: Path, tmp_path: Path
 ) -> None:
     run = copy_of(area_run, tmp_path / "run")
-    whole = small_flight.image("n7").read_bytes()
-    forget(run, "ingest", "n7")
-    with changed(small_flight, "n7", whole[: len(whole) // 2]):
+    whole = small_flight.image("n8").read_bytes()
+    forget(run, "ingest", "n8")
+    with changed(small_flight, "n8", whole[: len(whole) // 2]):
         done = cityflow.run(small_flight, run, "--aoi", AREA, *FEW, ok=False)
-    assert "n7" in done.err
+    assert "n8" in done.err
     ingested, matched = newest(run, "ingest"), newest(run, "match")
-    assert [u for u, r in ingested.items() if r["status"] == "failed"] == ["n7"]
+    assert [u for u, r in ingested.items() if r["status"] == "failed"] == ["n8"]
     hurt = {u: r for u, r in matched.items() if r["status"] != "done"}
-    assert all("n7" in u + r["reason"] for u, r in hurt.items())
+    assert all("n8" in u + r["reason"] for u, r in hurt.items())
     assert {r["status"] for r in hurt.values()} == {"failed", "degraded"}
     assert any(r["status"] == "done" for r in matched.values())
     assert newest(run, "reconstruct").keys() == newest(area_run, "reconstruct").keys()

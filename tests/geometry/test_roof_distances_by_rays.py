@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import open3d as o3d
 import pytest
 
 from cityflow.core.building import Polyhedron
@@ -18,6 +17,8 @@ HIGH = 1000.0
 
 def heights_by_rays(solid: Polyhedron, xy: np.ndarray) -> np.ndarray:
     """Height of the first face below, NaN where there is none."""
+    import open3d as o3d  # takes half a second in each of the processes that collect tests
+
     mesh = triangulate(solid)
     origin = solid.vertices.min(axis=0)
     scene: Any = o3d.t.geometry.RaycastingScene(nthreads=1)
