@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from box_rays import through_box
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.grid import Grid
 from cityflow.core.pixels import ArrayPixels
@@ -29,17 +30,15 @@ class Blocks:
 
     def hit(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along each of (N, 3) rays, and whether a wall is hit."""
-        along, start = np.ascontiguousarray(rays.T), origin[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            nearest = np.where(along[2] < 0, -origin[2] / along[2], np.inf)
-            wall = np.zeros(len(rays), bool)
-            for box in self.boxes[:, :, None]:
-                t0, t1 = (box[[0, 1, 4]] - start) / along, (box[[2, 3, 5]] - start) / along
-                enter, leave = np.minimum(t0, t1), np.maximum(t0, t1)
-                t = enter.max(axis=0)
-                hit = (t <= leave.min(axis=0)) & (t > 0) & (t < nearest)
-                nearest = np.where(hit, t, nearest)
-                wall = np.where(hit, enter.argmax(axis=0) < 2, wall)
+            nearest = np.where(rays[:, 2] < 0, -origin[2] / rays[:, 2], np.inf)
+        wall = np.zeros(len(rays), bool)
+        for box in self.boxes:
+            enter, leave = through_box(origin, rays, box[[0, 1, 4]], box[[2, 3, 5]])
+            t = enter.max(axis=0)
+            hit = (t <= leave) & (t > 0) & (t < nearest)
+            nearest = np.where(hit, t, nearest)
+            wall = np.where(hit, enter.argmax(axis=0) < 2, wall)
         return nearest, wall
 
 

@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 from pyproj import CRS
 
+from box_rays import through_box
 from cityflow.catalog.create import CreatedCatalog, create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import Camera, OrientedImage
@@ -93,11 +94,10 @@ def taken(
         best = np.where(best > 0, best, np.inf)
         for house, (x_0, y_0, x_1, y_1) in PLANS.items():
             low, high = np.array([x_0, y_0, FLOOR]), np.array([x_1, y_1, TOPS[house]])
-            near, far = (low - image.centre) / rays, (high - image.centre) / rays
-            enters = np.minimum(near, far)
-            t = enters.max(axis=1)
-            hit = (t > 0) & (t < best) & (t <= np.maximum(near, far).min(axis=1))
-            axis = enters.argmax(axis=1)
+            enters, leaves = through_box(image.centre, rays, low, high)
+            t = enters.max(axis=0)
+            hit = (t > 0) & (t < best) & (t <= leaves)
+            axis = enters.argmax(axis=0)
             for side, normal in SIDES.items():
                 k = int(np.flatnonzero(normal)[0])
                 on = hit & (axis == k) & (rays[:, k] * normal[k] < 0)

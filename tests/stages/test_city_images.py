@@ -29,7 +29,7 @@ HEIGHTS = (10.0, 35.0)
 
 
 def catalog() -> Catalog:
-    flown = plan_flight(AREA, HEIGHTS[0], preset("five_cameras", width_px=1200, height_px=900, forward_overlap=0.7))
+    flown = plan_flight(AREA, HEIGHTS[0], preset("five_cameras", width_px=1200, height_px=900, forward_overlap=0.6))
     images = tuple(
         ImageAsset(i.name, f"{i.name}.jpg", f"{k:064d}", 1, footprint(View(i, HEIGHTS)).bounds, i, HEIGHTS)
         for k, i in enumerate(flown)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from box_rays import through_box
 from cityflow.core.building import Face, Polyhedron, Semantic
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
@@ -51,9 +52,9 @@ def shot(image: OrientedImage, solid: Polyhedron, bands: int = 3, dtype: type = 
     rows, cols = np.mgrid[0 : image.camera.height, 0 : image.camera.width]
     rays = image.rays(np.column_stack([cols.ravel() + 0.5, rows.ravel() + 0.5]))
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    enters, far = through_box(image.centre, rays, low, high)
+    near = enters.max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        one, two = (low - image.centre) / rays, (high - image.centre) / rays
-        near, far = np.minimum(one, two).max(axis=1), np.maximum(one, two).min(axis=1)
         ground = -image.centre[2] / rays[:, 2]
     hit = (near < far) & (near > 0)
     depth = np.where(hit, near, np.where(ground > 0, ground, 500.0))

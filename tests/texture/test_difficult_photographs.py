@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from skimage.color import deltaE_ciede2000, rgb2lab
 
+from box_rays import through_box
 from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Polyhedron
 from cityflow.core.camera import Camera, OrientedImage
@@ -54,9 +55,8 @@ def shot(image: OrientedImage, gain: float = 1.0, hedge_m: float = 0.0) -> Colou
     rays = image.rays(np.column_stack([cols.ravel() + 0.5, rows.ravel() + 0.5]))
     centre = image.centre - np.array([X, Y, 0.0])
     low, high = np.array([-WIDE / 2, -WIDE / 2, GROUND]), np.array([WIDE / 2, WIDE / 2, GROUND + TALL])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        one, two = (low - centre) / rays, (high - centre) / rays
-        near, far = np.minimum(one, two).max(axis=1), np.maximum(one, two).min(axis=1)
+    enters, far = through_box(centre, rays, low, high)
+    near = enters.max(axis=0)
     hit = (near < far) & (near > 0)
     colours = np.tile(np.array(GRASS), (len(rays), 1))
     xyz = centre + near[hit, None] * rays[hit]

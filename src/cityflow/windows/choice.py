@@ -41,6 +41,7 @@ def _without_overlap(boxes: IntArray, own: IntArray, worth: FloatArray, most: fl
     for k in np.argsort(-worth, kind="stable"):
         if free[k]:
             kept.append(int(k))
-            shared, within = overlap(own[k : k + 1], boxes)
-            free &= ~((shared[0] > most) | (within[0] > most_within))
+            left = np.flatnonzero(free)
+            shared, within = overlap(own[k : k + 1], boxes[left])
+            free[left] = ~((shared[0] > most) | (within[0] > most_within))
     return np.array(sorted(kept), np.int64)

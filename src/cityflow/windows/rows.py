@@ -14,9 +14,12 @@ ALIKE = 0.8
 
 def overlap(a: IntArray, b: IntArray) -> tuple[FloatArray, FloatArray]:
     """(N, M) intersection over union of boxes, and intersection by the smaller one."""
-    low, high = np.maximum(a[:, None, :2], b[None, :, :2]), np.minimum(a[:, None, 2:], b[None, :, 2:])
-    both = np.clip(high - low, 0, None).prod(axis=2).astype(np.float64)
-    area_a, area_b = ((x[:, 2:] - x[:, :2]).prod(axis=1) for x in (a, b))
+    wide, tall = (
+        np.maximum(np.minimum(a[:, None, k + 2], b[None, :, k + 2]) - np.maximum(a[:, None, k], b[None, :, k]), 0)
+        for k in (0, 1)
+    )
+    both = (wide * tall).astype(np.float64)
+    area_a, area_b = ((x[:, 2] - x[:, 0]) * (x[:, 3] - x[:, 1]) for x in (a, b))
     return both / np.maximum(area_a[:, None] + area_b[None] - both, 1), both / np.maximum(
         np.minimum(area_a[:, None], area_b[None]), 1
     )

@@ -47,7 +47,7 @@ def searched(masks: list[BoolArray], width: int, rows: int) -> IntArray:
     return spots
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_that_no_earlier_spot_is_overlooked(seed: int) -> None:
     masks = sorted(blobs(40, seed, 22), key=lambda m: -int(m.sum()))
     found = filled(patches_of(masks), np.arange(len(masks)), Bounds(61, 8, 96))
