@@ -195,7 +195,7 @@ def test_an_answer_that_is_lost_on_the_way_costs_no_unit(
     client: Any, store: Store, ledger: Ledger, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """As when Ctrl-C closes the connection while results come in: nothing is printed; and else nobody waits for them for ever."""
-    gather, lost = client._gather, ["first", "second"]
+    gather, lost = client.scheduler.gather, ["first", "second"]
 
     async def breaking(*arguments: Any, **options: Any) -> Any:
         if lost:
@@ -208,7 +208,7 @@ def test_an_answer_that_is_lost_on_the_way_costs_no_unit(
         def tick(self) -> None:
             assert time.monotonic() < self.deadline, "an answer is waited for that does not come"
 
-    monkeypatch.setattr(client, "_gather", breaking)
+    monkeypatch.setattr(client.scheduler, "gather", breaking, raising=False)
     monkeypatch.setattr(logging.getLogger("tornado.application"), "propagate", True)
     source = Given([toy(f"{i}") for i in range(6)])
     run_tasks(source, client, store, ledger, progress=Impatient())

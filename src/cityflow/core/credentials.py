@@ -25,6 +25,8 @@ def without_credentials(text: str) -> str:
 
 def stripped(value: Any) -> Any:
     """A JSON value, every text in it `without_credentials`."""
+    if isinstance(value, int | float):
+        return value
     if isinstance(value, str):
         return without_credentials(value) if "://" in value else value
     if isinstance(value, Mapping):

@@ -129,7 +129,7 @@ class _Run:
         self._jobs: dict[str, _Job] = {}
         self._suspects: deque[_Job] = deque()
         self._alone = False
-        self._completed = Completed(loop=context.client.loop, with_results=True, raise_errors=False)
+        self._completed = Completed(context.client.loop)
         self._first = FirstUnits()
         self._token = uuid4().hex
         self.ran: Counter[tuple[str, Status]] = Counter()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from uuid import uuid4
 
 from cityflow.flow.hashing import copy_hashed
 
@@ -126,7 +126,6 @@ class LocalFolder:
         try:
             temporary = _temporary(target)
             yield temporary
-            os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, target)
         except BaseException as error:
             if isinstance(error, OSError) and (not temporary or error.filename in (None, temporary)):
@@ -137,16 +136,15 @@ class LocalFolder:
 
 
 def _temporary(target: str) -> str:
-    """An empty file beside the target."""
+    """An empty file beside the target, with the rights that the process gives its files."""
     folder, name = os.path.split(target)
-    suffix = os.path.splitext(name)[1]
+    temporary = f"{folder}/{TEMPORARY}{uuid4().hex}{os.path.splitext(name)[1]}"
     for _ in range(TRIES):
         try:
-            handle, temporary = tempfile.mkstemp(prefix=TEMPORARY, suffix=suffix, dir=folder)
+            os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
         except FileNotFoundError:
             os.makedirs(folder, exist_ok=True)
         else:
-            os.close(handle)
             return temporary
     raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), folder)
 
@@ -175,15 +173,3 @@ def _files_below(folder: str, relative: str) -> Iterator[str]:
 def _stamp(found: os.stat_result) -> str:
     """Size and time of the last change: a file that was written to since has another one."""
     return f"{found.st_size}:{found.st_mtime_ns}"
-
-
-_UMASK: list[int] = []
-
-
-def _umask() -> int:
-    """The process's umask, read once: reading it means setting it, which is not safe while threads write."""
-    if not _UMASK:
-        value = os.umask(0o022)
-        os.umask(value)
-        _UMASK.append(value)
-    return _UMASK[0]

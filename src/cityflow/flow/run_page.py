@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any
 from urllib.parse import quote
@@ -101,7 +102,9 @@ def publisher(client: Client, run: str) -> Callable[[RunNews], None]:
 
 def _tell(client: Client, run: str, news: RunNews) -> None:
     if client.status == "running":
-        client.run_on_scheduler(hear, run, news.summary(), news.changed_places())
+        # no page is worth a run: whatever a scheduler of another version answers, and a connection that breaks is noticed elsewhere
+        with suppress(Exception):
+            client.run_on_scheduler(hear, run, news.summary(), news.changed_places())
 
 
 def _tell_nobody(_: RunNews) -> None:

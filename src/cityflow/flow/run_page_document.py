@@ -103,9 +103,8 @@ class _Page:
         found = [(float(w.metrics.get(METRIC, 0.0)), str(w.name)) for w in self._scheduler.workers.values()]
         most = sorted(found, reverse=True)[:MOST_WORKERS]
         workers = [name for _, name in reversed(most)]
-        self._bars.title.text = (
-            f"Memory of the processes that do the work: {sum(mb for mb, _ in found):,.0f} MB in {len(found)} workers"
-        )
+        of = "1 worker" if len(found) == 1 else f"{len(found):,} workers"
+        self._bars.title.text = f"Memory of the processes that do the work: {sum(mb for mb, _ in found):,.0f} MB, {of}"
         if self._bars.y_range.factors != workers:
             self._bars.y_range.factors = workers
         self._memory.data = {"worker": workers, "mb": [mb for mb, _ in reversed(most)]}

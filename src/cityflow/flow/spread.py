@@ -105,7 +105,7 @@ class _Tasks:
         self._client, self._function = client, function
         self._limit = InFlight(client, None)
         self._running: dict[str, tuple[int, Any]] = {}
-        self._completed = Completed(loop=client.loop, with_results=True, raise_errors=False)
+        self._completed = Completed(client.loop)
         self._token = f"{getattr(function, '__name__', 'task').strip('_')}-{uuid4().hex[:8]}"
 
     def answers(self, left: Iterator[tuple[int, Any]]) -> Iterator[tuple[int, Any]]:
