@@ -24,6 +24,7 @@ TOGETHER = {
     ),
     "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py", "cluster/test_tile_places.py"),
     "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
+    "an object store": ("flow/test_store.py", "flow/test_heartbeat.py", "flow/test_deploy.py"),
     "a browser": ("browser",),
     "windows": ("windows",),
     "made surfaces": ("surface/test_dtm.py", "surface/test_tile_surface.py"),
