@@ -40,6 +40,7 @@ from cityflow.runs.current import current_records
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import describe_run
 from cityflow.runs.settings import Workflow
+from cityflow.survey import kept_plans
 from cityflow.survey.area import Area
 from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.expected import costs_of, expected_tasks
@@ -138,8 +139,9 @@ def whole(wanted: Prepared, unit: str) -> tuple[Timed, list[str]]:
 
 
 def part(wanted: Prepared, unit: str) -> tuple[Timed, list[str]]:
-    """By what depends on it alone."""
+    """By what depends on it alone; as in a process of its own."""
     told: Timed = {}
+    kept_plans._REMEMBERED.clear()
     with timed(told, "opening"):
         ledger = Ledger.open(wanted.store)
     with ledger:

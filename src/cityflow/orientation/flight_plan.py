@@ -88,6 +88,15 @@ class ReferenceImages:
         return ReferenceImages(self.cell[inside], self.view[inside])
 
 
+@dataclass(frozen=True, slots=True)
+class PlanFindings:
+    """What takes long to find: direction → its reference images; number of each of them → those of its partners, best first; edge of their cells, metres."""
+
+    references: dict[str, ReferenceImages]
+    partners: dict[int, tuple[int, ...]]
+    cell_m: float
+
+
 class FlightPlan:
     """Reference images, partners and flight tiles of a survey; what is asked for is computed once.
 
@@ -105,6 +114,19 @@ class FlightPlan:
         self._index = {view.name: k for k, view in enumerate(self.around.views)}
         self._reference_images: dict[str, ReferenceImages] = {}
         self._pairings: dict[int, Pairing] = {}
+        self._partners: dict[int, tuple[int, ...]] = {}
+
+    @property
+    def found(self) -> PlanFindings:
+        """Of all directions."""
+        references = {direction: self.reference_images(direction) for direction in self.directions}
+        every = sorted({k for images in references.values() for k in images.view.tolist()})
+        return PlanFindings(references, {k: self._chosen(k) for k in every}, self.cell_m)
+
+    def take(self, found: PlanFindings) -> None:
+        """Know what a plan of the same views, frames and parameters has found."""
+        self._reference_images, self._partners = dict(found.references), dict(found.partners)
+        self.__dict__["cell_m"] = found.cell_m
 
     @cached_property
     def directions(self) -> dict[str, tuple[LocalFrame, tuple[int, ...]]]:
@@ -139,14 +161,17 @@ class FlightPlan:
         reference_images = {
             int(k) for direction in self.directions for k in np.unique(self.reference_images(direction).view)
         }
-        return max((1 + len(self._pairing(k).chosen) for k in reference_images), default=1)
+        return max((1 + len(self._chosen(k)) for k in reference_images), default=1)
 
     @cached_property
     def _direction_of(self) -> dict[int, str]:
         return {k: direction for direction, (_, members) in self.directions.items() for k in members}
 
     def _names_of_partners(self, k: int) -> tuple[str, ...]:
-        return tuple(self.around.views[i].name for i in self._pairing(k).chosen)
+        return tuple(self.around.views[i].name for i in self._chosen(k))
+
+    def _chosen(self, k: int) -> tuple[int, ...]:
+        return self._partners[k] if k in self._partners else self._pairing(k).chosen
 
     def reference_images(self, direction: str) -> ReferenceImages:
         """Reference images of a look direction, each with at least one partner."""

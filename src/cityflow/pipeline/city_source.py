@@ -17,6 +17,7 @@ from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import City, outlines_are_missing
+from cityflow.survey.kept_plans import Plans
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
 
@@ -29,6 +30,7 @@ class CitySource:
     catalog, parameters : what there is, and what is asked for
     area : only these units, and what they need
     overrides : (stage, unit) → tree of values laid over the stage's parameters
+    plans : where flight plans are kept
     """
 
     def __init__(
@@ -37,8 +39,9 @@ class CitySource:
         parameters: CityParameters,
         area: Area = EVERYWHERE,
         overrides: Mapping[Node, Mapping[str, Json]] | None = None,
+        plans: Plans | None = None,
     ) -> None:
-        self.city = City(catalog, parameters, area, overrides)
+        self.city = City(catalog, parameters, area, overrides, plans)
         self.walk = Walk(PIPELINE, self.city)
         self._foreseen: Counter[str] = Counter()
 

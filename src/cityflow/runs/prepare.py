@@ -20,10 +20,11 @@ from cityflow.io.crs import suspicion
 from cityflow.pipeline.city_source import CitySource
 from cityflow.runs.catalog_fits import refuse_unfit
 from cityflow.runs.first_look import DESCRIPTION, RUNS
-from cityflow.runs.known_keys import known_keys
+from cityflow.runs.known_keys import known_keys, sources_digest
 from cityflow.runs.overrides import read_overrides
 from cityflow.runs.settings import Workflow, load_workflow
 from cityflow.survey.area import Area, parse_area
+from cityflow.survey.kept_plans import RunPlans
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,8 @@ class Prepared:
         return read_overrides(self.store)
 
     def source(self) -> CitySource:
-        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides)
+        plans = RunPlans(self.store, DESCRIPTION, sources_digest())
+        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides, plans)
 
     @contextmanager
     def ledger(self) -> Iterator[Ledger | None]:

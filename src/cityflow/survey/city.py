@@ -12,6 +12,7 @@ from cityflow.flow.task import Json, Record
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.districts import Districts, districts_of
+from cityflow.survey.kept_plans import Plans
 from cityflow.survey.surface_source import IMAGES, RASTERS
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import SurveyParameters
@@ -33,6 +34,7 @@ class City:
     catalog, parameters : what there is, and what is asked for
     area : only these units, and what they need
     overrides : (stage, unit) → tree of values laid over the stage's parameters
+    plans : where flight plans are kept
 
     Attributes
     ----------
@@ -49,8 +51,9 @@ class City:
         parameters: SurveyParameters,
         area: Area = EVERYWHERE,
         overrides: Mapping[Node, Mapping[str, Json]] | None = None,
+        plans: Plans | None = None,
     ) -> None:
-        self.survey = Survey(catalog, parameters, overrides or {})
+        self.survey = Survey(catalog, parameters, overrides or {}, plans)
         self.area = area
         self.units: dict[str, UnitEntry] = {}
         self.units_of: dict[str, UnitIndex] = {}

@@ -15,7 +15,9 @@ from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.grid import Bounds, Grid, Tile, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.flow.task import digest_of
+from cityflow.flow.typed import as_json
 from cityflow.handover.colour_images import ShownImage
+from cityflow.handover.oriented import to_json
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.orientation.flight_plan import FlightPlan, FlightTile
 from cityflow.orientation.look_directions import look_directions, worth_a_frame
@@ -25,6 +27,7 @@ from cityflow.orientation.view_index import ViewIndex
 from cityflow.orientation.views import View, footprints, gsd, sees
 from cityflow.surface.overview import overview_factor
 from cityflow.survey.frame_tiles import FrameTiles
+from cityflow.survey.kept_plans import KeptPlan, NotKept, Plans
 from cityflow.survey.surface_source import IMAGES, OVERVIEW
 from cityflow.survey.survey_parameters import SurveyParameters, nearest_cell
 
@@ -47,8 +50,9 @@ class ImageSurvey:
 
     kind, zarr, indexed_by = IMAGES, OVERVIEW, "surface"
 
-    def __init__(self, catalog: Catalog, parameters: SurveyParameters) -> None:
+    def __init__(self, catalog: Catalog, parameters: SurveyParameters, plans: Plans | None = None) -> None:
         self.parameters = parameters
+        self._plans = plans or NotKept()
         developed = map(parameters.raw.balance_of, sorted(catalog.images, key=lambda a: a.name))
         self.assets: dict[str, ImageAsset] = {a.name: a for a in developed}
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
@@ -114,6 +118,23 @@ class ImageSurvey:
         """Ground tiles with surveyed ground, south-west first."""
         if len(self.flown) < 2:
             return {}
+        digest = self._plan_digest
+        kept = self._plans.get(digest)
+        if kept is not None:
+            self.plan.take(kept.found)
+            return {t.name: t for t in kept.tiles}
+        tiles = self._surveyed_tiles()
+        self._plans.put(digest, KeptPlan(self.plan.found, tuple(tiles.values())))
+        return tiles
+
+    @property
+    def _plan_digest(self) -> str:
+        """Of all that the plan and the tiles follow from."""
+        p = self.parameters
+        views = [[to_json(v.image), list(v.heights)] for v in self.flown.values()]
+        return digest_of([views, as_json(p.images), as_json(p.flight), p.tiles.tile_m])
+
+    def _surveyed_tiles(self) -> dict[str, Tile]:
         seen = STRtree(footprints(list(self.flown.values())))
         over = tiles_over(self.looked_down_on.bounds, self.parameters.tiles.tile_m)
         found = [t for t in over if self._has_ground(t, seen)]

@@ -22,6 +22,7 @@ from cityflow.outlines.from_walls.wall_points import WallPointParameters
 from cityflow.reconstruction.model import ModelParameters
 from cityflow.survey.given_outlines import GivenOutlines
 from cityflow.survey.image_survey import ImageSurvey
+from cityflow.survey.kept_plans import Plans
 from cityflow.survey.lidar_survey import LidarSurvey
 from cityflow.survey.point_files import PointIndex
 from cityflow.survey.raster_survey import RasterSurvey
@@ -49,12 +50,12 @@ class Survey:
     """
 
     def __init__(
-        self, catalog: Catalog, parameters: SurveyParameters, overrides: Mapping[Node, Mapping[str, Json]]
-    ) -> None:
+        self, catalog: Catalog, parameters: SurveyParameters, overrides: Mapping[Node, Mapping[str, Json]], plans: Plans | None = None
+    ) -> None:  # fmt: skip
         self.catalog, self.parameters, self.overrides = catalog, parameters, overrides
         kind = _source_of(catalog, parameters.points.source)
         self.lidar = LidarSurvey(catalog.lidar if kind == LIDAR else (), parameters)
-        self.images = ImageSurvey(catalog, parameters)
+        self.images = ImageSurvey(catalog, parameters, plans)
         others: dict[str, Source] = {LIDAR: self.lidar, IMAGES: self.images}
         self.source = others.get(kind) or RasterSurvey(catalog.rasters, parameters)
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)
