@@ -87,7 +87,7 @@ def main() -> None:
             o3d.core.Tensor(corners), o3d.core.Tensor(np.arange(len(corners), dtype=np.uint32).reshape(-1, 3))
         )
         rays = o3d.core.Tensor(np.hstack([starts, directions]).astype(np.float32))
-        return cast.test_occlusions(rays, tnear=0.0, tfar=float(lengths.min())).numpy()
+        return np.asarray(cast.test_occlusions(rays, tnear=0.0, tfar=float(lengths.min())).numpy(), np.bool_)
 
     ways: dict[str, Callable[[], NDArray[np.bool_]]] = {
         "tree of triangles (double)": ours,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -11,6 +10,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from cityflow.core.object_store import s3_endpoint
 from cityflow.errors import RunError
 from cityflow.flow.hashing import sha256_of_file
 
@@ -34,7 +34,7 @@ class RemoteFolder:
 
     @property
     def address(self) -> str:
-        return f"{_endpoint()} {self.root}" if self.protocol in EXTRAS else self.root
+        return f"{s3_endpoint()} {self.root}" if self.protocol in EXTRAS else self.root
 
     @property
     def _files(self) -> Any:
@@ -143,9 +143,5 @@ def _options(protocol: str) -> dict[str, Any]:
     """fsspec keeps one file system per set of options: the endpoint is one, or a change of the environment would pass unnoticed."""
     if protocol == "memory":
         return {}
-    endpoint = _endpoint()
+    endpoint = s3_endpoint()
     return {"use_listings_cache": False, **({"endpoint_url": endpoint} if endpoint and protocol == "s3" else {})}
-
-
-def _endpoint() -> str:
-    return os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL") or ""

@@ -18,10 +18,10 @@ from cityflow.core.reference import Reference
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window, write_cog
 from cityflow.io.rasters.raster_header import read_raster_header
 from cityflow.io.rasters.raster_white import WHITE, white_of_raster
+from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_zarr import chunk_paths, write_tile
 from cityflow.surface.true_ortho import Ortho
 
@@ -62,7 +62,7 @@ def given_dtm(href: str | None, crs: str, grid: Grid) -> FloatArray | None:
     """The catalog's terrain on `grid`, where it has one."""
     if href is None:
         return None
-    with local_file(href) as path:
+    with raster_file(href) as path:
         return read_window(path, grid, resolve(crs))
 
 

@@ -28,7 +28,7 @@ from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import Rings, encode_unit
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import local_file
+from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reconstruction.party.party_walls import cut_party_walls
 from cityflow.survey.city import City
@@ -213,7 +213,7 @@ def _orthos(given: TextureInputs, bounds: Bounds, ground: float, gone: dict[str,
     for ortho in given.given_orthos:
         grid = Grid.covering(grown(bounds, ORTHO_MARGIN_M), ortho.cell_m)
         try:
-            with local_file(ortho.href) as path:
+            with raster_file(ortho.href) as path:
                 colours = given_colours(path, grid, resolve(given.crs))
         except CatalogError as error:
             gone[ortho.kind] = error.problem

@@ -39,7 +39,7 @@ class RasterHeader:
 
 
 def read_raster_header(path: str | Path) -> RasterHeader:
-    """Header of a local raster or of one that GDAL opens by URL.
+    """Header of a local raster or of one that GDAL opens by URL or by a name of its own (`/vsi…`).
 
     Raises
     ------
@@ -48,7 +48,7 @@ def read_raster_header(path: str | Path) -> RasterHeader:
     """
     name = str(path)
     check_plain(name)
-    if "://" not in name and not Path(name).is_file():
+    if "://" not in name and not name.startswith("/vsi") and not Path(name).is_file():
         raise CatalogError("the file does not exist", where=name, remedy="check the path")
     try:
         with rasterio.open(name) as raster:

@@ -26,9 +26,9 @@ from cityflow.handover.outline_lines import Standing
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.texture_files import PAGES
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import local_file
 from cityflow.io.images.image_write import jpeg_bytes
 from cityflow.io.rasters.raster_white import WHITE
+from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.surface.tin import Tin, TinParameters, terrain_tin
 from cityflow.survey.surface_source import ZARR
@@ -136,7 +136,7 @@ def _given(orthos: DrapeInputs, bounds: Bounds, longest_px: int) -> _Colours | N
         longest = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
         coarser = longest / longest_px > ortho.cell_m
         grid = Grid.covering(bounds, longest / longest_px if coarser else ortho.cell_m)
-        with local_file(ortho.href) as path:
+        with raster_file(ortho.href) as path:
             given = given_colours(path, grid, resolve(orthos.crs), "average" if coarser else "bilinear")
         colours = np.moveaxis(given, 0, -1).astype(np.float32)
         known = np.isfinite(colours).all(axis=-1)

@@ -31,7 +31,7 @@ from cityflow.handover.layer_files import GivenOrtho, given_colours
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import local_file
+from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.io.rasters.surface_zarr import window_of
 from cityflow.surface.evenness import NEIGHBOURS
@@ -207,7 +207,7 @@ def _given_pictures(given: EvidenceInputs, outline: Outline) -> tuple[Picture, .
     found = []
     for ortho in given.given_orthos:
         grid = Grid.covering(bounds, ortho.cell_m)
-        with local_file(ortho.href) as path:
+        with raster_file(ortho.href) as path:
             colours = given_colours(path, grid, resolve(given.crs))
         if np.isfinite(colours).any():
             found.append(

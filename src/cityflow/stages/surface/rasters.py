@@ -20,8 +20,8 @@ from cityflow.handover.layer_files import given_colours, given_dtm, publish_rast
 from cityflow.handover.surfaces import Surfaces
 from cityflow.io.catalog.stac_assets import RASTERS as RASTER_KINDS
 from cityflow.io.crs import resolve
-from cityflow.io.fetch import local_file
 from cityflow.io.rasters.raster import read_window
+from cityflow.io.rasters.remote_raster import raster_file
 from cityflow.stages.surface.images import NAME, parameters_of, write_pieces, write_rasters
 from cityflow.surface.fuse import Fused
 from cityflow.surface.fused_tile import FusedTile, fine_grid
@@ -97,7 +97,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 def _given(given: RasterSurfaceInputs, grid: Grid) -> FusedTile:
     """The given DSM on `grid` as if it had been fused."""
     factor, reference = given.surfaces.factor, resolve(given.crs)
-    with local_file(given.rasters["dsm"]) as path:
+    with raster_file(given.rasters["dsm"]) as path:
         dsm = read_window(path, grid, reference).astype(np.float32)
     known = np.isfinite(dsm)
     sigma = np.where(known, np.float32(ASSUMED_SIGMA_CELLS * given.source_cell_m), np.float32(np.nan)).astype(
@@ -112,7 +112,7 @@ def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
     """(rows, cols, 3) colours of the given ortho; no bands where there is none."""
     if href is None:
         return np.empty((*grid.shape, 0), np.float32)
-    with local_file(href) as path:
+    with raster_file(href) as path:
         bands = given_colours(path, grid, reference, "average")
     return np.moveaxis(bands, 0, -1).astype(np.float32)
 
@@ -120,7 +120,7 @@ def _colour(href: str | None, grid: Grid, reference: Reference) -> Float32Array:
 def _write_ortho(workspace: Workspace, tile: str, given: RasterSurfaceInputs, grid: Grid) -> None:
     """The given ortho on the grid of the products."""
     reference = resolve(given.crs)
-    with local_file(given.rasters["ortho"]) as path:
+    with raster_file(given.rasters["ortho"]) as path:
         bands = given_colours(path, grid, reference)
     seen = np.asarray(np.isfinite(bands).all(axis=0))
     colour = np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8)
