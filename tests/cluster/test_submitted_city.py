@@ -42,4 +42,4 @@ def test_a_submitted_city_is_the_same_and_is_watched(
     assert json.loads((run / "run.json").read_text())["catalog"] == str(small_city.catalog)
     nothing = cityflow("cancel", run)
     assert nothing.code == 1
-    assert "the last driver ended" in nothing.err
+    assert "the last driver has ended" in nothing.err

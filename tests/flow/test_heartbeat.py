@@ -108,5 +108,12 @@ def test_signs_tell_how_far_it_is_and_the_end_why_it_failed(remote: Store) -> No
     with pytest.raises(RunError):
         failing()
     note = cast(DriverNote, read_note(remote))
-    assert described(note, note.told) == "failed: the city is incomplete"
+    assert described(note, note.told) == "has failed: the city is incomplete"
     assert note.place.endswith(f"process {os.getpid()}")
+
+
+def test_ctrl_c_is_told_from_cancelling(remote: Store) -> None:
+    with pytest.raises(KeyboardInterrupt), beating(remote):
+        raise KeyboardInterrupt
+    note = cast(DriverNote, read_note(remote))
+    assert described(note, note.told) == "was stopped by Ctrl-C"

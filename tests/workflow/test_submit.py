@@ -67,7 +67,7 @@ def attempts(store: Store) -> dict[str, int]:
 
 @pytest.mark.cluster
 def test_a_run_outlives_its_client_and_the_worker_that_drives_it(cluster: Cluster, store: Store) -> None:
-    command = [sys.executable, toy_driver.__file__, cluster.address, store.root, "0.1"]
+    command = [sys.executable, toy_driver.__file__, cluster.address, store.root, "0.2"]
     client = subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, text=True)
     assert client.stdout is not None
     request = client.stdout.readline().strip()
@@ -90,7 +90,7 @@ def test_a_run_outlives_its_client_and_the_worker_that_drives_it(cluster: Cluste
 
 @pytest.mark.cluster
 def test_cancel_reaches_the_driver_and_loses_nothing(cluster: Cluster, store: Store) -> None:
-    toy_driver.submit(cluster.address, store.root, 0.1)
+    toy_driver.submit(cluster.address, store.root, 0.5)  # far from its end when it is cancelled
     note_where(store, lambda note: finished(note) >= 5)
     with (
         connect(cluster.address, 0) as client,
@@ -102,7 +102,7 @@ def test_cancel_reaches_the_driver_and_loses_nothing(cluster: Cluster, store: St
     begun, printed = time.monotonic(), io.StringIO()
     cancel_run(store.root, Console(file=printed, width=300))
     assert time.monotonic() - begun < 10
-    assert printed.getvalue().startswith("Cancelled: ")
+    assert printed.getvalue().startswith("Cancelled. ")
     cluster.settle()
     before = attempts(store)
     assert 5 <= len(before) < UNITS
@@ -110,7 +110,7 @@ def test_cancel_reaches_the_driver_and_loses_nothing(cluster: Cluster, store: St
         done = run_tasks(Town(4, 8), client, store, ledger)
     assert sum(done.ran.values()) == UNITS - len(before)
     assert set(attempts(store).values()) == {1}
-    with pytest.raises(RunError, match="no driver is at work here; the last driver cancelled"):
+    with pytest.raises(RunError, match="no driver is at work here; the last driver was cancelled"):
         cancel_run(store.root, Console(file=printed))
 
 

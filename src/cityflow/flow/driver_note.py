@@ -28,6 +28,13 @@ class Phase(StrEnum):
     ENDED = "ended"
     FAILED = "failed"
     CANCELLED = "cancelled"
+    INTERRUPTED = "interrupted"
+    """By Ctrl-C."""
+
+
+_ENDINGS = {
+    Phase.ENDED: "has ended", Phase.FAILED: "has failed", Phase.CANCELLED: "was cancelled", Phase.INTERRUPTED: "was stopped by Ctrl-C",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +117,7 @@ def is_alive(store: Store, note: DriverNote) -> bool:
 
 
 def described(note: DriverNote, now: float) -> str:
-    """One line on the driver.
+    """What the driver does or how it has ended, to be read behind its name.
 
     Parameters
     ----------
@@ -121,4 +128,4 @@ def described(note: DriverNote, now: float) -> str:
     if note.phase is Phase.AT_WORK:
         sign = f"last sign {duration(max(now - note.told, 0))} ago"
         return f"at work on {note.place}, {sign}" + (f"; {note.page}" if note.page else "")
-    return f"{note.phase}" + (f": {without_credentials(note.text)}" if note.text else "")
+    return _ENDINGS[note.phase] + (f": {without_credentials(note.text)}" if note.text else "")

@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Any
 from uuid import uuid4
 
-from cityflow.errors import RunError
+from cityflow.errors import CityflowError, RunError
 from cityflow.flow.driver_note import (
     CANCEL,
     DriverNote,
@@ -96,9 +96,16 @@ class Heartbeat:
             remedy = f"it goes on there: cityflow status {self.store.root} --watch"
             raise RunError("another driver has taken this run", where=self.store.root, remedy=remedy) from error
         with suppress(Exception):
-            self._write(*_ending(error))
+            self._write(*self._ending(error))
         if self._stopped_by and isinstance(error, KeyboardInterrupt):
             raise KeyboardInterrupt("cancelled; a later run continues here") from error
+
+    def _ending(self, error: BaseException | None) -> tuple[Phase, str]:
+        if error is None:
+            return Phase.ENDED, ""
+        if isinstance(error, KeyboardInterrupt):
+            return (Phase.CANCELLED if self._stopped_by else Phase.INTERRUPTED), ""
+        return Phase.FAILED, str(error) if isinstance(error, CityflowError) else f"{type(error).__name__}: {error}"
 
     def _refuse_another(self) -> None:
         """Only where the RUN has no lock that holds: an object store, some network file systems."""
@@ -135,11 +142,3 @@ class Heartbeat:
                 self._note, phase=phase, text=text, news=self._news, told=time.time(), beat=self._note.beat + 1
             )
             write_note(self.store, self._note)
-
-
-def _ending(error: BaseException | None) -> tuple[Phase, str]:
-    if error is None:
-        return Phase.ENDED, ""
-    if isinstance(error, KeyboardInterrupt):
-        return Phase.CANCELLED, ""
-    return Phase.FAILED, str(error) if isinstance(error, RunError) else f"{type(error).__name__}: {error}"

@@ -89,7 +89,6 @@ def cancel_run(url: str, console: Console, waits_s: float = CANCEL_WAITS_S) -> N
                 f"no driver answers for {waits_s:.0f} s: {described(note, time.time())}", where=url, remedy=remedy
             )
         time.sleep(LOOK_EVERY_S)
-    what = "Cancelled" if found.phase is Phase.CANCELLED else f"The run has {found.phase}"
-    console.print(
-        f"{what}: what was finished is recorded, and a later run continues here", markup=False, soft_wrap=True
-    )
+    text = "Cancelled" if found.phase is Phase.CANCELLED else f"The driver {described(found, time.time())}"
+    end_text = "What was finished is recorded, and a later run continues here"
+    console.print(f"{text}. {end_text}", markup=False, soft_wrap=True)

@@ -64,7 +64,7 @@ def _line(note: DriverNote, silent_s: float) -> str:
         return f"No sign of the driver for {duration(silent_s)}: {described(note, time.time())}"
     if note.is_open:
         return f"{_progress(note)}" if note.news else described(note, time.time())
-    return f"The driver has {described(note, time.time())}"
+    return f"The driver {described(note, time.time())}"
 
 
 def _table(note: DriverNote) -> Table:
