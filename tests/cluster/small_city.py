@@ -54,6 +54,7 @@ WORKFLOW: dict[str, Any] = {
     "outline": {"found": {"halo_m": 50}},
     "reconstruct": {"methods": ["orientation_histogram", "extruded"], "sparse_per_m2": 0},
     "export": {"formats": ["cityjson", "citygml", "obj"]},
+    "report": {"pages": {"failed": 1, "refused": 1, "degraded": 1, "listed": 1}},
 }
 """Small windows, so that a tile's halo ends within the town. Whole shapes, which sparse points want, are the longest part of a run: one test of the
 chain has them (`stages/test_chain.py`)."""
@@ -71,7 +72,7 @@ SMALL_PICTURES = (
     (side_view, "WIDTH", 152), (side_view, "HEIGHT", 96), (model_pictures, "MOST_PIXELS", 240),
     (outline_pictures, "MOST_PIXELS", 240), (raster_pictures, "FRAME_PIXELS", 140), (unit_pages, "CANDIDATE_PX", 60),
 )  # fmt: skip
-"""A report is written at the end of each of a hundred commands, and took a third of their time; those of Delft have pictures of the usual size."""
+"""A report is written at the end of each of a hundred commands, and takes half of their time; those of Delft have pictures of the usual size."""
 
 Named = tuple[str, shapely.Geometry | None]
 """An outline with its id."""

@@ -49,10 +49,9 @@ def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run_again(cityflow: Commands, run: Path, *more: str) -> set[tuple[str, str]]:
     """(stage, unit) of what ran."""
-    command = ("run", WORKFLOW, "--catalog", CATALOG, "--out", run, *more)
 
     def work() -> None:
-        done = cityflow(*command)
+        done = cityflow("run", WORKFLOW, "--catalog", CATALOG, "--out", run, *more)
         assert done.code == 0, done.text
 
     return redone(run, work)
