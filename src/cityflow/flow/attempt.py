@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from cityflow.core.building import Status
 from cityflow.core.credentials import stripped, without_credentials
 from cityflow.flow.damage import Damage
-from cityflow.flow.records import decode, encode, read_record, record_path, write_mark
+from cityflow.flow.records import encode, read_record, record_path, write_mark
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.sandbox import thread_sandbox
 from cityflow.flow.store import Store
@@ -55,10 +55,9 @@ def _attempted(store: Store, task: Task, attempt: int) -> Record | Damage | Unwr
 
 
 def store_record(store: Store, record: Record) -> Record:
-    """Write a record and return it as a reader will see it."""
-    data = encode(record)
-    store.write_bytes(record_path(record.stage, record.unit, record.attempt), data)
-    return decode(data)
+    """Write a record and return it; what `record_of` makes is what a reader will see."""
+    store.write_bytes(record_path(record.stage, record.unit, record.attempt), encode(record))
+    return record
 
 
 def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Record:
@@ -74,7 +73,7 @@ def record_of(task: Task, attempt: int, reply: Reply, started: datetime) -> Reco
         outputs=outcome.outputs,
         result=stripped(outcome.result),
         parameters=stripped(task.parameters),
-        inputs=task.inputs,
+        inputs=dict(task.inputs),
         traceback=without_credentials(reply.traceback),
         started=started.isoformat(timespec="milliseconds"),
         seconds=round(reply.seconds, 4),

@@ -143,10 +143,20 @@ def _temporary(target: str) -> str:
         try:
             os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
         except FileNotFoundError:
-            os.makedirs(folder, exist_ok=True)
+            _make(folder)
         else:
             return temporary
     raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), folder)
+
+
+def _make(folder: str) -> None:
+    """Most often its parent is there, and one call suffices."""
+    try:
+        os.mkdir(folder)
+    except FileNotFoundError:
+        os.makedirs(folder, exist_ok=True)
+    except FileExistsError:
+        return
 
 
 def _sync_folder(folder: str) -> None:
