@@ -1,6 +1,6 @@
 """How long the report of a large city takes, and how large it is: a RUN is repeated until it has so many buildings.
 
-    python benchmarks/report.py RUN [--units 5000] [--failed 0.02] [--degraded 0.02] [--keep FOLDER]
+    python benchmarks/report.py RUN [--units 5000] [--failed 0.02] [--degraded 0.02] [--rows 100000] [--keep FOLDER]
 
 Of every building records, outline and export row are repeated under other names, in the same place, so hulls and rasters are read as they
 are in a real city of that size; of textures the report reads no more in a larger city. Shares of the copies are made failed (with a
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import shutil
 import tempfile
 import time
@@ -25,7 +26,7 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.records import write_record
 from cityflow.flow.task import Record
 from cityflow.handover.export_rows import ROWS
-from cityflow.reporting.run_report import uncollected, write_report_files
+from cityflow.reporting.run_report import uncollected, with_settings, write_report_files
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
@@ -43,7 +44,7 @@ def main() -> None:
         shutil.copytree(
             args.run, folder, copy_function=os.link, ignore=shutil.ignore_patterns("ledger.sqlite*", "view")
         )
-        run = open_run(str(folder))
+        run = with_settings(open_run(str(folder)), [f"report.rows={args.rows}"])
         made = _repeated(run, args)
         for what in ("first", "again"):
             _measure(run, folder, f"{made} buildings, {what}")
@@ -55,6 +56,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--units", type=int, default=5000)
     parser.add_argument("--failed", type=float, default=0.02)
     parser.add_argument("--degraded", type=float, default=0.02)
+    parser.add_argument("--rows", type=int, default=100_000, help="report.rows: beyond so many, some are listed")
     parser.add_argument("--keep", default="", help="folder on the same disk to leave the made RUN in")
     return parser.parse_args()
 
@@ -71,7 +73,8 @@ def _measure(run: Prepared, folder: Path, what: str) -> None:
     print(
         f"{what}: {cpu:.1f} s of CPU ({walked:.1f} s for the records), {wall:.1f} s on the clock, page {sizes[0] / 1e6:.2f} MB, "
         f"report.json {(folder / 'report.json').stat().st_size / 1e6:.1f} MB, {len(pages)} pages of buildings "
-        f"of {sum(sizes[1:]) / max(len(pages), 1) / 1e3:.0f} kB, {data.pages_left_out} left out",
+        f"of {sum(sizes[1:]) / max(len(pages), 1) / 1e3:.0f} kB, {data.pages_left_out} left out, "
+        f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB",
         flush=True,
     )
 

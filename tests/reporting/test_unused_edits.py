@@ -19,7 +19,7 @@ from cityflow.handover.refused_outlines import refused_shapes
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
-from cityflow.reporting.run_report import _outlines
+from cityflow.reporting.unit_rows import _outlines
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared

@@ -7,6 +7,7 @@ from cityflow.core.roof_types import RoofType
 from cityflow.reconstruction.choose import MODULES
 from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.roof_figures import METHOD_TEXTS, TYPE_TEXTS, roof_figures
+from cityflow.viewer.unit_figures import UnitFigures
 
 ROW = UnitRow("a", "0_0", Status.DONE, method="roof_types")
 SEEN = {"overhang_max_m": 0.5}
@@ -21,7 +22,7 @@ def test_counts_claims_and_reaches() -> None:
         replace(ROW, method="extruded", attributes={"claimed_rmse_m": None}),
         UnitRow("refused", "0_0", Status.REFUSED),
     ]
-    found = roof_figures(units)
+    found = roof_figures(UnitFigures.of(units))
     assert found["models"] == 5
     assert [(t["type"], t["count"]) for t in found["types"]] == [("flat", 2), ("gable", 2)]
     assert [(c["most_m"], c["count"]) for c in found["claims"]["within"]] == [(0.1, 2), (0.2, 3)]
@@ -31,10 +32,10 @@ def test_counts_claims_and_reaches() -> None:
 
 
 def test_nothing_looked_for_is_not_nothing_found() -> None:
-    found = roof_figures([replace(ROW, attributes={"roof_type": "flat"})])
+    found = roof_figures(UnitFigures.of([replace(ROW, attributes={"roof_type": "flat"})]))
     assert found["overhangs"] is None
     assert found["claims"] is None
-    looked = roof_figures([replace(ROW, attributes={"overhang_max_m": 0.0})])["overhangs"]
+    looked = roof_figures(UnitFigures.of([replace(ROW, attributes={"overhang_max_m": 0.0})]))["overhangs"]
     assert looked == {"buildings": 0, "edges": 0, "median_m": None, "longest_m": None}
 
 

@@ -7,6 +7,7 @@ from cityflow.core.building import Status
 from cityflow.core.json_values import finite
 from cityflow.viewer.report_rows import ReportData, UnitRow
 from cityflow.viewer.run_figures import problem_groups, rerun_command, summary
+from cityflow.viewer.unit_figures import UnitFigures
 
 
 def unit(name: str, status: Status = Status.DONE, reason: str = "", **more: float) -> UnitRow:
@@ -44,7 +45,7 @@ def test_long_lists_become_one_option() -> None:
 
 def test_summary_takes_medians_of_what_was_measured() -> None:
     rows = [unit("a", nmad=0.02, seconds=1), unit("b", nmad=0.04, seconds=3), unit("c", Status.FAILED, seconds=9)]
-    figures = summary(rows)
+    figures = summary(UnitFigures.of(rows))
     assert figures["nmad_median"] == 0.03
     assert figures["seconds_total"] == 13
     assert figures["seconds_max"] == 9

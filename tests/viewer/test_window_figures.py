@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from cityflow.core.building import Scalar, Status
 from cityflow.viewer.report_rows import UnitRow
+from cityflow.viewer.unit_figures import UnitFigures
 from cityflow.viewer.window_figures import window_figures
 
 
@@ -10,9 +11,9 @@ def unit(number: int, **attributes: Scalar) -> UnitRow:
 
 
 def test_nothing_is_said_where_nobody_looked() -> None:
-    assert window_figures([]) is None
-    assert window_figures([unit(1, roof_type="gable"), unit(2, storeys="two")]) is None
-    assert window_figures([unit(1, storeys=3)]) is None, "a cadastre has counted these"
+    assert window_figures(UnitFigures.of([])) is None
+    assert window_figures(UnitFigures.of([unit(1, roof_type="gable"), unit(2, storeys="two")])) is None
+    assert window_figures(UnitFigures.of([unit(1, storeys=3)])) is None, "a cadastre has counted these"
 
 
 def test_medians_and_storeys() -> None:
@@ -21,7 +22,7 @@ def test_medians_and_storeys() -> None:
         for n, (r, s) in enumerate([(0.1, 2), (0.2, 2), (0.3, 12)])
     ]
     others = [unit(7, windows=0, storeys=9), unit(8, windows_missing="coarse", windows_seen_share=0.1), unit(9)]
-    figures = window_figures([*rows, *others])
+    figures = window_figures(UnitFigures.of([*rows, *others]))
     assert figures is not None
     assert (figures["buildings"], figures["with_windows"], figures["with_ratio"]) == (4, 3, 3)
     assert figures["windows"] == 12

@@ -7,35 +7,29 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import shapely
 from rich.console import Console
 
-from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.core.parameters import merged
-from cityflow.core.verdicts import PROBABILITY_KEY, REASON_KEY, VERDICT_KEY, Verdict
 from cityflow.errors import CityflowError, WorkflowError
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.row import Row
-from cityflow.flow.task import Record
-from cityflow.handover.export_rows import read_rows
-from cityflow.handover.outline_lines import decode_all
-from cityflow.handover.refused_outlines import refused_shapes
 from cityflow.io.crs import vertical_datum
 from cityflow.io.globe import globe_of
 from cityflow.pipeline.parameters import CityParameters
-from cityflow.reporting.asked_area import tile_entries, units_beyond
 from cityflow.reporting.checkpoint_rows import checkpoint_rows
 from cityflow.reporting.image_figures import image_figures
+from cityflow.reporting.listed_city import listed_city, problems_of
 from cityflow.reporting.pictures import run_pictures
 from cityflow.reporting.raster_pictures import tiles_made
 from cityflow.reporting.texture_figures import texture_figures
 from cityflow.reporting.unit_crops import THUMB_PX, Crops, thumbnail
 from cityflow.reporting.unit_pages import chosen_units, write_pages
+from cityflow.reporting.unit_rows import whole_city
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.reporting.view import write_run_view
 from cityflow.runs.current import CurrentRecords, current_records
@@ -44,10 +38,10 @@ from cityflow.runs.overrides import read_overrides
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import DESCRIPTION, open_run, workflow_tree
 from cityflow.runs.settings import checked, parse_setting
-from cityflow.stages import export, ingest, outline, reconstruct, surface, units
+from cityflow.stages import ingest, reconstruct, surface
 from cityflow.survey.survey import Survey
 from cityflow.viewer.report import listed_units, write_report
-from cityflow.viewer.report_rows import ProblemRow, Product, ReportData, Source, StageRow, UnitRow
+from cityflow.viewer.report_rows import Product, ReportData, Source, StageRow
 from cityflow.viewer.review_list import review_list
 from cityflow.viewer.view_page import FOLDER as VIEW
 
@@ -120,6 +114,9 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         survey.learn(record)
     data = replace(report_data(run, records), run=named, view=f"{VIEW}/index.html")
     chosen = chosen_units(data.units, parameters)
+    if data.whole is not None:
+        ended = (n for status, n in data.whole.status.items() if status != Status.DONE)
+        chosen = replace(chosen, left_out=max(sum(ended) - sum(u.status is not Status.DONE for u in chosen.units), 0))
     crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.NAME)))
     small = {
         u.id: p
@@ -169,29 +166,26 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     """All that the report shows, from the newest record of every task."""
     reference = run.catalog.reference
     unit_stages = (reconstruct.NAME,)
-    survey, outlines = run.source().survey, _outlines(run, records)
-    rows = tuple(_units(run, records, outlines))
-    known = {row.id for row in rows}
+    survey = run.source().survey
+    large = len(records.units(reconstruct.NAME)) > run.workflow.city.report.rows
+    city = listed_city(run, records, survey) if large else whole_city(run, records)
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
         crs="local metric frame" if reference.is_local else f"{reference.code} ({reference.name})",
         vertical_datum=vertical_datum(reference),
-        units=rows,
+        units=city.units,
         stages=tuple(_stage(stage, sorted(records.rows(stage), key=lambda row: row.unit)) for stage in records.stages()),
-        problems=tuple(
-            ProblemRow(r.stage, r.unit, r.status, r.reason)
-            for stage in records.stages() if stage not in unit_stages
-            for r in records.of(stage) if r.status is not Status.DONE
-        ),
+        problems=(*city.problems, *(p for stage in records.stages() if stage not in unit_stages for p in problems_of(records, stage))),
         products=tuple(_products(run)),
         sources=(Source(run.catalog.title, run.catalog.licence, run.catalog.attribution),),
         versions=json.loads(run.store.read_bytes(DESCRIPTION))["versions"],
         parameters={k: v for k, v in workflow_tree(run.workflow).items() if isinstance(v, Mapping)},
         overrides=_overrides(run),
         changed=_changed(run),
-        waiting={unit: outlines.rings[unit] for unit in sorted(outlines.tiles.keys() - outlines.beyond - known)},
-        pictures=run_pictures(run.store, survey, rows, records, run.workflow.city.report),
+        waiting=city.waiting,
+        whole=city.figures,
+        pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report),
         images=image_figures(survey, records, run.area),
         checkpoints=checkpoint_rows(run.store),
         unused_edits=unused_edits(run, records),
@@ -221,63 +215,6 @@ def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
     except CityflowError as error:
         return {"horizontal_operation": "nowhere", "geoid": str(error)}
     return {} if globe is None else dict(globe.placing.as_metadata())
-
-
-def _units(run: Prepared, records: CurrentRecords, outlines: _Outlines) -> Iterator[UnitRow]:
-    """The units that were asked for, without those beyond the area of interest that were modelled for what they share or hide."""
-    exported = read_rows(run.store, [p for r in records.of(export.NAME) for p in r.outputs])
-    for record in records.of(reconstruct.NAME):
-        tile = outlines.tiles.get(record.unit, "")
-        if record.unit not in outlines.beyond:
-            yield _unit(record, tile, outlines.rings.get(record.unit, ()), exported.get(record.unit, {}))
-
-
-def _unit(record: Record, tile: str, rings: tuple[FloatArray, ...], exported: Mapping[str, Any]) -> UnitRow:
-    """A row of a unit; `exported`: what the export of its tile says of it, nothing where that did not run yet."""
-    found, attributes = record.result, exported.get("attributes") or {}
-    reaches = tuple(float(row[4]) for row in exported.get("overhangs", []))
-    more = {k: v for k, v in {**found, **attributes}.items() if k not in ("scores", "notes", "reason", "status")}
-    return UnitRow(
-        record.unit, tile, record.status, record.reason, str(found.get("method", "")), str(found.get("lod", "")),
-        int(found.get("planes", 0)), found.get("nmad"), found.get("rmse"), found.get("bias"), found.get("le95"),
-        found.get("share_explained"), record.seconds, record.peak_mb, rings, more, reaches, *_judged(record),
-    )  # fmt: skip
-
-
-def _judged(record: Record) -> tuple[str, str, float | None]:
-    """Verdict, reason and probability of a unit; a failed one is poor whatever else is known, a refused one has none."""
-    if record.status is Status.REFUSED:
-        return "", "", None
-    if record.status is Status.FAILED:
-        return Verdict.POOR.value, record.reason, 0.0
-    found = record.result
-    return str(found.get(VERDICT_KEY, "")), str(found.get(REASON_KEY, "")), found.get(PROBABILITY_KEY)
-
-
-@dataclass(frozen=True, slots=True)
-class _Outlines:
-    """Rings of every unit and refused outline that is a polygon, the tiles that own the units, and the units that were not asked for."""
-
-    rings: dict[str, tuple[FloatArray, ...]]
-    tiles: dict[str, str]
-    beyond: frozenset[str]
-
-
-def _outlines(run: Prepared, records: CurrentRecords) -> _Outlines:
-    found = _Outlines({}, {}, frozenset(units_beyond(records, run.area)))
-    for tile, entries in tile_entries(records).items():
-        for path in sorted({entry["path"] for entry in entries}):
-            for standing in decode_all(run.store.read_bytes(path)):
-                found.rings[standing.outline.id] = _rings(standing.outline.polygon)
-                found.tiles[standing.outline.id] = tile
-    records_of = [r for stage in (ingest.NAME, outline.NAME, units.NAME) for r in records.of(stage)]
-    for unit, shape in refused_shapes(run.store, records_of).items():
-        found.rings.setdefault(unit, _rings(shape))
-    return found
-
-
-def _rings(shape: shapely.Geometry) -> tuple[FloatArray, ...]:
-    return tuple(np.asarray(r.coords)[:, :2] for r in shapely.get_rings(shape))
 
 
 def _stage(stage: str, records: Sequence[Row]) -> StageRow:

@@ -27,7 +27,7 @@ from cityflow.stages import export
 from cityflow.survey.survey import Survey
 from cityflow.viewer.report import verdict
 from cityflow.viewer.report_rows import ReportData, UnitRow
-from cityflow.viewer.run_figures import verdicts_of
+from cityflow.viewer.unit_figures import verdicts_of
 from cityflow.viewer.unit_page import FOLDER as REPORT_PAGES
 from cityflow.viewer.view_page import DATA, FOLDER, page_files, page_version, picture_path
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import overload
 
@@ -71,6 +72,13 @@ class CurrentRecords:
         found = self.of(stage)
         return found.units if isinstance(found, StoredRecords) else [record.unit for record in found]
 
+    def some(self, stage: str, units: Iterable[str]) -> Sequence[Record]:
+        """Those of some units, sorted; read one by one."""
+        found, wanted = self.of(stage), frozenset(units)
+        if isinstance(found, StoredRecords):
+            return replace(found, units=[unit for unit in sorted(wanted) if _holds(found.units, unit)])
+        return [record for record in found if record.unit in wanted]
+
     def rows(self, stage: str) -> Iterator[Row]:
         """Records of a stage in short, in no order."""
         found = self.of(stage)
@@ -82,6 +90,12 @@ class CurrentRecords:
         stored = next((found for found in every if isinstance(found, StoredRecords)), None)
         known = LeftBehind(r for found in every for r in found) if stored is None else Inputs(run.store, stored.ledger)
         return replace(run, store=run.store.expecting(known))
+
+
+def _holds(names: Sequence[str], name: str) -> bool:
+    """Whether sorted names hold one."""
+    at = bisect_left(names, name)
+    return at < len(names) and names[at] == name
 
 
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cityflow.viewer.run_figures import quantile
+from cityflow.viewer.unit_figures import quantile
 
 WIDTH, HEIGHT = 360, 190
 LEFT, RIGHT, TOP, BOTTOM = 46, 10, 24, 34

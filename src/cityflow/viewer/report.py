@@ -17,8 +17,9 @@ from cityflow.viewer.image_rows import ImageFigures, TileRow
 from cityflow.viewer.report_in_short import in_short, verdict
 from cityflow.viewer.report_parameters import ReportParameters
 from cityflow.viewer.report_rows import ReportData, UnitRow
-from cityflow.viewer.run_figures import figures_text, measured, report_figures
+from cityflow.viewer.run_figures import figures_of, figures_text, report_figures
 from cityflow.viewer.survey_in_short import shortfall
+from cityflow.viewer.unit_figures import UnitFigures, measured
 from cityflow.viewer.unit_map import draw_map
 
 __all__ = ["listed_units", "verdict", "write_report"]
@@ -37,7 +38,7 @@ def write_report(data: ReportData, parameters: ReportParameters = USUAL) -> tupl
 def _page(data: ReportData, figures: dict[str, Any], parameters: ReportParameters) -> str:
     listed = parameters.listed
     units = sorted(data.units, key=lambda u: u.id)
-    unit_map = draw_map(units, data.waiting)
+    unit_map = draw_map(units, {} if data.whole else data.waiting)
     return rendered(
         "report.html.j2",
         data=data,
@@ -51,7 +52,7 @@ def _page(data: ReportData, figures: dict[str, Any], parameters: ReportParameter
         has_workflow=any("WORKFLOW" in p["command"] for p in figures["problems"]),
         unit_map=unit_map,
         units=units,
-        histograms=_histograms(units),
+        histograms=_histograms(figures_of(data)),
         image_histograms=_image_histograms(data.images) if data.images else [],
         worst_tiles=_most_gaps(data.images, listed) if data.images else [],
         row_of={u.id: i for i, u in enumerate(units)},
@@ -83,13 +84,13 @@ def _highest(units: Sequence[UnitRow], name: str, listed: int) -> list[tuple[int
     return sorted(known, key=lambda entry: (-getattr(entry[1], name), entry[1].id))[:most]
 
 
-def _histograms(units: Sequence[UnitRow]) -> list[Histogram]:
-    nmad = [100 * v for v in measured(units, "nmad")]
-    planes = [float(u.planes) for u in units if u.planes > 0]
+def _histograms(found: UnitFigures) -> list[Histogram]:
+    nmad = [100 * v for v in found.values["nmad"]]
+    planes = [v for v in found.values["planes"] if v > 0]
     return [
         histogram("Scatter of points about roofs", "NMAD of a building (cm)", nmad, counted=BUILDINGS, unit="cm"),
         histogram("How detailed the roofs are", "roof planes of a building", planes, counted=BUILDINGS, whole=True),
-        histogram("Time per building", "seconds", measured(units, "seconds"), counted=BUILDINGS, unit="s"),
+        histogram("Time per building", "seconds", found.seconds, counted=BUILDINGS, unit="s"),
     ]
 
 

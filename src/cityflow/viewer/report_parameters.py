@@ -35,4 +35,9 @@ class ReportParameters(Parameters):
     models: int = Field(
         600, ge=1, le=100000, description="models in the picture of the whole; of more, those around the densest spot"
     )
+    rows: int = Field(
+        100_000,
+        ge=0,
+        description="buildings up to which the report has a row for each; of more it lists the worst, the slowest and those that did not end as asked",
+    )
     across_m: float = Field(130.0, ge=20, le=2000, description="ground across the views from four sides, m")

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Scalar, Status
 from cityflow.viewer.image_rows import CheckpointRow, ImageFigures
 from cityflow.viewer.picture import Picture
 from cityflow.viewer.texture_rows import TextureFigures
+
+if TYPE_CHECKING:
+    from cityflow.viewer.unit_figures import UnitFigures
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +147,7 @@ class ReportData:
     run : where the run lies, as commands name it
     waiting : rings of outlines that are not processed yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
+    whole : figures of all buildings, where `units` are those of a large city that a person shall see; its failed units are among the `problems`
     """
 
     title: str
@@ -172,3 +176,4 @@ class ReportData:
     run: str = "RUN"
     waiting: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     view: str = ""
+    whole: UnitFigures | None = None

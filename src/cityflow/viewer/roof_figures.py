@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from cityflow.core.roof_types import RoofType
-from cityflow.viewer.report_rows import UnitRow
+from cityflow.viewer.unit_figures import CLAIM, ROOF_TYPE, UnitFigures, quantile
 
 CLAIMS_M = (0.1, 0.2)
 
@@ -40,16 +37,14 @@ METHOD_TEXTS = {
 }
 
 
-def roof_figures(units: Sequence[UnitRow]) -> dict[str, Any]:
+def roof_figures(found: UnitFigures) -> dict[str, Any]:
     """Counts of modelled buildings by roof type, by expected error and by method; edges that stand out beyond walls."""
-    made = [u for u in units if u.method]
-    types = Counter(str(u.attributes["roof_type"]) for u in made if u.attributes.get("roof_type"))
-    methods = Counter(u.method for u in made)
+    types, methods = found.texts[ROOF_TYPE], found.texts["method"]
     return {
-        "models": len(made),
+        "models": found.models,
         "types": [{"type": t, "text": TYPE_TEXTS.get(t, ""), "count": n} for t, n in _ranked(types)],
-        "claims": _claims(made),
-        "overhangs": _overhangs(made),
+        "claims": _claims(found),
+        "overhangs": _overhangs(found),
         "methods": [{"method": m, "text": METHOD_TEXTS.get(m, ""), "count": n} for m, n in _ranked(methods)],
     }
 
@@ -58,24 +53,23 @@ def _ranked(counts: Counter[str]) -> list[tuple[str, int]]:
     return sorted(counts.items(), key=lambda entry: (-entry[1], entry[0]))
 
 
-def _claims(made: Sequence[UnitRow]) -> dict[str, Any] | None:
+def _claims(found: UnitFigures) -> dict[str, Any] | None:
     """How many models expect an error of no more than each of `CLAIMS_M`; None where no model says anything."""
-    known = [float(v) for u in made if isinstance(v := u.attributes.get("claimed_rmse_m"), int | float)]
+    known = found.values[CLAIM]
     if not known:
         return None
     within = [{"most_m": most, "count": sum(v <= most for v in known)} for most in CLAIMS_M]
     return {
-        "within": within, "more": sum(v > CLAIMS_M[-1] for v in known), "unknown": len(made) - len(known),
-        "median_m": float(np.median(known)),
+        "within": within, "more": sum(v > CLAIMS_M[-1] for v in known), "unknown": found.models - len(known),
+        "median_m": quantile(known, 0.5),
     }  # fmt: skip
 
 
-def _overhangs(made: Sequence[UnitRow]) -> dict[str, Any] | None:
+def _overhangs(found: UnitFigures) -> dict[str, Any] | None:
     """Edges whose roof reaches beyond the wall; None if not searched."""
-    if not any("overhang_max_m" in u.attributes for u in made):
+    if found.with_overhangs is None:
         return None
-    reaches = [r for u in made for r in u.reaches_m]
     return {
-        "buildings": sum(bool(u.reaches_m) for u in made), "edges": len(reaches),
-        "median_m": float(np.median(reaches)) if reaches else None, "longest_m": max(reaches, default=None),
+        "buildings": found.with_overhangs, "edges": len(found.reaches),
+        "median_m": quantile(found.reaches, 0.5), "longest_m": max(found.reaches, default=None),
     }  # fmt: skip

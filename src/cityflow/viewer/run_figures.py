@@ -6,8 +6,7 @@ import json
 import math
 import re
 import shlex
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -15,11 +14,12 @@ import numpy as np
 
 from cityflow.core.building import Status
 from cityflow.core.json_values import finite
-from cityflow.core.verdicts import Verdict, verdict_counts
+from cityflow.core.verdicts import Verdict
 from cityflow.viewer.image_rows import ImageFigures
 from cityflow.viewer.report_rows import ProblemRow, ReportData, UnitRow
 from cityflow.viewer.review_list import review_list
 from cityflow.viewer.roof_figures import roof_figures
+from cityflow.viewer.unit_figures import UnitFigures, quantile
 from cityflow.viewer.window_figures import window_figures
 
 EXPORT = "export"
@@ -34,11 +34,12 @@ UNIT_MEASURES = ("nmad", "rmse", "bias", "le95", "share_explained")
 def report_figures(data: ReportData) -> dict[str, Any]:
     """Everything that report.json says; units are sorted by id, and what is not finite becomes None."""
     units = sorted(data.units, key=lambda u: u.id)
+    found = figures_of(data)
     figures = {
         "title": data.title,
         "workflow": data.workflow,
         "reference": {"crs": data.crs, "vertical_datum": data.vertical_datum},
-        "summary": {**summary(units), **_progress(data)},
+        "summary": {**summary(found), **_progress(data)},
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
         "unused_edits": [asdict(e) for e in data.unused_edits],
@@ -49,9 +50,9 @@ def report_figures(data: ReportData) -> dict[str, Any]:
             {"id": s.unit.id, "verdict": s.unit.verdict or Verdict.POOR.value, "reason": s.reason}
             for s in review_list(units)
         ],
-        "roofs": roof_figures(units),
+        "roofs": roof_figures(found),
         "textures": asdict(data.textures) if data.textures else None,
-        "windows": window_figures(units),
+        "windows": window_figures(found),
         "placing": dict(data.placing),
         "pages": dict(sorted(data.pages.items())),
         "units": [_unit(u) for u in units],
@@ -66,36 +67,31 @@ def report_figures(data: ReportData) -> dict[str, Any]:
     return cleaned
 
 
-def summary(units: Sequence[UnitRow]) -> dict[str, Any]:
+def figures_of(data: ReportData) -> UnitFigures:
+    """Of all buildings, though the data have a row for some of them only."""
+    return UnitFigures.of(data.units) if data.whole is None else data.whole
+
+
+def summary(found: UnitFigures) -> dict[str, Any]:
     """Counts by status, level of detail and method; medians over the units that have the figure."""
-    seconds = [u.seconds for u in units]
+    values = found.values
     return {
-        "units": len(units),
-        **{s.value: sum(u.status is s for u in units) for s in Status},
-        "verdicts": verdicts_of(units),
-        "good_expected": round(math.fsum(u.good_probability or 0.0 for u in units)),
-        "by_lod": _counts(u.lod for u in units if u.lod),
-        "by_method": _counts(u.method for u in units if u.method),
-        "planes": sum(u.planes for u in units),
-        "nmad_median": quantile(measured(units, "nmad"), 0.5),
-        "nmad_95": quantile(measured(units, "nmad"), 0.95),
-        "rmse_median": quantile(measured(units, "rmse"), 0.5),
-        "bias_median": quantile(measured(units, "bias"), 0.5),
-        "share_explained_median": quantile(measured(units, "share_explained"), 0.5),
-        "seconds_total": math.fsum(seconds),
-        "seconds_median": quantile(seconds, 0.5),
-        "seconds_max": max(seconds, default=None),
-        "peak_mb": max((u.peak_mb for u in units), default=None),
-    }
-
-
-def verdicts_of(units: Sequence[UnitRow]) -> dict[str, int]:
-    """Buildings by verdict, failed ones being poor; refused outlines have none, and those not judged are counted apart."""
-    made = [u for u in units if u.status is not Status.REFUSED]
-    judged = [u for u in made if u.verdict or u.status is Status.FAILED]
-    return {
-        **{v.value: n for v, n in verdict_counts(u.verdict for u in judged).items()},
-        "unjudged": len(made) - len(judged),
+        "units": found.units,
+        **{s.value: found.status[s.value] for s in Status},
+        "verdicts": found.verdicts,
+        "good_expected": round(math.fsum(values["good_probability"])),
+        "by_lod": dict(sorted(found.texts["lod"].items())),
+        "by_method": dict(sorted(found.texts["method"].items())),
+        "planes": round(sum(values["planes"])),
+        "nmad_median": quantile(values["nmad"], 0.5),
+        "nmad_95": quantile(values["nmad"], 0.95),
+        "rmse_median": quantile(values["rmse"], 0.5),
+        "bias_median": quantile(values["bias"], 0.5),
+        "share_explained_median": quantile(values["share_explained"], 0.5),
+        "seconds_total": math.fsum(found.seconds),
+        "seconds_median": quantile(found.seconds, 0.5),
+        "seconds_max": max(found.seconds, default=None),
+        "peak_mb": found.peak_mb,
     }
 
 
@@ -145,22 +141,13 @@ def _mean_over_ground(images: ImageFigures, name: str) -> float | None:
     return float(sum(v * area for v, area in known) / ground)
 
 
-def measured(units: Iterable[UnitRow], name: str) -> list[float]:
-    """Finite values of a measure."""
-    values = (getattr(u, name) for u in units)
-    return [float(v) for v in values if v is not None and math.isfinite(v)]
-
-
-def quantile(values: Sequence[float], share: float) -> float | None:
-    return float(np.quantile(values, share)) if values else None
-
-
 def problem_groups(data: ReportData) -> list[dict[str, Any]]:
     """What did not end as asked, by stage, status and kind of reason, the most frequent first.
 
     Reasons that differ in figures and numbered names only are one kind; the first one by id stands for it.
     """
-    rows = [ProblemRow(data.unit_stage, u.id, u.status, u.reason) for u in data.units if u.status is not Status.DONE]
+    units = data.units if data.whole is None else ()
+    rows = [ProblemRow(data.unit_stage, u.id, u.status, u.reason) for u in units if u.status is not Status.DONE]
     groups: dict[tuple[str, Status, str], list[ProblemRow]] = {}
     for row in sorted((*rows, *data.problems), key=lambda p: (p.stage, p.unit)):
         groups.setdefault((row.stage, row.status, kind_of_reason(row.reason)), []).append(row)
@@ -217,10 +204,6 @@ def rerun_command(stage: str, units: Sequence[str], unit_stage: str, status: Sta
         return f"cityflow rerun {here} {'--degraded' if status is Status.DEGRADED else '--failed'}"
     chosen = " ".join(f"--unit {shlex.quote(u)}" for u in units)
     return f"cityflow rerun {here} {'' if stage == unit_stage else f'--stage {shlex.quote(stage)} '}{chosen}"
-
-
-def _counts(values: Iterable[str]) -> dict[str, int]:
-    return dict(sorted(Counter(values).items()))
 
 
 def _unit(unit: UnitRow) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Status
 from cityflow.core.verdicts import Verdict
 from cityflow.viewer.report_rows import UnitRow
-from cityflow.viewer.run_figures import quantile
+from cityflow.viewer.unit_figures import quantile
 
 UNITS_PER_METRE = 10
 STATUS_ORDER = (Status.REFUSED, Status.DONE, Status.DEGRADED, Status.FAILED)

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+from cityflow.viewer.unit_figures import COUNT, MISSING, RATIO, STOREYS, UnitFigures, quantile
 
-from cityflow.viewer.report_rows import UnitRow
-
-RATIO, STOREYS, COUNT, MISSING = "window_to_wall_ratio", "storeys_by_windows", "windows", "windows_missing"
 MANY_STOREYS = 8
 
 
-def window_figures(units: Sequence[UnitRow]) -> dict[str, Any] | None:
+def window_figures(found: UnitFigures) -> dict[str, Any] | None:
     """Buildings at which one could look, their windows, the ratio of window to wall, buildings by storeys, and why others say nothing.
 
     None without a search for windows: what a source says of storeys is no window.
     """
-    ratios, storeys, counts = (_known(units, key) for key in (RATIO, STOREYS, COUNT))
-    missing = Counter(str(why) for u in units if (why := u.attributes.get(MISSING)))
+    ratios, storeys, counts = (found.values[key] for key in (RATIO, STOREYS, COUNT))
+    missing = found.texts[MISSING]
     if not counts and not missing:
         return None
     rows = Counter(round(s) for s in storeys if s > 0)
@@ -31,20 +27,11 @@ def window_figures(units: Sequence[UnitRow]) -> dict[str, Any] | None:
         "with_windows": sum(n > 0 for n in counts),
         "windows": int(sum(counts)),
         "with_ratio": len(ratios),
-        "ratio_median": _quantile(ratios, 0.5),
-        "ratio_5": _quantile(ratios, 0.05),
-        "ratio_95": _quantile(ratios, 0.95),
+        "ratio_median": quantile(ratios, 0.5),
+        "ratio_5": quantile(ratios, 0.05),
+        "ratio_95": quantile(ratios, 0.95),
         "storeys": [*low, *([{"storeys": f"{MANY_STOREYS} or more", "count": high}] if high else [])],
         "missing": [
             {"reason": why, "count": n} for why, n in sorted(missing.items(), key=lambda row: (-row[1], row[0]))
         ],
     }
-
-
-def _known(units: Sequence[UnitRow], key: str) -> list[float]:
-    values = (u.attributes.get(key) for u in units)
-    return [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool) and v == v]
-
-
-def _quantile(values: Sequence[float], share: float) -> float | None:
-    return float(np.quantile(values, share)) if values else None

@@ -12,7 +12,7 @@ from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.export_rows import ROWS
 from cityflow.handover.product_metadata import ProductMetadata
-from cityflow.handover.summary import SUMMARY, Summary, added, around, decode_summary, encode_summary
+from cityflow.handover.summary import SUMMARY, Summary, added, around, decode_summary, encode_summary, first_of
 from cityflow.io.catalog.products_catalog import COLLECTION, city_files, district_file, district_path, item_path
 from cityflow.io.catalog.stac_assets import RASTERS
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW
@@ -30,7 +30,7 @@ from cityflow.survey.districts import CITY
 from cityflow.survey.results import Results
 from cityflow.survey.survey_parameters import ExportParameters
 
-VERSION = 8
+VERSION = 9
 NOBODY = Refused({}, ())
 
 
@@ -142,7 +142,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     box = _catalog(workspace, task.unit, given, parts, bounds)
     summary = Summary(
         task.unit, bounds, sum(p.tiles for p in parts.values()), added(p.counts for p in parts.values()), box, roots,
-        {raster: around(found.values()) for raster, found in mosaics.items()},
+        {raster: around(found.values()) for raster, found in mosaics.items()}, first_of(w for p in parts.values() for w in p.worst),
     )  # fmt: skip
     workspace.write(SUMMARY, encode_summary(summary))
     return workspace.outcome()

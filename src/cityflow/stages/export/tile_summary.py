@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from cityflow.core.grid import Bounds
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.product_metadata import ProductMetadata
-from cityflow.handover.summary import SUMMARY, Summary, encode_summary
+from cityflow.handover.summary import SUMMARY, Summary, encode_summary, worst_of
+from cityflow.handover.unit_counts import counts_of
 from cityflow.io.city_models.tiles3d import FOLDER as TILES3D
 from cityflow.io.city_models.tiles3d import PORTABLE, RAW
 from cityflow.io.city_models.tiles3d_tree import TileRoot
 from cityflow.stages.export.items import PRODUCTS, item_of
-
-COUNTED = ("verdict", "method", "lod")
-"""Attributes of units whose values are counted."""
 
 
 def leave_summary(
@@ -35,16 +32,5 @@ def leave_summary(
     workspace.publish(f"{PRODUCTS}{item.path}", item.data)
     files = {f"{TILES3D}/{tile}/{name}": name for name in (PORTABLE, RAW)}
     roots = {n: TileRoot.of(f"{tile}/{n}", workspace.read(p)) for p, n in files.items() if p in workspace.outputs}
-    summary = Summary(tile, bounds, 1, counts_of(rows.values()), item.box, roots, {})
+    summary = Summary(tile, bounds, 1, counts_of(rows.values()), item.box, roots, {}, worst_of(tile, rows))
     workspace.write(SUMMARY, encode_summary(summary))
-
-
-def counts_of(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
-    """How many units ended in each way; what an attribute says, of those that have it."""
-    found = {name: Counter[str]() for name in ("status", *COUNTED)}
-    for row in rows:
-        found["status"][row["status"]] += 1
-        for name in COUNTED:
-            if value := (row["attributes"] or {}).get(name):
-                found[name][str(value)] += 1
-    return {name: dict(sorted(numbers.items())) for name, numbers in found.items()}
