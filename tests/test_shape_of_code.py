@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 SRC = Path(__file__).parents[1] / "src" / "cityflow"
@@ -20,6 +21,11 @@ def _modules() -> Iterator[tuple[str, str]]:
         yield path.relative_to(SRC).as_posix(), path.read_text()
 
 
+@cache
+def _functions(text: str) -> tuple[ast.FunctionDef | ast.AsyncFunctionDef, ...]:
+    return tuple(n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef))
+
+
 def _arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     """Without self and cls."""
     a = function.args
@@ -28,13 +34,12 @@ def _arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 
 def _with_many_arguments(name: str, text: str) -> set[str]:
-    functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-    return {f"{name}:{f.name}" for f in functions if _arguments(f) > MOST_ARGUMENTS}
+    return {f"{name}:{f.name}" for f in _functions(text) if _arguments(f) > MOST_ARGUMENTS}
 
 
 def _mixed_tuples(name: str, text: str) -> set[str]:
     found = set()
-    for function in (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)):
+    for function in _functions(text):
         for argument in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs):
             kind = argument.annotation
             if (

@@ -40,7 +40,7 @@ def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished run of the town, on one worker; read only."""
     run = tmp_path_factory.mktemp("reference") / "run"
     done = subprocess.run(
-        [sys.executable, "-m", "cityflow", "run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "1"],
+        [sys.executable, "-m", "cityflow", "run", WORKFLOW, "--catalog", CATALOG, "--out", run, "--workers", "1", "--set", "report.pages.listed=4"],
         capture_output=True, text=True, env={**os.environ, "COLUMNS": "200"}, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
