@@ -27,6 +27,7 @@ import shapely
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds
 from cityflow.flow.task import Record, Task
+from cityflow.handover.summary import SUMMARY
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.io.crs import resolve
 from cityflow.pipeline.city_source import CitySource
@@ -124,7 +125,7 @@ ANSWERS: Mapping[str, Callable[[Task], tuple[dict[str, str], dict[str, Any]]]] =
     "frame": _files("dsm", "ortho"), "outline": _outlines("outline"), "split": _files("split.json"), "units": _outlines("units"),
     "reconstruct": _files("candidates.city.jsonl", "hull.city.jsonl"), "texture": _files("texture.cfa"), "windows": _files("windows.json"),
     "atlas": _files("images.json", "raw.index.png", "raw.jpg", "rectified.jpg", "a", "b"),
-    "export": _files("citygml.gml", "city.city.jsonl", "obj.json"),
+    "export": _files("citygml.gml", "city.city.jsonl", SUMMARY),
 }  # fmt: skip
 
 

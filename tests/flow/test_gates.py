@@ -16,7 +16,7 @@ from cityflow.flow.gates import Gates
 def test_every_key_is_free_exactly_once_and_never_early(
     needs: dict[int, list[int]], order: list[int], fired_before: int
 ) -> None:
-    gates: Gates[int, int] = Gates()
+    gates: Gates[int, int] = Gates(set())
     happened: set[int] = set()
     freed: list[int] = []
 

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 K = TypeVar("K", bound=Hashable)
 E = TypeVar("E", bound=Hashable)
+E_contra = TypeVar("E_contra", bound=Hashable, contravariant=True)
+
+
+class Happened(Protocol[E_contra]):
+    """Events of the past."""
+
+    def add(self, event: E_contra, /) -> None: ...
+
+    def __contains__(self, event: E_contra, /) -> bool: ...
 
 
 class Gates(Generic[K, E]):
-    """Keys behind gates that events open, each key once.
+    """Keys behind gates that events open, each key once; `happened` holds the events of the past.
 
-    >>> gates: Gates[str, str] = Gates()
+    >>> gates: Gates[str, str] = Gates(set())
     >>> gates.wait("roof", ["walls", "beams"])
     False
     >>> gates.fire("walls"), gates.fire("beams")
@@ -22,8 +31,8 @@ class Gates(Generic[K, E]):
     True
     """
 
-    def __init__(self) -> None:
-        self._happened: set[E] = set()
+    def __init__(self, happened: Happened[E]) -> None:
+        self._happened = happened
         self._missing: dict[K, int] = {}
         self._behind: dict[E, list[K]] = defaultdict(list)
 

@@ -7,8 +7,10 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
 import shapely
 
+from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
@@ -75,7 +77,7 @@ class CityPart:
         self.city: City = source.city
         self.chosen: AbstractSet[Node] = chosen.nodes
         self.renamed: set[str] = set()
-        self._memory, self._tiles = memory, tuple(chosen.places)
+        self._memory, self._tiles, self._renames = memory, tuple(chosen.places), chosen.may_rename
         self._first = min((PLACE[stage] for stage, _ in chosen.nodes), default=len(PLACE))
         self._reach = _Reach.of(source.city, chosen)
         self._before: dict[Node, object] = {}
@@ -115,14 +117,19 @@ class CityPart:
 
     def may_change(self, node: Node) -> bool:
         """Only what comes later in the flow than the first of the chosen stages, and stands near what is chosen."""
-        stage, unit = node
+        (stage, unit), city = node, self.city
         if PLACE.get(stage, len(PLACE)) < self._first:
             return False
-        entry = None if stage in OF_TILES else (self.city.outlines if stage == SPLIT else self.city.units).get(unit)
+        entry = None if stage in OF_TILES else (city.outlines if stage == SPLIT else city.units).get(unit)
         if entry is not None:
             return self._reach.meets_unit(entry.bounds)
         tile = self._tile_of(unit)
-        return tile is None or self._reach.meets_tile(self._bounds(tile))
+        if tile is None or tile in self._tiles:
+            return True
+        known = None if self._renames else city.units_of.get(tile)
+        if known is None:
+            return self._reach.meets_tile(self._bounds(tile))
+        return bool(known.meeting(self._reach.boxes).any())
 
     def has_ended(self, node: Node) -> bool:
         """Whether a task of this walk has ended; one that was wanted and is not has nothing to do."""
@@ -224,17 +231,23 @@ class _Reach:
     Attributes
     ----------
     tiles, units : where from, for tiles and for units;  tiles_m, units_m : how far, metres
+    boxes : (K, 4) bounds of chosen units, and as much around them as other units may feel
     """
 
     tiles: shapely.STRtree
     units: shapely.STRtree
     tiles_m: float
     units_m: float
+    boxes: FloatArray
 
     @classmethod
     def of(cls, city: City, chosen: Chosen) -> _Reach:
         survey, tile_m = city.survey, city.survey.lattice.tile_m
-        own = [shapely.box(*survey.lattice.tiles[t].bounds) for t in chosen.places]
+        own = [
+            shapely.box(*survey.lattice.tiles[t].bounds)
+            for t, found in chosen.places.items()
+            if chosen.may_rename or not found
+        ]
         inside = [shapely.box(*b) for found in chosen.places.values() for b in found]
         settings = (
             survey.parameters_of(TEXTURE, u, survey.parameters.texture) for s, u in survey.overrides if s == TEXTURE
@@ -243,12 +256,9 @@ class _Reach:
         # a building may stand out of its tile as far as half a tile
         tiles_m = max(tile_m * (TILES_AROUND if chosen.may_rename else 0.5) + looked_m, tile_m)
         places = shapely.STRtree([*own, *inside])
-        return cls(
-            places,
-            places if chosen.may_rename else shapely.STRtree(inside),
-            tiles_m,
-            tiles_m if chosen.may_rename else looked_m,
-        )
+        units_m = tiles_m if chosen.may_rename else looked_m
+        boxes = np.array([grown(b, looked_m) for found in chosen.places.values() for b in found]).reshape(-1, 4)
+        return cls(places, places if chosen.may_rename else shapely.STRtree(inside), tiles_m, units_m, boxes)
 
     def meets_tile(self, bounds: Bounds) -> bool:
         return bool(len(self.tiles.query(shapely.box(*grown(bounds, self.tiles_m)))))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Generic, TypeVar
 
 from cityflow.flow.gates import Gates
+from cityflow.flow.node_set import NodeSet
 from cityflow.flow.stage import START, Node, Stage, nobody
 from cityflow.flow.task import Task
 
@@ -26,8 +27,8 @@ class Walk(Generic[C]):
         self.stages = {stage.name: stage for stage in stages}
         self._starting = [stage for stage in stages if stage.starts is not nobody]
         self._context = context
-        self._gates: Gates[tuple[Node, int], Node] = Gates()
-        self._wanted: set[Node] = set()
+        self._gates: Gates[tuple[Node, int], Node] = Gates(NodeSet())
+        self._wanted = NodeSet()
 
     def begin(self) -> Iterator[Task]:
         """What can start at once."""
@@ -47,7 +48,7 @@ class Walk(Generic[C]):
 
     def wanted(self) -> Counter[str]:
         """Tasks by stage that somebody has asked for so far."""
-        return Counter(stage for stage, _ in self._wanted)
+        return self._wanted.by_stage()
 
     def foreseen(self, nodes: Iterable[Node]) -> set[Node]:
         """These nodes and all that they need as far as it can be told before anything has run."""

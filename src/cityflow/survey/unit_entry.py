@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from sys import intern
 from typing import Any
 
 from cityflow.core.grid import Bounds
@@ -39,9 +40,10 @@ class UnitEntry:
 
     @classmethod
     def of(cls, tile: str, entry: Mapping[str, Any]) -> UnitEntry:
+        """From a record's entry; a name or path that stands in many entries is held once."""
         x_min, y_min, x_max, y_max = entry["bounds"]
         x, y = entry["point"]
         return cls(
-            entry["id"], tile, entry["path"], entry["start"], entry["length"], entry["digest"],
-            (x_min, y_min, x_max, y_max), (x, y), tuple(entry["neighbours"]), tuple(entry["neighbour_tiles"]),
+            intern(entry["id"]), intern(tile), intern(entry["path"]), entry["start"], entry["length"], entry["digest"],
+            (x_min, y_min, x_max, y_max), (x, y), tuple(map(intern, entry["neighbours"])), tuple(map(intern, entry["neighbour_tiles"])),
         )  # fmt: skip
