@@ -43,6 +43,9 @@ def test_figures_are_of_all_and_rows_of_the_worst(cityflow: Commands, copied_run
     assert [s["id"] for s in listed["review_list"]][: len(first)] == first
     page = (copied_run / "report.html").read_text()
     assert f"of {len(known)} buildings: the worst" in page
+    verdicts = whole["summary"]["verdicts"]
+    bad = verdicts["look"] + verdicts["poor"]
+    assert f"{bad} building{' is' if bad == 1 else 's are'} not good" in page
 
 
 def _but_rows(unit: dict[str, Any]) -> str:
