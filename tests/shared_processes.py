@@ -16,6 +16,8 @@ TOGETHER = {
         "cluster/test_changed_requests.py",
         "cluster/test_damaged_files.py",
         "cluster/test_interrupted.py",
+        "cluster/test_join.py",
+        "cluster/test_listed_city.py",
         "cluster/test_object_store.py",
         "cluster/test_only_looking.py",
         "cluster/test_submitted_city.py",
