@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Hashable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 import zarr
 from numpy.typing import NDArray
 
 from cityflow.core.grid import Bounds, Grid
 from cityflow.io.rasters.surface_zarr import LAYERS, StoreLike, window_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 KEPT = 8
 """Datasets that a process keeps open: the surface, its overview, and local reference frames. Each holds its coordinates, no cells."""
@@ -84,6 +86,8 @@ def _version(store: StoreLike) -> Hashable:
 
 
 def _dataset(store: StoreLike, chunks: dict[str, int] | None = None) -> xr.Dataset:
+    import xarray as xr  # only where a surface is read: it takes half a second, and brings pandas
+
     return xr.open_dataset(
         store, engine="zarr", chunks=chunks, mask_and_scale=False, decode_times=False, decode_coords="all", cache=False
     )
