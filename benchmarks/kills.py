@@ -3,8 +3,8 @@
     python benchmarks/kills.py WORKFLOW --catalog CATALOG --out FOLDER [--kills 50] [--seed 1] [--workers 2] [--every 6]
 
 Runs the command twice, into FOLDER/quiet (left as it is where it is finished) and FOLDER/killed. Of the second, a process is ended with SIGKILL
-after every `--every` seconds on average: a Dask worker, or the child that does its task, each as often. Should the run end before all kills
-are spent, it is begun anew in a fresh folder with the rest.
+after every `--every` seconds on average: a Dask worker, with --children also the child that does its task (which counts as a crash of that task: it
+is tried once more). Should the run end before all kills are spent, it is begun anew in a fresh folder with the rest.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ import psutil
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 
-CHILD = "cityflow.flow.child"
-
 
 def command(given: argparse.Namespace, out: Path) -> list[str]:
     """The run, as a user types it."""
@@ -36,19 +34,19 @@ def command(given: argparse.Namespace, out: Path) -> list[str]:
     ]  # fmt: skip
 
 
-def victims(driver: psutil.Process) -> dict[str, list[psutil.Process]]:
+def victims(driver: psutil.Process, children: bool) -> dict[str, list[psutil.Process]]:
     """Workers, and their children at work."""
     found: dict[str, list[psutil.Process]] = {"worker": [], "child": []}
     for process in driver.children(recursive=True):
         try:
             line = " ".join(process.cmdline())
-            if CHILD in line or "sys.path[:] = json.loads" in line:
+            if "sys.path[:] = json.loads" in line:
                 found["child"].append(process)
             elif "spawn_main" in line and process.children():
                 found["worker"].append(process)
         except psutil.Error:
             continue
-    return {kind: processes for kind, processes in found.items() if processes}
+    return {kind: processes for kind, processes in found.items() if processes and (children or kind == "worker")}
 
 
 def disturbed(given: argparse.Namespace, out: Path, kills: int, rng: np.random.Generator) -> tuple[int, Counter[str]]:
@@ -61,7 +59,7 @@ def disturbed(given: argparse.Namespace, out: Path, kills: int, rng: np.random.G
         if killed.total() >= kills or time.monotonic() < due:
             continue
         try:
-            found = victims(driver)
+            found = victims(driver, given.children)
             if not found:
                 continue
             kind = str(rng.choice(sorted(found)))
@@ -94,6 +92,7 @@ def main() -> None:
     for name, value in (("kills", 50), ("seed", 1), ("workers", 2)):
         parser.add_argument(f"--{name}", type=int, default=value)
     parser.add_argument("--every", type=float, default=6.0, help="seconds between two kills, on average")
+    parser.add_argument("--children", action="store_true", help="kill children of workers, too")
     given = parser.parse_args()
     quiet, killed_run = given.out / "quiet", given.out / "killed"
     start = time.monotonic()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,6 +20,10 @@ hypothesis.settings.load_profile("cityflow")
 
 # with Python's usual 700 new objects between two collections, these take a tenth of what imports and compiles
 gc.set_threshold(20_000)
+
+# a shell that starts the tests in the background has Ctrl-C ignored in all its children
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish() -> None:

@@ -8,7 +8,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import dask
 import psutil
 import pytest
 from distributed import Client, Worker
@@ -19,6 +21,7 @@ from cityflow.flow import cluster as module
 from cityflow.flow import retire
 from cityflow.flow.cluster import connect
 from cityflow.flow.executor import run_tasks
+from cityflow.flow.in_flight import InFlight
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.flow.task import Record, Task
@@ -165,6 +168,19 @@ def sandboxes_at_work(run: Driver) -> list[psutil.Process]:
             return family
         time.sleep(0.1)
     raise AssertionError(f"the sandboxes did not start: {run.errors}")
+
+
+def test_a_worker_that_died_while_it_started_again_is_replaced() -> None:
+    """The process that watches over it has given up by then."""
+    with dask.config.set({"distributed.deploy.lost-worker-timeout": "100ms"}), connect(None, 1) as client:
+        cluster: Any = client.cluster
+        cluster.sync(cluster.workers[0].close)
+        assert not client.nthreads()
+        deadline = time.monotonic() + 60
+        while not client.nthreads():
+            assert time.monotonic() < deadline, "no worker came back"
+            InFlight(client, None).now()
+            time.sleep(0.2)
 
 
 def test_a_killed_local_driver_leaves_no_process(store: Store) -> None:

@@ -25,7 +25,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 def a_client(threads: dict[str, int]) -> Mock:
-    client = Mock(nthreads=Mock(side_effect=lambda: threads), status="running")
+    client = Mock(nthreads=Mock(side_effect=lambda: threads), status="running", cluster=None)
     client.scheduler.address = "tcp://there:8786"
     return client
 
@@ -69,6 +69,19 @@ def test_workers_that_come_back_end_the_wait(clock: Clock) -> None:
     limit.check_workers(watch)
     clock.now += 200
     limit.check_workers(watch)
+
+
+def test_a_local_cluster_is_asked_for_the_workers_that_it_had(clock: Clock) -> None:
+    threads = {"a": 1, "b": 1}
+    client = a_client(threads)
+    client.cluster = Mock(worker_spec={0: {}, 1: {}})
+    limit = InFlight(client, None)
+    limit.now()
+    client.cluster.scale.assert_not_called()
+    del threads["a"]
+    clock.now += 6
+    limit.now()
+    client.cluster.scale.assert_called_once_with(2)
 
 
 def test_a_closed_client_is_a_lost_scheduler() -> None:

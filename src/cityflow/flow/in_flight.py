@@ -52,6 +52,14 @@ class InFlight:
         if self._threads:
             self._last_worker = time.monotonic()
             self._told = False
+        _replace_lost(self._client)
+
+
+def _replace_lost(client: Client) -> None:
+    """A local cluster gives a worker up that died while it started again; asked for as many as it had, it starts another."""
+    cluster = client.cluster
+    if cluster is not None and len(client.nthreads()) < len(cluster.worker_spec):
+        cluster.scale(len(cluster.worker_spec))
 
 
 def check_alive(client: Client) -> None:
