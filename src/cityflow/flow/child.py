@@ -32,9 +32,6 @@ from cityflow.flow.workspace import Workspace
 TRIM_ABOVE_MB = 150.0
 """Memory that a task must have taken and left before the heap is handed back to the system."""
 
-COLLECTED_AFTER = 100_000
-"""Objects made beyond those gone, until Python looks for cycles among the newest. With its own 700 this takes a seventh of the time of a building."""
-
 TRANSIENT_MODULES = ("botocore", "aiobotocore", "aiohttp", "urllib3", "s3fs", "fsspec")
 """Exceptions of the libraries that talk to an object store may pass on a second try."""
 
@@ -75,7 +72,6 @@ def _import(function: str) -> Reply:
     finally:
         gc.enable()
     gc.freeze()  # what modules hold stays: no collection needs to look at it again
-    gc.set_threshold(COLLECTED_AFTER)
     return Reply(Ending.RETURNED, Outcome())
 
 
