@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from lxml import html
 
 from cityflow.core.building import Status
@@ -55,6 +56,14 @@ def test_failures_and_models_that_are_not_good_are_counted_and_sent_to_the_map()
     told = answers(run_of(*(good(f"u{i}") for i in range(40)), odd, *bad))
     assert told["Where are problems?"] == "Buildings: 3 poor, 1 to look at and 3 failed. The map shows where."
     assert told["What to do?"].startswith("Read why tasks failed")
+
+
+@pytest.mark.parametrize(("others", "end"), [(0, "the worst first."), (2, "the others can be used as they are.")])
+def test_what_is_not_good_is_looked_at_and_only_good_ones_can_be_used(others: int, end: str) -> None:
+    odd = replace(good("odd", 0.9), verdict="look")
+    told = answers(run_of(odd, *(good(f"u{i}") for i in range(others))))
+    assert told["What to do?"].startswith("Look at the buildings that are not good")
+    assert told["What to do?"].endswith(end)
 
 
 def test_tasks_of_other_stages_are_not_called_buildings() -> None:

@@ -121,7 +121,8 @@ def _to_do(figures: Mapping[str, Any], run: str) -> str:
     if refused:
         return "Fix the refused outlines in their source and run the workflow again; the rest can be used."
     if figures["review_list"]:
-        return "Look at the buildings that are not good, the worst first; the others can be used as they are."
+        others = "; the others can be used as they are" if summary["verdicts"]["good"] else ""
+        return f"Look at the buildings that are not good, the worst first{others}."
     if summary["verdicts"]["unjudged"]:
         return "Run the workflow again: these buildings were made by a version without verdicts."
     return "Nothing: the products can be used as they are."
