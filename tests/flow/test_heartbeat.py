@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +15,7 @@ import pytest
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
-from cityflow.flow import driver_note
+from cityflow.flow import driver_note, driver_task
 from cityflow.flow.driver_note import DriverNote, Phase, ask_to_cancel, described, read_note, write_note
 from cityflow.flow.heartbeat import Heartbeat
 from cityflow.flow.progress import Silent
@@ -117,3 +120,24 @@ def test_ctrl_c_is_told_from_cancelling(remote: Store) -> None:
         raise KeyboardInterrupt
     note = cast(DriverNote, read_note(remote))
     assert described(note, note.told) == "was stopped by Ctrl-C"
+
+
+def test_a_note_holds_no_password(remote: Store) -> None:
+    def failing() -> None:
+        with beating(remote):
+            raise RunError("cannot be read: https://joe:secret@host/town.tif?token=hidden")
+
+    with pytest.raises(RunError):
+        failing()
+    written = remote.read_bytes(driver_note.NOTE).decode()
+    assert "https://host/town.tif" in written
+    assert "secret" not in written
+    assert "hidden" not in written
+
+
+def test_the_log_of_a_driver_holds_no_password(remote: Store) -> None:
+    said = "print('Traceback: https://joe:secret@host/town.tif?token=hidden')"
+    with tempfile.TemporaryFile() as printed:
+        process = subprocess.Popen([sys.executable, "-c", said], stdout=printed)
+        assert driver_task._ended(remote, process, printed) == 0
+    assert remote.read_bytes(driver_task.LOG).decode().strip() == "Traceback: https://host/town.tif?token=…"

@@ -155,6 +155,19 @@ def test_a_changed_tile_rewrites_what_is_above_it_and_nothing_else(town: Town, t
             assert path.stat().st_mtime_ns == times[path]
 
 
+def test_rasters_on_other_cells_are_merged_anew(town: Town) -> None:
+    """Their names, and the summaries of the tiles, may be what they were."""
+    city, before = town.city, [export.STAGE.task(town.city, unit) for unit in (*town.city.districts.names, CITY)]
+    other = City(city.survey.catalog, CityParameters.model_validate({"surface": {"cell_m": CELL_M / 2}}))
+    for found in town.records:
+        other.learn(found)
+    for task in before:
+        assert task is not None
+        now = export.STAGE.task(other, task.unit)
+        assert now is not None
+        assert now.digest != task.digest
+
+
 def test_counts_of_the_city_are_those_of_its_tiles(town: Town) -> None:
     path, _ = summary_of(town.city.survey.results, CITY)
     summary = decode_summary(town.store.read_bytes(path), path)

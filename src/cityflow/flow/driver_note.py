@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from cityflow.core.credentials import without_credentials
+from cityflow.core.credentials import stripped, without_credentials
 from cityflow.flow.progress_counts import duration
 from cityflow.flow.store import Store
 
@@ -74,7 +74,8 @@ class DriverNote:
 
 
 def write_note(store: Store, note: DriverNote) -> None:
-    store.write_bytes(NOTE, (json.dumps(asdict(note), ensure_ascii=False) + "\n").encode())
+    """Keep the note; addresses in it lose users, passwords and keys."""
+    store.write_bytes(NOTE, (json.dumps(stripped(asdict(note)), ensure_ascii=False) + "\n").encode())
 
 
 def read_note(store: Store) -> DriverNote | None:

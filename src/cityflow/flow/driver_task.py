@@ -19,6 +19,7 @@ from typing import IO, Any
 
 from distributed import Client, Scheduler, fire_and_forget, get_worker, secede
 
+from cityflow.core.credentials import without_credentials
 from cityflow.errors import RunError
 from cityflow.flow.driver_note import DriverNote, Phase, read_note, write_note
 from cityflow.flow.exclusive import is_held
@@ -130,8 +131,10 @@ def _ended(store: Store, process: subprocess.Popen[bytes], printed: IO[bytes]) -
 
 
 def _tail(printed: IO[bytes]) -> bytes:
+    """The end of what it prints, without users, passwords and keys of addresses: a traceback may hold some."""
     size = os.fstat(printed.fileno()).st_size
-    return os.pread(printed.fileno(), LOG_BYTES, max(0, size - LOG_BYTES))
+    text = os.pread(printed.fileno(), LOG_BYTES, max(0, size - LOG_BYTES)).decode(errors="replace")
+    return without_credentials(text).encode()
 
 
 def _tls(security: Any) -> dict[str, str]:

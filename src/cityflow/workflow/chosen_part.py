@@ -13,8 +13,9 @@ from cityflow.flow.row import Row
 from cityflow.flow.stage import Node
 from cityflow.pipeline.city_part import PARTS, Chosen
 from cityflow.survey.city import EXPORT, OUTLINE, SPLIT, UNITS, City
+from cityflow.survey.texture_inputs import windows_are_wanted
 
-ATLAS, RECONSTRUCT = "atlas", "reconstruct"
+ATLAS, RECONSTRUCT, TEXTURE, WINDOWS = "atlas", "reconstruct", "texture", "windows"
 OF_SURFACES = "surface "
 """Begin of the names of the inputs that tell which tiles a unit stands on."""
 
@@ -41,10 +42,10 @@ class Selection:
 def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
     """The chosen tasks and where they are; None where only a walk over the whole city can tell, or has to follow.
 
-    That is where something is chosen that comes before outlines are split, an outline that was refused, or a unit whose tile has not come so far.
-    Units of an earlier request are left out.
+    That is where something is chosen that comes before outlines are split, an outline that was refused, a unit whose tile has not come so far, or what
+    stands beyond the area of interest: its neighbours inside tell whether it is asked for. Units of an earlier request are left out.
     """
-    found = set(_recorded(ledger, selection))
+    found = {(stage, unit) for stage, unit in _recorded(ledger, selection) if _is_asked(city, stage, unit)}
     if not found or any(stage not in PARTS for stage, _ in found):
         return None
     places: dict[str, list[Bounds]] = defaultdict(list)
@@ -52,6 +53,8 @@ def part_of(city: City, ledger: Ledger, selection: Selection) -> Chosen | None:
     for stage, unit in found:
         tile = _tile_in(city, unit) if stage in (ATLAS, EXPORT, UNITS) else None
         if stage in (EXPORT, UNITS, ATLAS):
+            if tile is not None and tile not in city.tile_names:
+                return None
             if tile is not None:
                 places.setdefault(tile, [])
             nodes.add((stage, unit))
@@ -78,6 +81,16 @@ def _recorded(ledger: Ledger, selection: Selection) -> Iterator[Node]:
             yield from ((stage, unit) for unit in ledger.units(stage))
 
 
+def _is_asked(city: City, stage: str, unit: str) -> bool:
+    """Whether the run has such a task today: a record may be of an earlier request, for textures or for a larger area."""
+    if stage in (SPLIT, UNITS):
+        return city.survey.splits
+    if stage == WINDOWS:
+        return windows_are_wanted(city.survey)
+    tile = _tile_in(city, unit) if stage in (EXPORT, ATLAS) else None
+    return (city.survey.textures or stage not in (TEXTURE, ATLAS)) and (tile is None or tile in city.tile_names)
+
+
 def _tile_in(city: City, unit: str) -> str | None:
     return next((t for t in (unit, unit.rpartition(".")[0]) if t in city.survey.lattice.tiles), None)
 
@@ -88,7 +101,7 @@ class _Known:
 
     city: City
     ledger: Ledger
-    _bounds: dict[Node, dict[str, Bounds] | None] = field(default_factory=dict)
+    _bounds: dict[Node, dict[str, Bounds | None] | None] = field(default_factory=dict)
 
     def place_of(self, stage: str, unit: str) -> tuple[str, Bounds] | tuple[()] | None:
         """The tile that owns a unit, and its bounds; nothing where no tile around owns it any more; None where that cannot be told here."""
@@ -101,7 +114,8 @@ class _Known:
             if owned is None:
                 return None
             if unit in owned:
-                return tile, owned[unit]
+                bounds = owned[unit]
+                return None if bounds is None else (tile, bounds)
         return ()
 
     def _stands_on(self, stage: str, unit: str) -> list[str]:
@@ -109,11 +123,15 @@ class _Known:
         names: Iterable[str] = () if record is None else record.inputs
         return [name.removeprefix(OF_SURFACES) for name in names if name.startswith(OF_SURFACES)]
 
-    def _units_of(self, naming: str, tile: str) -> dict[str, Bounds] | None:
+    def _units_of(self, naming: str, tile: str) -> dict[str, Bounds | None] | None:
+        """Bounds of what a tile owns, None of what stands beyond the area of interest; None where the tile has no record."""
         if (naming, tile) not in self._bounds:
             record = self.ledger.latest(naming, tile)
             entries: Sequence[dict[str, list[float]]] = () if record is None else record.result.get("units", [])
-            owned = {str(e["id"]): _four(e["bounds"]) for e in entries}
+            holds = self.city.area.holds
+            owned = {
+                str(e["id"]): _four(e["bounds"]) if holds((e["point"][0], e["point"][1])) else None for e in entries
+            }
             self._bounds[naming, tile] = None if record is None else owned
         return self._bounds[naming, tile]
 

@@ -77,18 +77,18 @@ def task(city: City, unit: str) -> Task:
     rasters = {r: tuple(t for t in tiles if _has(survey.results, r, t)) for r in RASTERS}
     tables = {t: d for t in tiles if (d := survey.results.outputs_of(NAME, t).get(table_path(t)))}
     joined, refused, once = _once(city) if unit == CITY else (None, NOBODY, "")
-    parent = parent_of(city, unit)
+    parent, cell_m = parent_of(city, unit), survey.lattice.product_grid.cell
     metadata = digest_of(as_json(survey.product_metadata))
     return Task(
         NAME, unit, "cityflow.stages.export.merge:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
-            **{f"part {name}": digest for name, (_, digest) in parts.items()}, "rasters": digest_of(rasters), "said": metadata,
+            **{f"part {name}": digest for name, (_, digest) in parts.items()}, "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), "said": metadata,
             **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
             **({"parent": parent} if parent != COLLECTION else {}),
         },
         arguments=as_json(MergeInputs(
-            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.grid.bounds, survey.lattice.product_grid.cell,
+            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.grid.bounds, cell_m,
             *survey.ortho_kind, survey.product_metadata, parent, tuple(map(table_path, tables)), joined, refused,
         )),
         limits=survey.limits(NAME),
