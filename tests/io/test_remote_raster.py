@@ -136,6 +136,9 @@ def test_windows_from_an_object_store(ortho: bytes, monkeypatch: pytest.MonkeyPa
         with raster_file("s3://city-orthos/2024/ortho.tif") as name:
             assert name == "/vsis3/city-orthos/2024/ortho.tif"
             assert np.array_equal(read_window(name, PART, RD, resampling="nearest"), EXPECTED)
+        client.put_object(Bucket="city-orthos", Key="2024/ortho.tif#2", Body=write_cog(255 - NOISE, WHOLE, RD))
+        with raster_file("s3://city-orthos/2024/ortho.tif#2") as name:
+            assert np.array_equal(read_window(name, PART, RD, resampling="nearest"), 255 - EXPECTED)
     finally:
         server.stop()
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -22,6 +23,7 @@ from cityflow.flow.driver_note import DriverNote, Phase, read_note, write_note
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
+from cityflow.workflow import watch
 from cityflow.workflow.submit import cancel_run
 from cityflow.workflow.watch import watch_run
 from flow import toy_driver
@@ -134,3 +136,13 @@ def test_who_watches_is_told_of_silence(remote: Store) -> None:
     with pytest.raises(KeyboardInterrupt):
         watch_run(remote.root, Impatient(file=io.StringIO()))
     assert "No sign of the driver for" in printed.getvalue()
+
+
+def test_who_watches_waits_where_the_store_does_not_answer(remote: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    at_work = DriverNote("first", Phase.AT_WORK, "x", "somewhere", told=time.time())
+    answers = iter([at_work, None, replace(at_work, phase=Phase.ENDED)])
+    monkeypatch.setattr(watch, "read_note", lambda _: next(answers))
+    monkeypatch.setattr(watch, "LOOK_EVERY_S", 0.01)
+    printed = io.StringIO()
+    watch_run(remote.root, Console(file=printed))
+    assert printed.getvalue().splitlines()[-1] == "The driver has ended"

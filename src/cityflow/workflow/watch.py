@@ -35,9 +35,13 @@ def watch_run(url: str, console: Console) -> None:
 
 
 def _signs(store: Store) -> Iterator[tuple[DriverNote, float]]:
-    """The note about once a second, and for how long the driver has given no sign, 0 where that is short; the last when it has ended."""
+    """The note about once a second, and for how long the driver has given no sign, 0 where that is short; the last when it has ended.
+
+    A note that cannot be read now counts as no sign: the store may answer again.
+    """
     beat, heard, told = (-1, ""), time.monotonic(), 0.0
-    while (note := read_note(store)) is not None:
+    note = read_note(store)
+    while note is not None:
         now = time.monotonic()
         if (note.beat, note.driver) != beat:
             beat, heard, told = (note.beat, note.driver), now, 0.0
@@ -48,6 +52,7 @@ def _signs(store: Store) -> Iterator[tuple[DriverNote, float]]:
         if not note.is_open:
             return
         time.sleep(LOOK_EVERY_S)
+        note = read_note(store) or note
 
 
 def _progress(note: DriverNote) -> str:

@@ -41,9 +41,10 @@ def raster_file(href: str) -> Iterator[str]:
     CatalogError
         The file is not there or cannot be read.
     """
-    parts = urlsplit(href)
-    reader = FOLDERS.get(parts.scheme)
-    name = "" if reader is None else reader + (f"{parts.netloc}{parts.path}" if reader == "/vsis3/" else href)
+    protocol, _, key = href.partition("://")
+    reader = FOLDERS.get(protocol)
+    # a key may hold "#" and "?"; cut there, it would be that of another file
+    name = "" if reader is None else reader + (key if reader == "/vsis3/" else href)
     if not name or not _gives_parts(name, s3_endpoint()):
         with local_file(href) as path:
             yield str(path)
