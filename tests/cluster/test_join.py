@@ -7,8 +7,9 @@ from pathlib import Path
 import geopandas
 import pyogrio
 import pytest
+import shapely
 
-from cluster.small_city import Commands, SmallCity
+from cluster.small_city import Commands, SmallCity, make_city, scene
 
 
 def layers(path: Path) -> dict[str, geopandas.GeoDataFrame]:
@@ -57,3 +58,15 @@ def test_a_city_of_many_tiles_has_tables(
     status = geopandas.read_file(small_run / "products/outlines.gpkg", layer="status").set_index("id")
     index = geopandas.read_parquet(products / "index").set_index("id")
     assert index["status"].to_dict() == {u: status["status"][u] for u in index.index}
+
+
+def test_within_an_area_what_is_refused_elsewhere_is_left_out_too(cityflow: Commands, tmp_path: Path) -> None:
+    far = ("far away", shapely.box(185_500, 447_050, 185_510, 447_060))
+    city, run = make_city(tmp_path / "town", [*scene().outlines.items(), far]), tmp_path / "run"
+    cityflow.run(city, run, "--aoi", "85000,447000,85060,447060")
+    cityflow("join", run, "--out", tmp_path / "all.gpkg")
+    whole, joined = (
+        geopandas.read_file(path, layer="status") for path in (run / "products/outlines.gpkg", tmp_path / "all.gpkg")
+    )
+    assert len(whole)
+    assert sorted(joined["id"]) == sorted(whole["id"])

@@ -143,23 +143,28 @@ def _replacing(path: Path) -> Iterator[Path]:
 
 
 def _write_map(run: JoinedRun, made: Path, _path: Path) -> None:
+    wanted = open_run(run.url)
+    # what is refused belongs to no tile of an area: the map of a small city leaves it out, too
+    told = wanted.area.is_everywhere
+
     def parts() -> Iterator[Sequence[Layer]]:
         for tile in run.tiles:
-            yield _map_of(run.of(tile), tile)
-        if run.everywhere:
-            yield _map_of(run.of_no_tile(), "")
+            yield _map_of(run.of(tile), tile, with_refused=told)
+        if run.everywhere and told:
+            yield _map_of(run.of_no_tile(), "", with_refused=True)
 
-    write_geopackage_in_parts(made, parts, open_run(run.url).catalog.reference)
+    write_geopackage_in_parts(made, parts, wanted.catalog.reference)
 
 
-def _map_of(left: Left, tile: str) -> list[Layer]:
+def _map_of(left: Left, tile: str, *, with_refused: bool) -> list[Layer]:
     found = left.results
     of_units = units.NAME if found.of(units.NAME, tile) is not None else outline.NAME
     rows = [p for p in found.outputs_of(export.NAME, tile) if p.endswith(f"/{ROWS}")]
     given = JoinInputs(
         tuple(found.outlines_of(outline.NAME, tile)), tuple(found.outlines_of(of_units, tile)), tuple(found.split_files(tile)), tuple(rows),
     )  # fmt: skip
-    return map_layers(left.store, given, Refused(found.refused_outlines(), tuple(found.refused_files())))
+    refused = Refused(found.refused_outlines(), tuple(found.refused_files())) if with_refused else Refused({}, ())
+    return map_layers(left.store, given, refused)
 
 
 def _write_model(run: JoinedRun, made: Path, path: Path) -> None:
