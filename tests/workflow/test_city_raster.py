@@ -79,6 +79,15 @@ def test_the_difference_of_two_runs(tmp_path: Path) -> None:
     assert np.isnan(values[:, 2 * TILE :]).all()
 
 
+def test_only_heights_state_a_vertical_datum(tmp_path: Path) -> None:
+    run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
+    for wish, epsg in ((RasterWish(), 7415), (RasterWish("ndsm"), 28992), (RasterWish(minus=run), 28992)):
+        write_city_raster(run, tmp_path / "r.tif", wish, "", 1, Console(quiet=True))
+        with rasterio.open(tmp_path / "r.tif") as made:
+            assert made.crs.to_epsg() == epsg
+            assert ("VERTICAL_DATUM" in made.tags()) == (epsg == 7415)
+
+
 def test_what_does_not_fit_is_named(tmp_path: Path) -> None:
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
     for wish, match in (

@@ -60,7 +60,7 @@ def write_city_raster(
     with computing(scheduler, workers or os.cpu_count() or 1) as compute:
         heights = _heights(surface, wish, factor, cell, run)
         raster = _computed(compute, heights, wish, cell)
-    _write(raster, out, surface, relief=wish.relief)
+    _write(raster, out, surface, wish)
     tree = _figures(raster, cell, out)
     if in_json:
         print_json(tree)
@@ -125,10 +125,13 @@ def _computed(compute: Callable[[Any], Any], heights: xr.DataArray, wish: Raster
     return found
 
 
-def _write(raster: xr.DataArray, out: Path, surface: xr.Dataset, *, relief: bool) -> None:
+def _write(raster: xr.DataArray, out: Path, surface: xr.Dataset, wish: RasterWish) -> None:
     from cityflow.io.rasters.city_geotiff import write_geotiff
 
-    write_geotiff(raster, resolve(str(surface.attrs["crs"])), out, 0 if relief else float("nan"))
+    # above terrain, and between two epochs, no datum counts
+    heights = wish.layer != "ndsm" and not (wish.relief or wish.minus)
+    nodata = 0 if wish.relief else float("nan")
+    write_geotiff(raster, resolve(str(surface.attrs["crs"])), out, nodata, heights=heights)
 
 
 def _figures(raster: xr.DataArray, cell: float, out: Path) -> dict[str, Any]:

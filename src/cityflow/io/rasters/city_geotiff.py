@@ -15,12 +15,13 @@ from cityflow.io.crs import vertical_datum
 from cityflow.io.rasters.raster import BLOCK_PX, crs_for
 
 
-def write_geotiff(raster: xr.DataArray, reference: Reference, path: Path, nodata: float) -> None:
+def write_geotiff(raster: xr.DataArray, reference: Reference, path: Path, nodata: float, *, heights: bool) -> None:
     """Write (y, x) values with overviews; the file appears when it is whole, the same bytes for the same array.
 
     Parameters
     ----------
-    raster : coordinates are middles of cells, north up. Floating values are heights, metres, and stand in the CRS with its vertical part
+    raster : coordinates are middles of cells, north up
+    heights : values are metres above the vertical datum, and stand in the CRS with its vertical part; else in that of x and y
     nodata : the value that means no data
 
     Raises
@@ -28,8 +29,7 @@ def write_geotiff(raster: xr.DataArray, reference: Reference, path: Path, nodata
     OSError
         The folder is not there, cannot be written, or is full.
     """
-    heights = np.issubdtype(raster.dtype, np.floating)
-    crs = crs_for(raster.dtype, reference)
+    crs = crs_for(raster.dtype if heights else np.dtype(np.uint8), reference)
     bare = raster.drop_vars([name for name in raster.coords if name not in raster.dims]).drop_attrs()
     placed = (bare if crs is None else bare.rio.write_crs(crs)).rio.write_nodata(nodata)
     tags = {"VERTICAL_DATUM": vertical_datum(reference)} if heights else {}
