@@ -110,8 +110,6 @@ def main() -> None:
             f"{dict(killed)} killed: {time.monotonic() - start:.0f} s, exit code {code}, {dict(statuses(killed_run))}, "
             f"{len(found)} products, {len(other)} differ {other[:3]}"
         )
-        if not killed:
-            break
 
 
 if __name__ == "__main__":
