@@ -170,6 +170,18 @@ def sandboxes_at_work(run: Driver) -> list[psutil.Process]:
     raise AssertionError(f"the sandboxes did not start: {run.errors}")
 
 
+def test_workers_that_die_at_the_very_start_are_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(**_: object) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(module, "LocalCluster", failing)
+    with (
+        pytest.raises(RunError, match="a worker process died while it started → run the command again"),
+        connect(None, 2),
+    ):
+        pass
+
+
 def test_a_worker_that_died_while_it_started_again_is_replaced() -> None:
     """The process that watches over it has given up by then."""
     with dask.config.set({"distributed.deploy.lost-worker-timeout": "100ms"}), connect(None, 1) as client:

@@ -65,15 +65,19 @@ def connect(scheduler: str | None, workers: int, *, connect_s: float = CONNECT_S
 def _local(workers: int) -> Iterator[Client]:
     # The nanny's memory limit is off: it would kill a worker and with it the innocent tasks beside the greedy one.
     # The worker itself holds no arrays; they live in the sandbox's child, which has its own limit per task.
-    cluster = LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        memory_limit=0,
-        dashboard_address=f"127.0.0.1:{_free_port(DASHBOARD_PORT)}",
-        silence_logs=logging.CRITICAL,
-        preload=["cityflow.flow.worker_setup"],
-    )
+    try:
+        cluster = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address=f"127.0.0.1:{_free_port(DASHBOARD_PORT)}",
+            silence_logs=logging.CRITICAL,
+            preload=["cityflow.flow.worker_setup"],
+        )
+    except RuntimeError as error:
+        remedy = "run the command again; if it stays so, look at the machine's memory or take fewer --workers"
+        raise RunError("a worker process died while it started", where="local cluster", remedy=remedy) from error
     client = Client(cluster, set_as_default=False)
     try:
         yield client
