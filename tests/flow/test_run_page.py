@@ -87,6 +87,20 @@ def test_a_scheduler_without_a_dashboard_has_json() -> None:
         assert json.loads(urlopen(page_address(client, "run"), timeout=10).read()) == told(client)
 
 
+@pytest.mark.cluster
+def test_a_scheduler_that_preloads_the_page_shows_what_it_is_told() -> None:
+    """It starts plugins of preloads once more."""
+    preloaded = {"dashboard": True, "preload": ["cityflow.flow.run_page"], "preload_argv": [[]]}
+    with (
+        LocalCluster(
+            n_workers=0, protocol="tcp", scheduler_kwargs=preloaded, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        publisher(client, "run")(RunNews(Silent()))
+        assert list(told(client)) == ["run"]
+
+
 def test_only_places_that_changed_are_told_again() -> None:
     news = RunNews(Silent(), TownPlaces())
     assert len(news.changed_places()) == 5

@@ -12,6 +12,7 @@ import rasterio
 from distributed import LocalCluster
 from rich.console import Console
 
+from cityflow.cli.rasters import raster
 from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.errors import RunError
@@ -97,6 +98,18 @@ def test_what_does_not_fit_is_named(tmp_path: Path) -> None:
         with pytest.raises(RunError, match=match):
             write_city_raster(run, tmp_path / "r.tif", wish, "", 1, Console())
     assert not (tmp_path / "r.tif").exists()
+
+
+def test_a_file_that_is_no_geotiff_is_refused_at_once(tmp_path: Path) -> None:
+    run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
+    (tmp_path / "a" / "run.json").write_text("{}")
+    for out, problem in (
+        (tmp_path / "a.png", "no name of a GeoTIFF"),
+        (tmp_path, "no name"),
+        (tmp_path / "b" / "r.tif", "no such folder"),
+    ):
+        with pytest.raises(RunError, match=problem):
+            raster(run, out)
 
 
 def test_a_cluster_computes_the_same(tmp_path: Path) -> None:

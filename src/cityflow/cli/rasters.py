@@ -48,6 +48,8 @@ def raster(
     look_at_run(run_url)
     if minus:
         look_at_run(minus)
+    if out.suffix.lower() not in (".tif", ".tiff") or out.is_dir():
+        raise RunError("no name of a GeoTIFF", where=str(out), remedy="choose an --out that ends in .tif")
     if not out.parent.is_dir():
         raise RunError("no such folder", where=str(out.parent), remedy="make it, or choose another --out")
     from cityflow.workflow.city_raster import RasterWish, write_city_raster

@@ -36,10 +36,13 @@ class RunPage(SchedulerPlugin):
 
     def __init__(self) -> None:
         self.runs = RunsTold()
+        self._is_started = False
 
     async def start(self, scheduler: Scheduler) -> None:
-        """Called by the scheduler; without bokeh, or without a dashboard, there is JSON alone."""
-        self.runs = RunsTold()
+        """Called by the scheduler, twice where it preloads the page; without bokeh, or without a dashboard, there is JSON alone."""
+        if self._is_started:
+            return
+        self._is_started = True
         routes: list[Any] = [(rf"/{PATH}/runs.json", _Json, {"runs": self.runs})]
         if not self._add_document(scheduler):
             routes.append((rf"/{PATH}/?", RedirectHandler, {"url": f"/{PATH}/runs.json"}))
