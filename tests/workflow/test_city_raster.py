@@ -21,7 +21,7 @@ from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.surface_dataset import chunked_surface
 from cityflow.io.rasters.surface_zarr import create, write_tile
-from cityflow.workflow.city_raster import RasterWish, write_city_raster
+from cityflow.workflow.city_raster import RasterRequest, write_city_raster
 
 CELL, TILE = 0.5, 20
 RD = resolve("EPSG:7415")
@@ -42,7 +42,7 @@ def test_heights_on_coarser_cells(tmp_path: Path, capsys: pytest.CaptureFixture[
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 3, 10.0)
     file = tmp_path / "dsm.tif"
     for name in (file, tmp_path / "again.tif"):
-        write_city_raster(run, name, RasterWish("dsm", 2.0), "", 1, Console(), in_json=True)
+        write_city_raster(run, name, RasterRequest("dsm", 2.0), "", 1, Console(), in_json=True)
     told = json.loads(capsys.readouterr().out.split("}\n{")[0].rstrip("}\n") + "}")
     assert told["cells"] == [5, 15]
     assert told["known_share"] == pytest.approx(2 / 3, abs=1e-3)
@@ -60,7 +60,7 @@ def test_heights_on_coarser_cells(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 def test_a_relief_says_nothing_where_nothing_is_known(tmp_path: Path) -> None:
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
-    write_city_raster(run, tmp_path / "r.tif", RasterWish(relief=True), "", 1, Console(quiet=True))
+    write_city_raster(run, tmp_path / "r.tif", RasterRequest(relief=True), "", 1, Console(quiet=True))
     with rasterio.open(tmp_path / "r.tif") as made:
         grey = made.read(1)
         assert (made.dtypes, made.nodata, made.crs.to_epsg()) == (("uint8",), 0.0, 28992)
@@ -71,7 +71,7 @@ def test_a_relief_says_nothing_where_nothing_is_known(tmp_path: Path) -> None:
 def test_the_difference_of_two_runs(tmp_path: Path) -> None:
     now = run_with_surface(tmp_path / "now", RD, 85000.0, 4, 12.0)
     before = run_with_surface(tmp_path / "before", RD, 85010.0, 4, 10.0)
-    write_city_raster(now, tmp_path / "d.tif", RasterWish(minus=before), "", 1, Console(quiet=True))
+    write_city_raster(now, tmp_path / "d.tif", RasterRequest(minus=before), "", 1, Console(quiet=True))
     with rasterio.open(tmp_path / "d.tif") as made:
         assert made.bounds.left == 85010.0
         values = made.read(1)
@@ -82,8 +82,8 @@ def test_the_difference_of_two_runs(tmp_path: Path) -> None:
 
 def test_only_heights_state_a_vertical_datum(tmp_path: Path) -> None:
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
-    for wish, epsg in ((RasterWish(), 7415), (RasterWish("ndsm"), 28992), (RasterWish(minus=run), 28992)):
-        write_city_raster(run, tmp_path / "r.tif", wish, "", 1, Console(quiet=True))
+    for request, epsg in ((RasterRequest(), 7415), (RasterRequest("ndsm"), 28992), (RasterRequest(minus=run), 28992)):
+        write_city_raster(run, tmp_path / "r.tif", request, "", 1, Console(quiet=True))
         with rasterio.open(tmp_path / "r.tif") as made:
             assert made.crs.to_epsg() == epsg
             assert ("VERTICAL_DATUM" in made.tags()) == (epsg == 7415)
@@ -91,12 +91,12 @@ def test_only_heights_state_a_vertical_datum(tmp_path: Path) -> None:
 
 def test_what_does_not_fit_is_named(tmp_path: Path) -> None:
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
-    for wish, match in (
-        (RasterWish(cell_m=0.7), r"cells of 0\.7 m do not fit .* choose --cell from 0\.5, 1, 2, 2\.5, 5, 10"),
-        (RasterWish(minus=str(tmp_path)), r"no run here"),
+    for request, match in (
+        (RasterRequest(cell_m=0.7), r"cells of 0\.7 m do not fit .* choose --cell from 0\.5, 1, 2, 2\.5, 5, 10"),
+        (RasterRequest(minus=str(tmp_path)), r"no run here"),
     ):
         with pytest.raises(RunError, match=match):
-            write_city_raster(run, tmp_path / "r.tif", wish, "", 1, Console())
+            write_city_raster(run, tmp_path / "r.tif", request, "", 1, Console())
     assert not (tmp_path / "r.tif").exists()
 
 

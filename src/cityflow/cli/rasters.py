@@ -52,7 +52,7 @@ def raster(
         raise RunError("no name of a GeoTIFF", where=str(out), remedy="choose an --out that ends in .tif")
     if not out.parent.is_dir():
         raise RunError("no such folder", where=str(out.parent), remedy="make it, or choose another --out")
-    from cityflow.workflow.city_raster import RasterWish, write_city_raster
+    from cityflow.workflow.city_raster import RasterRequest, write_city_raster
 
-    wish = RasterWish(layer.value, cell_m, relief, minus)
-    write_city_raster(run_url, out, wish, scheduler, workers, options.console, in_json=as_json)
+    request = RasterRequest(layer.value, cell_m, relief, minus)
+    write_city_raster(run_url, out, request, scheduler, workers, options.console, in_json=as_json)

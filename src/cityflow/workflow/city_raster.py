@@ -27,7 +27,7 @@ LONGEST_SIDE, MOST_CELLS = 8192, 400_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class RasterWish:
+class RasterRequest:
     """What is wanted.
 
     Attributes
@@ -45,7 +45,14 @@ class RasterWish:
 
 
 def write_city_raster(
-    run: str, out: Path, wish: RasterWish, scheduler: str, workers: int, console: Console, *, in_json: bool = False
+    run: str,
+    out: Path,
+    request: RasterRequest,
+    scheduler: str,
+    workers: int,
+    console: Console,
+    *,
+    in_json: bool = False,
 ) -> None:
     """Write a GeoTIFF with overviews, and print its figures.
 
@@ -55,12 +62,12 @@ def write_city_raster(
         There is no surface, the cell does not fit, or the two runs have nothing in common.
     """
     surface = _surface(run)
-    factor = _factor(surface, wish.cell_m, run)
+    factor = _factor(surface, request.cell_m, run)
     cell = factor * float(surface.attrs["cell"])
     with computing(scheduler, workers or os.cpu_count() or 1) as compute:
-        heights = _heights(surface, wish, factor, cell, run)
-        raster = _computed(compute, heights, wish, cell)
-    _write(raster, out, surface, wish)
+        heights = _heights(surface, request, factor, cell, run)
+        raster = _computed(compute, heights, request, cell)
+    _write(raster, out, surface, request)
     tree = _figures(raster, cell, out)
     if in_json:
         print_json(tree)
@@ -100,37 +107,39 @@ def _factor(surface: xr.Dataset, cell_m: float, run: str) -> int:
     return chosen
 
 
-def _heights(surface: xr.Dataset, wish: RasterWish, factor: int, cell: float, run: str) -> xr.DataArray:
+def _heights(surface: xr.Dataset, request: RasterRequest, factor: int, cell: float, run: str) -> xr.DataArray:
     from cityflow.surface.city_raster import coarser, difference
 
-    ours = coarser(surface[wish.layer], factor)
-    if not wish.minus:
+    ours = coarser(surface[request.layer], factor)
+    if not request.minus:
         return ours
-    other = _surface(wish.minus)
+    other = _surface(request.minus)
     if other.attrs["crs"] != surface.attrs["crs"]:
         raise RunError(
-            f"{other.attrs['crs']} there, {surface.attrs['crs']} in {run}", where=wish.minus, remedy="compare runs of one CRS"
+            f"{other.attrs['crs']} there, {surface.attrs['crs']} in {run}", where=request.minus, remedy="compare runs of one CRS"
         )  # fmt: skip
     try:
-        theirs = coarser(other[wish.layer], _factor(other, cell, wish.minus))
+        theirs = coarser(other[request.layer], _factor(other, cell, request.minus))
         return difference(ours, theirs, cell)
     except ValueError as error:
-        raise RunError(str(error), where=wish.minus, remedy="compare runs of one area and lattice") from error
+        raise RunError(str(error), where=request.minus, remedy="compare runs of one area and lattice") from error
 
 
-def _computed(compute: Callable[[Any], Any], heights: xr.DataArray, wish: RasterWish, cell: float) -> xr.DataArray:
+def _computed(
+    compute: Callable[[Any], Any], heights: xr.DataArray, request: RasterRequest, cell: float
+) -> xr.DataArray:
     from cityflow.surface.city_raster import relief
 
-    found: xr.DataArray = compute(relief(heights, cell) if wish.relief else heights)
+    found: xr.DataArray = compute(relief(heights, cell) if request.relief else heights)
     return found
 
 
-def _write(raster: xr.DataArray, out: Path, surface: xr.Dataset, wish: RasterWish) -> None:
+def _write(raster: xr.DataArray, out: Path, surface: xr.Dataset, request: RasterRequest) -> None:
     from cityflow.io.rasters.city_geotiff import write_geotiff
 
     # above terrain, and between two epochs, no datum counts
-    heights = wish.layer != "ndsm" and not (wish.relief or wish.minus)
-    nodata = 0 if wish.relief else float("nan")
+    heights = request.layer != "ndsm" and not (request.relief or request.minus)
+    nodata = 0 if request.relief else float("nan")
     write_geotiff(raster, resolve(str(surface.attrs["crs"])), out, nodata, heights=heights)
 
 
