@@ -82,7 +82,7 @@ class Town:
         file = LidarAsset("f", "f.laz", "1" * 64, 1, box, (0.0, 9.0), 9)
         given = OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, box, tiles * houses)
         self.city = City(Catalog("", "town", resolve("EPSG:7415"), "", "", (file,), given), self.parameters)
-        self.globe = globe_of(resolve("EPSG:7415"), self.city.survey.lattice.grid.bounds)
+        self.globe = globe_of(resolve("EPSG:7415"), self.city.survey.lattice.bounds)
         self.about = about_tiles("town", "", "", resolve("EPSG:7415"), self.globe)
         self.spent: dict[str, list[tuple[float, float]]] = defaultdict(list)
 
@@ -146,16 +146,13 @@ class Town:
         yield _record("surface", tile, rasters, {"digest": tile})
         yield self._exported(tile, where, outlines, remark)
 
+    def _row(self, unit: str, remark: str) -> dict[str, Any]:
+        """What the export says of a building."""
+        status = "degraded" if remark else "done"
+        return {"status": status, "reason": "", "attributes": _attributes(unit), "overhangs": []}
+
     def _exported(self, tile: str, where: Tile, outlines: list[Outline], remark: str) -> Record:
-        rows: dict[str, dict[str, Any]] = {
-            o.id: {
-                "status": "degraded" if remark else "done",
-                "reason": "",
-                "attributes": _attributes(o.id),
-                "overhangs": [],
-            }
-            for o in outlines
-        }
+        rows = {o.id: self._row(o.id, remark) for o in outlines}
         workspace = Workspace(self.store, Task(export.NAME, tile, "", 1, inputs={"remark": remark}))
         half = self.parameters.tiles.tile_m / 2
         box = np.array([-half, -half, 0.0]), np.array([half, half, 20.0])
@@ -169,7 +166,9 @@ class Town:
                  f"{TILES3D}/{tile}/buildings.glb", f"{TILES3D}/{tile}/terrain.glb"]  # fmt: skip
         others = {p: digest_of([p, remark]) for p in named}
         survey = self.city.survey
-        leave_summary(workspace, tile, where.bounds, rows, others, survey.product_metadata, parent_of(self.city, tile))
+        leave_summary(
+            workspace, tile, where.bounds, rows, others, survey.product_metadata(), parent_of(self.city, tile)
+        )
         return _record(export.NAME, tile, workspace.outputs, {"buildings": len(rows)})
 
 

@@ -31,7 +31,7 @@ from cityflow.geometry.validity import check_polyhedron
 from cityflow.io.city_models.cityjson import Transform, read_feature
 from cityflow.io.crs import resolve
 from cityflow.io.points.las import read_points
-from cityflow.io.tables.vector import read_outlines
+from cityflow.io.tables.outline_file import read_outlines
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "catalogs" / "delft"

@@ -44,7 +44,7 @@ from cityflow.io.points.las import read_points
 from cityflow.io.points.las_header import read_header
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.tables.vector import read_outlines
+from cityflow.io.tables.outline_file import read_outlines
 from cityflow.runs.run_folder import open_run, workflow_tree
 from cityflow.runs.settings import Workflow, load_workflow
 

@@ -1,6 +1,6 @@
 """A run whose workers are killed at random, beside an undisturbed one: the same bytes, all units done.
 
-    python benchmarks/kills.py WORKFLOW --catalog CATALOG --out FOLDER [--kills 50] [--seed 1] [--workers 2] [--every 6]
+    python benchmarks/kills.py WORKFLOW --catalog CATALOG --out FOLDER [--kills 50] [--seed 1] [--workers 2] [--every 6] [--aoi BOUNDS]
 
 Runs the command twice, into FOLDER/quiet (left as it is where it is finished) and FOLDER/killed. Of the second, a process is ended with SIGKILL
 after every `--every` seconds on average: a Dask worker, with --children also the child that does its task (which counts as a crash of that task: it
@@ -30,7 +30,7 @@ def command(given: argparse.Namespace, out: Path) -> list[str]:
     """The run, as a user types it."""
     return [
         sys.executable, "-m", "cityflow", "run", given.workflow, "--catalog", given.catalog, "--out", str(out), "--workers", str(given.workers), "--quiet",
-        "--allow-outside",
+        "--allow-outside", *(["--aoi", given.aoi] if given.aoi else []),
     ]  # fmt: skip
 
 
@@ -91,6 +91,7 @@ def main() -> None:
     parser.add_argument("--out", required=True, type=Path)
     for name, value in (("kills", 50), ("seed", 1), ("workers", 2)):
         parser.add_argument(f"--{name}", type=int, default=value)
+    parser.add_argument("--aoi", default="", help="as of the command")
     parser.add_argument("--every", type=float, default=6.0, help="seconds between two kills, on average")
     parser.add_argument("--children", action="store_true", help="kill children of workers, too")
     given = parser.parse_args()

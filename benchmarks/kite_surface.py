@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-import zarr
 from scipy import ndimage
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.grid import Grid
-from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 
 OFF_M = 1.0
 SPIKE_M, SPIKE_M2 = 3.0, 4.0
@@ -94,13 +93,11 @@ def _plane(at: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def _layers(run: Path, bounds: tuple[float, float, float, float]) -> tuple[Grid, dict[str, FloatArray]]:
-    return read_layers(str(run / "surface.zarr"), _whole(run), bounds, ("dsm", "dtm"))
+    return read_layers(str(run / "surface.zarr"), grids_of(str(run / "surface.zarr"))[0], bounds, ("dsm", "dtm"))
 
 
 def _whole(run: Path) -> Grid:
-    a = dict(zarr.open_group(run / "surface.zarr", mode="r", use_consolidated=False).attrs)
-    x_min, y_max, cell = (float(str(a[k])) for k in ("x_min", "y_max", "cell"))
-    return Grid(x_min, y_max, cell, int(str(a["rows"])), int(str(a["cols"])))
+    return grids_of(str(run / "surface.zarr"))[1]
 
 
 def _spikes(run: Path) -> tuple[int, int]:

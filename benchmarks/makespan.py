@@ -1,11 +1,12 @@
 """How long a city takes on 1 to 1,024 workers: the real source of tasks and order of submission, with the measured times of every stage, simulated.
 
-    python benchmarks/makespan.py RUN … [--side 8] [--workers 1 16 256] [--driver-ms 1.6] [--plot FILE.png]
+    python benchmarks/makespan.py RUN … [--side 8] [--workers 1 16 256] [--driver-ms 1.6] [--not-ahead] [--plot FILE.png]
 
 The town and its tasks are those of `city_scale.py`: the real walk with its gates decides which task becomes ready when. A task takes as long as a
 task of its stage took in the finished RUNs, drawn by its name, in seconds of one core. As in the engine, sixteen tasks a worker are in flight,
 what became ready last is submitted first, the scheduler hands out what was submitted first, and one driver takes `--driver-ms` for every
-task it submits and takes in, one after the other. Not simulated: transfers, deaths, memory, the report.
+task it submits and takes in, one after the other. A draft begins when what it awaits has ended, whatever the driver is doing (``--not-ahead``: no task is
+drafted, as it was before). Not simulated: transfers, deaths, memory, the report.
 
 Efficiency is the seconds of all tasks, divided by workers times makespan. With ``--driver-ms 0`` one sees what the flow itself allows.
 """
@@ -15,7 +16,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import heapq
-from collections import defaultdict, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -23,10 +24,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from city_scale import OUTLINES_A_SIDE, TILE_M, X, Y, answer, survey
+from city_scale import OUTLINES_A_SIDE, TILE_M, Costs, Drafts, X, Y, answer, survey
+from cityflow.flow.draft import Draft
 from cityflow.flow.executor import REFILL_BELOW
-from cityflow.flow.in_flight import LEAST, PER_THREAD
+from cityflow.flow.in_flight import AHEAD, LEAST, PER_THREAD
 from cityflow.flow.ledger import Ledger
+from cityflow.flow.stage import Node
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.io.catalog.stac_assets import Catalog
@@ -78,23 +81,35 @@ class Simulation:
         """Seconds until the last task has ended."""
         self.idle = [0.0] * self.workers
         ready: list[Iterator[Task]] = [iter(self.source.initial())]
-        waiting: deque[tuple[float, Task]] = deque()
+        waiting: list[tuple[float, int, Task]] = []
         running: list[tuple[float, int, Task]] = []
         ended: deque[Task] = deque()
+        behind, awaits, drafts = defaultdict[Node, list[tuple[float, Task]]](list), Counter[Node](), Drafts(Costs())
+        at_work = set[Node]()
         limit, now, count = max(LEAST, PER_THREAD * self.workers), 0.0, 0
         while True:
             while ended:
                 task = ended.popleft()
                 self._drive()
-                ready.append(iter(self.source.after(task, answer(task))))
+                record = answer(drafts.made(task))
+                drafts.learn(record)
+                ready.append(iter(self.source.after(task, record)))
             if len(running) + len(waiting) <= limit * REFILL_BELOW:
-                while ready and len(running) + len(waiting) < limit:
+                while ready and len(running) + len(waiting) < limit and len(at_work) < AHEAD * limit:
                     if (task_or_none := next(ready[-1], None)) is None:
                         ready.pop()
+                        continue
+                    task, submitted = task_or_none, self._drive()
+                    at_work.add(node := (task.stage, task.unit))
+                    awaited = [n for n in task.awaited if n in at_work] if isinstance(task, Draft) else []
+                    for other in awaited:
+                        behind[other].append((submitted, task))
+                    if awaited:
+                        awaits[node] = len(awaited)
                     else:
-                        waiting.append((self._drive(), task_or_none))
+                        heapq.heappush(waiting, (submitted, count := count + 1, task))
             while waiting and self.idle and max(self.idle[0], waiting[0][0]) <= self._horizon(running):
-                submitted, task = waiting.popleft()
+                submitted, _, task = heapq.heappop(waiting)
                 start, spent = max(heapq.heappop(self.idle), submitted), seconds_of(task, self.times)
                 heapq.heappush(running, (start + spent, count := count + 1, task))
                 self.work, self.tasks = self.work + spent, self.tasks + 1
@@ -104,6 +119,11 @@ class Simulation:
             now, _, task = heapq.heappop(running)
             heapq.heappush(self.idle, now)
             self.driver_free = max(self.driver_free, now)
+            at_work.discard(node := (task.stage, task.unit))
+            for submitted, free in behind.pop(node, []):
+                awaits[free.stage, free.unit] -= 1
+                if not awaits[free.stage, free.unit]:
+                    heapq.heappush(waiting, (max(now, submitted), count := count + 1, free))
             ended.append(task)
 
     def _drive(self) -> float:
@@ -119,10 +139,12 @@ class Simulation:
 
 
 def simulated(
-    catalog: Catalog, town: tuple[float, float, float, float], times: Times, workers: int, driver_s: float
+    catalog: Catalog, town: tuple[float, float, float, float], times: Times, workers: int, driver_s: float, ahead: bool
 ) -> tuple[Simulation, float]:
     """The simulation when it is over, and its makespan."""
-    simulation = Simulation(CitySource(catalog, CityParameters(), Area(shapely.box(*town))), times, workers, driver_s)
+    source = CitySource(catalog, CityParameters(), Area(shapely.box(*town)))
+    source.walk.ahead = ahead
+    simulation = Simulation(source, times, workers, driver_s)
     return simulation, simulation.makespan()
 
 
@@ -132,6 +154,7 @@ def main() -> None:
     parser.add_argument("--side", type=int, default=8, help="ground tiles along an edge of the town")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 4, 16, 64, 256, 1024])
     parser.add_argument("--driver-ms", type=float, default=1.6, help="of the driver for a task, all told")
+    parser.add_argument("--not-ahead", action="store_true", help="a task is submitted when what it reads has ended")
     parser.add_argument("--plot", help="PNG of makespan and efficiency over workers")
     given = parser.parse_args()
     times = measured(given.runs)
@@ -142,7 +165,7 @@ def main() -> None:
     )
     print(f"{'workers':>8} {'makespan':>12} {'efficiency':>11} {'driver busy':>12}")
     for workers in given.workers:
-        made, span = simulated(catalog, town, times, workers, given.driver_ms / 1e3)
+        made, span = simulated(catalog, town, times, workers, given.driver_ms / 1e3, not given.not_ahead)
         efficiency = made.work / (workers * span)
         rows.append((workers, span, efficiency))
         print(

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-import zarr
 
 from cityflow.core.arrays import FloatArray
+from cityflow.io.rasters.surface_dataset import chunked_surface
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic.roofs import CHIMNEY
 from cityflow.synthetic.town_units import Unit
@@ -71,7 +71,7 @@ def of_run(run: Path, truth: Path) -> Iterator[tuple[float, ...]]:
     p = SynthParameters.model_validate(json.loads((truth / "synth.json").read_text())["parameters"])
     if p.flight is None:
         raise SystemExit(f"{truth}: has no images")
-    surface = zarr.open_group(run / "surface.zarr", mode="r")
+    surface = chunked_surface(str(run / "surface.zarr"))
     dsm, x, y = (np.asarray(surface[name]) for name in ("dsm", "x", "y"))
     for unit in units_of(truth):
         x_0, y_0, x_1, y_1 = unit.wall_outline.bounds

@@ -13,11 +13,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
-import zarr
 from shapely import LineString, Polygon
 
 from cityflow.core.building import EdgeOverhang, OutlineEdge
@@ -30,6 +28,7 @@ from cityflow.evaluation.models_overhangs import shares_within, true_overhang
 from cityflow.geometry.polyhedron import rings_of
 from cityflow.geometry.straight_edges import WallEdge, wall_edges
 from cityflow.geometry.validity import check_polygons, is_valid
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.reconstruction import orientation_histogram as histogram
 from cityflow.reconstruction.overhangs.overhang_parameters import OverhangParameters
 from cityflow.reconstruction.overhangs.overhang_solid import with_overhangs
@@ -324,10 +323,9 @@ def with_matched(run: Path, survey: Path, parameters: OverhangParameters) -> Non
     """A town that was photographed and matched."""
     made = SynthParameters.model_validate(json.loads((survey / "synth.json").read_text())["parameters"])
     town = make_town(made.seed, made.whole_town)
-    store: Any = zarr.open(str(run / "surface.zarr"), mode="r")
-    a = dict(store.attrs)
-    grid = Grid(a["x_min"], a["y_max"], a["cell"], a["rows"], a["cols"])
-    dsm, ortho = store["dsm"][:], store["ortho"][:]
+    lattice, grid = grids_of(str(run / "surface.zarr"))
+    _, layers = read_layers(str(run / "surface.zarr"), lattice, grid.bounds, ("dsm", "ortho"))
+    dsm, ortho = layers["dsm"], layers["ortho"]
     x_0, y_0, x_1, y_1 = grid.bounds
     places = [
         p for p in places_of(town, seed=made.seed)

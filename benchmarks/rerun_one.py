@@ -1,6 +1,6 @@
 """What `rerun` of one building costs the driver as a city grows, beside the work of its tasks.
 
-    python benchmarks/rerun_one.py [--side 3 6 12] [--way part whole] [--profile]
+    python benchmarks/rerun_one.py [--side 3 6 12] [--way look part whole] [--profile]
 
 The towns of `city_scale.py`, flown by five heads, with a record of true size for every task, joined in segments in a temporary RUN. One building in
 the middle of the town is run again, and its hull is another one then: the tasks of the driver are made, held against the ledger and answered
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import cProfile
 import pstats
+import resource
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -45,8 +46,10 @@ from cityflow.survey.area import Area
 from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.expected import costs_of, expected_tasks
 from cityflow.workflow.note_asked import note_asked, note_part
+from cityflow.workflow.plan import plan_of
 from cityflow.workflow.rerun import select
 from cityflow.workflow.retired import remove_stale_products
+from cityflow.workflow.status import standing_of
 
 Timed = dict[str, tuple[float, float]]
 
@@ -161,7 +164,23 @@ def part(wanted: Prepared, unit: str) -> tuple[Timed, list[str]]:
     return told, ran
 
 
-WAYS = {"part": part, "whole": whole}
+def look(wanted: Prepared, _unit: str) -> tuple[Timed, list[str]]:
+    """What commands take that only look: each opens the RUN."""
+    told: Timed = {}
+    with timed(told, "opening"):
+        ledger = Ledger.open(wanted.store)
+    with ledger:
+        with timed(told, "status without a note: a walk"):
+            asked = note_asked(wanted, ledger)
+        with timed(told, "status by its note"):
+            noted = read_asked(wanted.store, ledger)
+            standing_of(wanted.store, noted or asked, ledger, "RUN")
+        with timed(told, "plan: a walk"):
+            plan_of(wanted.source(), ledger)
+    return told, []
+
+
+WAYS = {"look": look, "part": part, "whole": whole}
 
 
 def main() -> None:
@@ -188,8 +207,12 @@ def main() -> None:
                     profile.enable()
                 told, ran = WAYS[way](wanted, unit)
                 profile.disable()
+                peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
                 wall, cpu = (sum(part) for part in zip(*told.values(), strict=True))
-                print(f"{way}: {wall:.2f} s, {cpu:.2f} s of processor time; {len(ran)} tasks ran")
+                print(
+                    f"{way}: {wall:.2f} s, {cpu:.2f} s of processor time; {len(ran)} tasks ran; peak so far {peak:.0f} MB",
+                    flush=True,
+                )
                 for name, (wall, cpu) in told.items():
                     print(f"  {name:<28} {wall:8.2f} s {cpu:8.2f} s")
                 if given.profile:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import zarr
 
-from cityflow.core.grid import Grid
+from cityflow.core.grid import Grid, lattice_grid
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.io.rasters.surface_zarr import LAYERS, create, write_tile
@@ -25,15 +25,15 @@ CELL = 0.5
 
 
 def surface(folder: Path, tiles: int, tile: int) -> tuple[str, Grid]:
-    """A square city of `tiles` × `tiles` tiles; four of them written, which are read."""
+    """A square city of `tiles` × `tiles` tiles on the lattice; four of them written, which are read."""
     grid = Grid(0.0, tiles * tile * CELL, CELL, tiles * tile, tiles * tile)
-    path = str(folder / "surface.zarr")
-    create(path, grid, tile, resolve("EPSG:28992"))
+    path, lattice = str(folder / "surface.zarr"), lattice_grid(tile * CELL, CELL)
+    create(path, lattice, tile, resolve("EPSG:28992"), extent=grid)
     rng = np.random.default_rng(1)
     for k in range(4):
         part = Grid((k % 2) * tile * CELL, grid.y_max - (k // 2) * tile * CELL, CELL, tile, tile)
         values = {n: rng.normal(5, 3, part.shape).astype(LAYERS[n].dtype) for n in ("dsm", "dtm")}
-        write_tile(path, grid, part, {**values, "class": np.full(part.shape, 6, np.uint8)})
+        write_tile(path, lattice, part, {**values, "class": np.full(part.shape, 6, np.uint8)})
     return path, grid
 
 
@@ -48,17 +48,23 @@ def main() -> None:
         places = rng.integers(0, 2 * a.tile - a.window, (a.rounds, 2))
         group: Any = zarr.open_group(path, mode="r")
         arrays = [group[name] for name in NAMES]
+        lattice = lattice_grid(a.tile * CELL, CELL)
+        first_row, first_col = (part.start for part in lattice.slices(grid))
 
         def through_xarray(row: int, col: int) -> object:
             x, y = col * CELL, grid.y_max - row * CELL
-            return read_layers(path, grid, (x, y - a.window * CELL, x + a.window * CELL, y), NAMES)
+            return read_layers(path, lattice, (x, y - a.window * CELL, x + a.window * CELL, y), NAMES)
+
+        def _part(array: Any, row: int, col: int) -> object:
+            top, left = first_row + row, first_col + col
+            return array[top : top + a.window, left : left + a.window]
 
         def opened_once(row: int, col: int) -> object:
-            return [array[row : row + a.window, col : col + a.window] for array in arrays]
+            return [_part(array, row, col) for array in arrays]
 
         def opened_each_time(row: int, col: int) -> object:
             again: Any = zarr.open_group(path, mode="r")
-            return [again[name][row : row + a.window, col : col + a.window] for name in NAMES]
+            return [_part(again[name], row, col) for name in NAMES]
 
         ways: dict[str, Callable[[int, int], object]] = {
             "xarray, opened once": through_xarray, "zarr, opened once": opened_once, "zarr, opened for each building": opened_each_time,

@@ -25,7 +25,7 @@ from cityflow.core.building import Lod, Polyhedron, Semantic
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.core.texture import FacePlane
-from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.synthetic import caster
 from cityflow.synthetic.mesh import Part, TownMesh
@@ -132,9 +132,8 @@ def true_surface(town: Town, bounds: Bounds, cell: float) -> tuple[Grid, FloatAr
 
 
 def run_surface(run: Path) -> tuple[Grid, FloatArray]:
-    about = json.loads((run / "surface.zarr" / "zarr.json").read_text())["attributes"]
-    grid = Grid(*(about[k] for k in ("x_min", "y_max", "cell", "rows", "cols")))
-    window, layers = read_layers(str(run / "surface.zarr"), grid, grid.bounds, ["dsm_filled"])
+    lattice, grid = grids_of(str(run / "surface.zarr"))
+    window, layers = read_layers(str(run / "surface.zarr"), lattice, grid.bounds, ["dsm_filled"])
     return window, layers["dsm_filled"].astype(np.float64)
 
 

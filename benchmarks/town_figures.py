@@ -14,7 +14,6 @@ from pathlib import Path
 import laspy
 import numpy as np
 import shapely
-import zarr
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
@@ -24,7 +23,7 @@ from cityflow.evaluation.dsm import DsmFigures, dsm_figures
 from cityflow.evaluation.facades import FacadeFigures, WallSamples, facade_figures, wall_samples
 from cityflow.evaluation.statistics import nmad, rmse
 from cityflow.evaluation.terrain import mask_scores
-from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.synthetic.caster import Scene
 from cityflow.synthetic.mesh import Part
 from cityflow.synthetic.town import Town
@@ -130,12 +129,9 @@ class Surface:
 
 def read_surface(run: Path, bounds: Bounds) -> Surface:
     """The layers of `surface.zarr` over the judged area."""
-    store = run / "surface.zarr"
-    a = dict(zarr.open_group(store, mode="r", use_consolidated=False).attrs)
-    x_min, y_max, cell = (float(str(a[k])) for k in ("x_min", "y_max", "cell"))
-    whole = Grid(x_min, y_max, cell, int(str(a["rows"])), int(str(a["cols"])))
+    store = str(run / "surface.zarr")
     names = ("dsm", "dsm_filled", "dtm", "class", "ortho_seen")
-    _, layers = read_layers(str(store), whole, bounds, names)
+    _, layers = read_layers(store, grids_of(store)[0], bounds, names)
     return Surface(*(layers[n] for n in names))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,7 @@ from cityflow.io.crs import resolve
 from cityflow.io.globe import globe_of
 from cityflow.io.globe_frame import frame_at
 from cityflow.reporting.view_frame import PageFrame
+from cityflow.reporting.view_units import FIELDS, ends_of, id_parts
 from cityflow.stages.export.textures import texture_sets
 from cityflow.viewer.view_page import page_files
 
@@ -128,11 +130,11 @@ def _rows(moved: Mapping[str, Building], copy: int, page: PageFrame) -> Iterator
     for unit, building in moved.items():
         x, y = building.footprint.centroid.coords[0]
         place = page.plan(np.array([x, y]), building.ground_height + 4.0)[0]
-        yield [unit, f"{copy}_0", "done", 0.03, 0.06, np.round(place, 2).tolist(), 15.0]
+        yield [unit, f"{copy}_0", "done", "good", 0.03, 0.06, np.round(place, 2).tolist(), 15.0]
 
 
 def _write_page(out: Path, rows: list[Any], page: PageFrame, pixels: Mapping[str, int]) -> None:
-    places = np.array([row[5] for row in rows])
+    places = np.array([row[-2] for row in rows])
     low, high = places.min(axis=0) - 15.0, places.max(axis=0) + 15.0
     about = {
         "title": "Repeated town", "verdict": f"{len(rows):,} buildings", "state": "", "frame": page.frame.matrix, "world": page.to_world.tolist(),
@@ -140,8 +142,22 @@ def _write_page(out: Path, rows: list[Any], page: PageFrame, pixels: Mapping[str
         "bounds": [*low.tolist(), *high.tolist()], "heights": [0.0, 20.0], "counts": {"done": len(rows)}, "scales": {"nmad": 0.1, "rmse": 0.1},
         "tiles": [], "notes": [], "layers": {}, "missing": {}, "said": {},
     }  # fmt: skip
-    index = {"fields": ["id", "tile", "status", "nmad", "rmse", "place", "size"], "rows": rows}
     _write(out / "view/data/city.json", json.dumps(about).encode())
+    tiles: dict[str, list[Any]] = defaultdict(list)
+    for row in rows:
+        tiles[row[1]].append(row)
+    for tile, found in tiles.items():
+        table = {"fields": FIELDS, "rows": found, "failures": [], "cuts": {"fields": [], "rows": []}}
+        _write(out / f"view/data/index/{tile}.json", json.dumps(table).encode())
+    parts = list(id_parts({tile: [row[0] for row in found] for tile, found in tiles.items()}))
+    for number, (_, part) in enumerate(parts):
+        _write(out / f"view/data/ids/{number}.json", json.dumps(part).encode())
+    index = {
+        "fields": ["name"],
+        "rows": [[tile] for tile in tiles],
+        "ids": [first for first, _ in parts],
+        "ends": ends_of(rows),
+    }
     _write(out / "view/data/index.json", json.dumps(index).encode())
     for path, data in page_files("Repeated town", "", ()):
         _write(out / path, data)

@@ -40,9 +40,10 @@ def job_settings(given: argparse.Namespace) -> dict[str, Any]:
     """What `dask_jobqueue.SLURMCluster` takes.
 
     The nannies' memory limit is off, since cityflow limits tasks itself. Workers end some minutes before Slurm ends their job, each at a moment of its own,
-    and hand back what they have not begun.
+    and hand back what they have not begun. Each offers its share of the job's memory, less what the workers take themselves.
     """
     minutes = round(60 * given.hours)
+    offer = round(0.9e9 * given.memory_gb / given.cores)
     lifetime, stagger = max(minutes - 15, minutes // 2), min(10, minutes // 10)
     return {
         "queue": given.queue,
@@ -53,7 +54,16 @@ def job_settings(given: argparse.Namespace) -> dict[str, Any]:
         "walltime": f"{minutes // 60:02d}:{minutes % 60:02d}:00",
         "interface": given.interface,
         "death_timeout": DEATH_TIMEOUT_S,
-        "worker_extra_args": ["--memory-limit", "0", "--lifetime", f"{lifetime}m", "--lifetime-stagger", f"{stagger}m"],
+        "worker_extra_args": [
+            "--memory-limit",
+            "0",
+            "--resources",
+            f"cityflow_memory={offer}",
+            "--lifetime",
+            f"{lifetime}m",
+            "--lifetime-stagger",
+            f"{stagger}m",
+        ],
         "job_script_prologue": ["export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1"],
         "scheduler_options": {
             "port": given.port,

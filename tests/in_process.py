@@ -49,12 +49,19 @@ def run_all(
 def make_surfaces(source: CitySource, store: Store) -> None:
     """The empty rasters that tasks write their tiles into."""
     survey, tile_m = source.survey, source.survey.parameters.tiles.tile_m
-    groups = [(survey.source.zarr, survey.lattice.grid, LAYERS)]
+    groups = [(survey.source.zarr, survey.lattice.grid, survey.lattice.cell_m, LAYERS)]
     if survey.source.kind != LIDAR:
         # the other group stands in this one
-        groups.insert(0, (ZARR, survey.lattice.product_grid, image_layers(*survey.ortho_kind)))
-    for path, grid, layers in groups:
-        create(store.zarr_store(path), grid, round(tile_m / grid.cell), survey.catalog.reference, layers)
+        groups.insert(0, (ZARR, survey.lattice.product_grid, survey.source.cell_m, image_layers(*survey.ortho_kind)))
+    for path, grid, cell_m, layers in groups:
+        create(
+            store.zarr_store(path),
+            grid,
+            round(tile_m / cell_m),
+            survey.catalog.reference,
+            layers,
+            extent=survey.lattice.extent(cell_m),
+        )
 
 
 def outcome_of(store: Store, task: Task) -> Outcome:

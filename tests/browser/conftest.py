@@ -12,6 +12,7 @@ import pytest
 
 from browser import chromium, painted_run
 from cityflow.flow.store import Store
+from cityflow.reporting import view_units
 from cityflow.viewer.cities_page import cities_page
 from cityflow.viewer.server import Served, server_for
 from cityflow.workflow.serve import reader
@@ -29,7 +30,9 @@ def painted(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip(NO_BROWSER)
     folder = tmp_path_factory.mktemp("painted")
     wanted = painted_run.prepare(painted_run.write_catalog(folder), folder / "run")
-    painted_run.write_view(wanted, painted_run.make_run(wanted))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(view_units, "IDS_AT_ONCE", 2)  # a search goes over several parts
+        painted_run.write_view(wanted, painted_run.make_run(wanted))
     return folder / "run"
 
 

@@ -65,7 +65,10 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
         "texture_pixels": {"raw": SIDE**2}, "bounds": [0, -1, 0, WIDTH_M, 1, HEIGHT_M], "heights": [0, HEIGHT_M], "counts": {}, "tiles": [],
         "scales": {"nmad": 0.1, "rmse": 0.1}, "notes": [], "layers": {}, "missing": {}, "said": {},
     }  # fmt: skip
-    data = {"view/data/city.json": about, "view/data/index.json": {"fields": ["id"], "rows": []}}
+    data = {
+        "view/data/city.json": about,
+        "view/data/index.json": {"fields": ["name"], "rows": [], "ids": [], "ends": []},
+    }
     pages = dict(page_files("Wall", "", ()))
     for path, content in {**files, **trees, **pages, **{p: json.dumps(t).encode() for p, t in data.items()}}.items():
         (run / path).parent.mkdir(parents=True, exist_ok=True)

@@ -224,13 +224,14 @@ def test_failures_are_red_and_a_click_tells_the_reason(page: Chromium) -> None:
     page.wait("document.querySelector('#panel-body details')")
     assert page.run("document.getElementById('panel-title').textContent") in (town.GHOST, town.TWIN)
     assert page.run("document.querySelector('#panel .reason').textContent")
-    assert any(r in page.run("document.getElementById('panel').innerText") for r in ("no height", "same polygon"))
+    told = page.run("document.getElementById('panel').innerText")
+    assert any(reason in told for reason in ("too few for a height", "same polygon")), told
 
 
 def test_search_finds_and_the_link_leads_back(page: Chromium, address: str) -> None:
     page.run("{ const f = document.getElementById('search'); f.value = 'GABLE'; f.form.requestSubmit(); }")
+    page.wait(f"document.getElementById('panel-title').textContent === {town.GABLE!r}")
     page.wait("document.querySelector('#panel-body table')")
-    assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
     page.run("document.querySelector('input[value=classes]').click(); document.getElementById('layer-cuts').click()")
     page.wait(SETTLED)
     link, before = page.run("cityflowView.link.address"), canvas(page)
@@ -241,6 +242,37 @@ def test_search_finds_and_the_link_leads_back(page: Chromium, address: str) -> N
     assert page.run("document.getElementById('panel-title').textContent") == town.GABLE
     assert differing(canvas(page), before) < 300
     assert page.messages == []
+
+
+def test_ids_are_found_by_their_beginning_or_a_part_in_any_part_of_the_table(page: Chromium) -> None:
+    assert page.run("cityflowView.index.firsts.length") == 3
+    ids = page.run(
+        "Promise.all([...cityflowView.index.names].map((t) => cityflowView.index.table(t))).then(() => [...cityflowView.index.byId.keys()])"
+    )
+    for unit in ids:
+        assert page.run(f"cityflowView.index.find({unit!r}).then((u) => u.id)") == unit
+        for text in (unit[:4].upper(), unit[1:]):
+            found = [row[0] for row in page.run(f"cityflowView.index.matching({text!r})")]
+            begins = [u for u in ids if u.lower().startswith(text.lower())]
+            assert sorted(found) == sorted(begins or [u for u in ids if text.lower() in u.lower()]), text
+    assert page.run("cityflowView.index.matching('nowhere').then((rows) => rows.length)") == 0
+    assert page.run("cityflowView.index.find('nowhere')") is None
+
+
+def test_tiles_too_far_away_for_their_models_are_sheets_in_the_colours_of_their_buildings(page: Chromium) -> None:
+    assert not page.run("cityflowView.sheets.mesh.visible")
+    page.run(
+        "document.querySelector('input[value=status]').click(); cityflowView.stage.look([0, -6000, 5000], [0, 0, 0])"
+    )
+    page.wait(SETTLED)
+    page.wait("cityflowView.sheets.mesh.visible && cityflowView.city.drawnTiles().size === 0")
+    names = page.run("cityflowView.sheets.tiles.filter((t, k) => cityflowView.sheets.shown[k]).map((t) => t.name)")
+    assert sorted(names) == ["900_4600", "901_4600", "_"]
+    at = 3 * 4 * page.run("cityflowView.sheets.tiles.findIndex((t) => t.name === '901_4600')")
+    green = page.run("[...cityflowView.sheets.mesh.geometry.attributes.color.array]")[at : at + 3]
+    assert green[GREEN] > green[RED] + 0.1, "all of them are done"
+    page.run("cityflowView.stage.overview(false)")
+    page.wait("!cityflowView.sheets.mesh.visible")
 
 
 def test_raw_photographs_that_are_divided_look_like_rectified_ones(page: Chromium) -> None:
@@ -384,10 +416,8 @@ def test_what_is_refused_is_explained_by_a_command_that_works(page: Chromium, pa
 
 def accepted_cut(page: Chromium) -> dict[str, Any]:
     """The cut line between the two halves of the double house."""
-    fields, rows = (
-        page.run(f"fetch('data/cuts.json').then((r) => r.json()).then((t) => t.{key})") for key in ("fields", "rows")
-    )
-    cuts = [cut for cut in (dict(zip(fields, row, strict=True)) for row in rows) if cut["accepted"]]
+    tiles = page.run("Promise.all([...cityflowView.index.names].map((t) => cityflowView.index.table(t)))")
+    cuts = [cut for table in tiles for cut in table["cuts"] if cut["accepted"]]
     ends = world_of(page, np.array([end for cut in cuts for end in (cut["from"], cut["to"])]))
     assert len(cuts) == 1
     assert ends[:, 0] == pytest.approx([town.X + 120] * 2, abs=0.4), "where the heights of the halves differ"

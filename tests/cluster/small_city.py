@@ -182,7 +182,7 @@ class Commands:
 
     def __call__(self, *arguments: str | Path) -> Done:
         words = [str(a) for a in arguments]
-        if words[0] in ("run", "rerun") and not {"--scheduler", "--workers"} & set(words):
+        if words[0] in ("run", "rerun", "update") and not {"--scheduler", "--workers"} & set(words):
             words += ["--scheduler", self.scheduler]
         out_text, err_text = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):

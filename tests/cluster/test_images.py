@@ -16,10 +16,9 @@ import laspy
 import numpy as np
 import pytest
 import rasterio
-import xarray
-import zarr
 
 from cityflow.core.arrays import FloatArray
+from cityflow.io.rasters.surface_dataset import chunked_surface
 from cluster.small_city import Commands, contents, copy_of, newest, redone, report
 from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, truth
 from flow.conftest import free_port
@@ -43,8 +42,8 @@ def area_run(cityflow: Commands, small_flight: SmallFlight, tmp_path_factory: py
 
 def read(run: Path, layer: str) -> tuple[FloatArray, FloatArray, np.ndarray]:
     """x, y and values of a layer of the surface, south up as stored."""
-    group = zarr.open_group(run / "surface.zarr", mode="r")
-    return np.asarray(group["x"]), np.asarray(group["y"]), np.asarray(group[layer])
+    city = chunked_surface(str(run / "surface.zarr"))
+    return city["x"].to_numpy(), city["y"].to_numpy(), city[layer].to_numpy()
 
 
 def at_truth(run: Path, layer: str) -> np.ndarray:
@@ -122,10 +121,10 @@ def at_band(run: Path, band: int) -> np.ndarray:
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_surface_and_frames_open_with_xarray(flight_run: Path) -> None:
-    city = xarray.open_zarr(flight_run / "surface.zarr", consolidated=False)
+    city = chunked_surface(str(flight_run / "surface.zarr"))
     assert {"dsm", "dtm", "ndsm", "class", "count", "sigma", "holes", "ortho"} <= set(city.data_vars)
     assert city.attrs["vertical_datum"] == "NAP height"
-    frame = xarray.open_zarr(flight_run / "surface.zarr", group="frames/north_45", consolidated=False)
+    frame = chunked_surface(str(flight_run / "surface.zarr" / "frames" / "north_45"))
     assert {"dsm", "ortho", "ortho_seen"} <= set(frame.data_vars)
     assert np.isfinite(frame["dsm"].values).sum() > 10_000
     assert frame["ortho_seen"].values.sum() > 10_000
@@ -133,14 +132,14 @@ def test_surface_and_frames_open_with_xarray(flight_run: Path) -> None:
 
 def test_the_report_names_every_stage(flight_run: Path) -> None:
     stages = {s["stage"]: s["units"] for s in report(flight_run)["stages"]}
-    assert stages["ingest"] == 16
+    assert stages["ingest"] == 17, "fifteen images, the outlines, and those of one tile noded"
     assert {"match", "fuse", "surface", "ortho", "frame", "outline", "reconstruct", "export"} <= stages.keys()
 
 
 def test_totals_are_known_before_anything_ran(
     cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
 ) -> None:
-    """Pages are known when the units are; the rest is as the run did it, but for what no photograph shows."""
+    """Pages are known when the units are, noding when the outlines are; the rest is as the run did it, but for what no photograph shows."""
     where = ("--catalog", small_flight.catalog)
     before = json.loads(cityflow("plan", small_flight.workflow, *where, "--out", tmp_path / "new", "--json").out)
     after = json.loads(cityflow("plan", small_flight.workflow, *where, "--out", flight_run, "--json").out)
@@ -148,7 +147,8 @@ def test_totals_are_known_before_anything_ran(
     told = {s["stage"]: s["total"] for s in before["stages"]}
     assert [s for s, n in told.items() if n is None] == ["atlas"]
     assert all(told[s] >= done.get(s, 0) for s in ("walls", "texture", "windows"))
-    rest = told.keys() - {"walls", "atlas", "texture", "windows"}
+    assert told["ingest"] + 1 == done["ingest"], "who nodes outlines is known when they are dealt out: one tile here"
+    rest = told.keys() - {"ingest", "walls", "atlas", "texture", "windows"}
     assert {s: told[s] for s in rest} == {s: done[s] for s in rest}
     status = json.loads(cityflow("status", flight_run, "--json").out)
     assert status["is_complete"]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cityflow.flow.driver_note import Phase, read_note
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cluster.small_city import Commands, SmallCity, contents
 
@@ -40,6 +41,16 @@ def test_a_submitted_city_is_the_same_and_is_watched(
         time.sleep(0.1)
     assert "Task Stream" in (run / "performance.html").read_text()
     assert json.loads((run / "run.json").read_text())["catalog"] == str(small_city.catalog)
+    unit = sorted((run / "report").iterdir())[0].stem
+    given = ("rerun", run, "--unit", unit, "--stage", "reconstruct", "--scheduler", cityflow.scheduler, "--submit")
+    submitted = cityflow(*given)
+    assert submitted.code == 0, submitted.text
+    cityflow("status", run, "--watch")
+    with Ledger.open(Store.open(run)) as ledger:
+        assert len(ledger.attempts("reconstruct", unit)) == 2
+    assert contents(run) == contents(small_run)
+    none = cityflow("rerun", run, "--failed", "--stage", "export", "--scheduler", cityflow.scheduler, "--submit")
+    assert "Nothing to run again: no unit of the stage export has failed." in none.out
     nothing = cityflow("cancel", run)
     assert nothing.code == 1
     assert "the last driver has ended" in nothing.err

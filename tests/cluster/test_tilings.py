@@ -8,9 +8,9 @@ import geopandas
 import numpy as np
 import pytest
 import shapely
-import zarr
 
 from cityflow.flow.store import Store
+from cityflow.io.rasters.surface_dataset import chunked_surface
 from cluster.small_city import SCENE, Commands, SmallCity, contents, newest, status_layer
 
 pytestmark = pytest.mark.cluster
@@ -25,13 +25,9 @@ def hulls(run: Path) -> dict[str, tuple[str, ...]]:
 
 def surface(run: Path) -> Heights:
     """DSM, DTM and classes over the synthetic town, south side down, from any grid that covers it."""
-    group = zarr.open_group(Store.open(run).zarr_store("surface.zarr"), mode="r")
-    x, y = np.asarray(group["x"]), np.asarray(group["y"])
-    inside = np.ix_(
-        (y > SCENE.origin_y) & (y < SCENE.origin_y + SCENE.height_m),
-        (x > SCENE.origin_x) & (x < SCENE.origin_x + SCENE.width_m),
-    )
-    dsm, dtm, classes = (np.asarray(group[name])[inside] for name in ("dsm", "dtm", "class"))
+    city = chunked_surface(Store.open(run).zarr_store("surface.zarr"))
+    x, y = slice(SCENE.origin_x, SCENE.origin_x + SCENE.width_m), slice(SCENE.origin_y + SCENE.height_m, SCENE.origin_y)
+    dsm, dtm, classes = (city[name].sel(x=x, y=y).to_numpy() for name in ("dsm", "dtm", "class"))
     return dsm, dtm, classes
 
 

@@ -13,12 +13,19 @@ from urllib.request import urlopen
 
 import pytest
 
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 
 
 @pytest.fixture
 def store(tmp_path: Path) -> Store:
     return Store.open(tmp_path / "run")
+
+
+@pytest.fixture
+def ledger(store: Store) -> Iterator[Ledger]:
+    with Ledger.open(store) as ledger:
+        yield ledger
 
 
 PORTS = count(20000 + 40 * (os.getpid() % 300))

@@ -49,6 +49,8 @@ class Cluster:
     scheme: str = "tcp"
     more: dict[str, str] = field(default_factory=dict)
     """Variables of the environment."""
+    machine_mb: int = 0
+    """What its processes take for the memory of their machine."""
 
     def start(self, port: int, workers: int, *options: str) -> None:
         self.address = f"{self.scheme}://127.0.0.1:{port}"
@@ -60,12 +62,13 @@ class Cluster:
             if workers:
                 client.wait_for_workers(workers, timeout=30)
 
-    def add_worker(self) -> None:
+    def add_worker(self, *options: str) -> subprocess.Popen[bytes]:
         # Without a nanny a killed worker stays dead, as when a machine goes down.
         self.workers.append(
             self._spawn("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-                        "--local-directory", str(self.folder))
+                        "--local-directory", str(self.folder), *options)
         )  # fmt: skip
+        return self.workers[-1]
 
     def settle(self, within_s: float = 30) -> None:
         """Wait until nothing that a driver left behind is at work: a worker ends the task that it has begun, and records it."""
@@ -81,7 +84,9 @@ class Cluster:
             process.wait()
 
     def _spawn(self, kind: str, *arguments: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
+        # Linux does not enforce this limit; Dask takes it for the memory that there is
+        limit = ["prlimit", f"--rss={self.machine_mb << 20}"] if self.machine_mb else []
+        command = [*limit, sys.executable, "-m", f"distributed.cli.dask_{kind}", *arguments]
         with open(self.folder / f"{kind}-{len(self.workers)}.log", "wb") as log:
             return subprocess.Popen(command, env={**environment(), **self.more}, stdout=log, stderr=log)
 

@@ -126,8 +126,8 @@ def test_ctrl_c_ends_a_remote_run_within_seconds(cluster: Cluster, store: Store,
         run.wait_for(5)
         start = time.monotonic()
         run.interrupt_group()
-        assert run.end(within_s=10) == 130, run.errors
-        assert time.monotonic() - start < 5
+        assert run.end(within_s=60) == 130, run.errors
+        assert time.monotonic() - start < 15, "processes that do not end are waited for 30 s and more; a busy machine needs some seconds"
         assert "Traceback" not in run.errors
     with driver(store, cluster.address) as run:
         assert run.end() == 0, run.errors
@@ -158,12 +158,20 @@ def test_ctrl_c_ends_a_local_run_within_seconds_and_leaves_no_process(
         assert products(store) == undisturbed
 
 
+def _command(process: psutil.Process) -> str:
+    """Its command line; empty of one that has just ended."""
+    try:
+        return " ".join(process.cmdline())
+    except psutil.Error:
+        return ""
+
+
 def sandboxes_at_work(run: Driver) -> list[psutil.Process]:
     """All processes below a local driver, once both workers have started their sandboxes."""
     deadline = time.monotonic() + 30
     while time.monotonic() < deadline:
         family: list[psutil.Process] = psutil.Process(run.process.pid).children(recursive=True)
-        if sum("cityflow.flow.child" in " ".join(p.cmdline()) for p in family) == 2:
+        if sum("cityflow.flow.child" in _command(p) for p in family) == 2:
             time.sleep(1)
             return family
         time.sleep(0.1)

@@ -13,6 +13,7 @@ from distributed import Client, Scheduler
 from cityflow.core.building import Status
 from cityflow.flow import erred_leaves
 from cityflow.flow.cluster import connect
+from cityflow.flow.erred_leaves import others_kept
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.in_flight import address as address_of
 from cityflow.flow.ledger import Ledger
@@ -81,3 +82,16 @@ def test_the_newest_are_shown(address: str, store: Store, monkeypatch: pytest.Mo
     again = settled(address, lambda known: all_erred(5)(known) and known.keys().isdisjoint(first))
     assert {key.split("-failed")[0] for key in again} == {f"toy-{k:03d}" for k in range(7, 12)}
     run(address, store, Given([toy("x")]))
+
+
+def test_a_run_of_a_few_units_leaves_the_others_as_they_are(address: str, store: Store) -> None:
+    run(address, store, Given([toy(name, "unusable") for name in ("a", "b", "c")]))
+    first = settled(address, all_erred(3))
+    ran = [("toy", "a"), ("toy", "b")]
+    with Client(address, set_as_default=False) as client, others_kept(client, store.root, lambda: ran):
+        run(address, store, Given([toy("a", version=2), toy("b", "unusable", version=2)]))
+    known = settled(address, lambda known: all_erred(2)(known) and not any("[a]" in key for key in known))
+    assert sorted(key.split("-failed")[0] for key in known) == ["toy-[b]", "toy-[c]"]
+    assert len(known.keys() & first.keys()) == 1, "one is the same as before"
+    run(address, store, Given([toy("x")]))
+    settled(address, lambda known: not known)

@@ -9,7 +9,9 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import cast
+from unittest.mock import Mock
 
 import pytest
 
@@ -141,3 +143,25 @@ def test_the_log_of_a_driver_holds_no_password(remote: Store) -> None:
         process = subprocess.Popen([sys.executable, "-c", said], stdout=printed)
         assert driver_task._ended(remote, process, printed) == 0
     assert remote.read_bytes(driver_task.LOG).decode().strip() == "Traceback: https://host/town.tif?token=…"
+
+
+@pytest.mark.parametrize(("code", "phase"), [(0, Phase.ENDED), (1, Phase.FAILED)])
+def test_a_driver_that_has_nothing_left_to_do_has_not_failed(
+    code: int, phase: Phase, remote: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one before it was killed when all was done, before it could say so."""
+    (tmp_path / "idle_driver.py").write_text(
+        f"def main(given):\n    print('Nothing to run again')\n    return {code}\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    security = Mock(tls_ca_file=None, tls_worker_cert=None, tls_worker_key=None)
+    worker = Mock(security=security)
+    worker.scheduler.address = "tcp://nowhere:8786"
+    monkeypatch.setattr(driver_task, "get_worker", lambda: worker)
+    monkeypatch.setattr(driver_task, "secede", lambda: None)
+    monkeypatch.setattr(driver_task, "be_patient", lambda: None)
+    write_note(remote, DriverNote("first", Phase.AT_WORK, driver="killed"))
+    assert driver_task.drive(remote, "first", "idle_driver", {}) == code
+    found = read_note(remote)
+    assert found is not None
+    assert (found.phase, found.text) == (phase, "Nothing to run again")

@@ -27,6 +27,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 def a_client(threads: dict[str, int]) -> Mock:
     client = Mock(nthreads=Mock(side_effect=lambda: threads), status="running", cluster=None)
     client.scheduler.address = "tcp://there:8786"
+    client.scheduler_info = lambda n_workers: {"workers": {name: {"nthreads": n} for name, n in threads.items()}}
     return client
 
 

@@ -53,7 +53,7 @@ def test_what_an_earlier_run_did_is_no_work_of_this_one() -> None:
 def test_stages_that_nobody_knows_yet_are_said_to_be_so() -> None:
     counts = Counts()
     counts.expect({"surface": Expected(1, 60.0), "reconstruct": Expected(0, 1.0, is_known=False)}, 1)
-    assert counts.overall() == "0 %, about 60 s left and what is not known yet"
+    assert counts.overall() == "0 %, about 60 s left for what is known so far"
     assert counts.total_text("reconstruct") == "?"
     counts.ready["reconstruct"] += 3
     assert counts.total_text("reconstruct") == "3+"

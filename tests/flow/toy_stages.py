@@ -96,6 +96,16 @@ def allocate(workspace: Workspace, task: Task) -> Outcome:
     return workspace.outcome()
 
 
+def grow(workspace: Workspace, task: Task) -> Outcome:
+    """Takes `megabytes` little by little, holds them for a moment, and gives them back."""
+    hoard = []
+    for _ in range(int(task.arguments["megabytes"]) // 10):
+        hoard.append(bytearray(b"\1" * (10 << 20)))
+        time.sleep(0.01)
+    time.sleep(float(task.arguments.get("sleep_s", 0)))
+    return workspace.outcome()
+
+
 LEAK: list[bytearray] = []
 
 
@@ -174,6 +184,16 @@ def copy(workspace: Workspace, task: Task) -> Outcome:
             if task.unit != "deaf to errors":
                 raise
     return workspace.outcome()
+
+
+def total(workspace: Workspace, task: Task) -> Outcome:
+    """One more than the sum of the numbers that it reads; degraded by those that are not there."""
+    time.sleep(float(task.arguments.get("sleep_s", 0)))
+    number = 1 + sum(int(workspace.read(path)) for path in task.arguments["from"])
+    workspace.write("total.txt", str(number).encode())
+    missing = task.arguments["missing"]
+    reason = f"without {', '.join(missing)}" if missing else ""
+    return workspace.outcome(Status.DEGRADED if missing else Status.DONE, reason, {"total": number})
 
 
 def large_file(workspace: Workspace, task: Task) -> Outcome:

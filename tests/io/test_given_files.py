@@ -29,7 +29,8 @@ from cityflow.io.orientation.oriented_images import in_order
 from cityflow.io.points.las_header import read_header
 from cityflow.io.points.las_write import write_points
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.tables.vector import read_layer, read_outlines
+from cityflow.io.tables.outline_file import read_outlines
+from cityflow.io.tables.vector import read_layer
 from cityflow.runs.setting_text import read_tree
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(

@@ -51,7 +51,8 @@ def test_geocentric_positions_are_projs_own() -> None:
     xyz = np.column_stack([rng.uniform(84500, 85500, 200), rng.uniform(446900, 447900, 200), rng.uniform(-5, 90, 200)])
     flat = Transformer.from_crs(28992, 4326, always_xy=True)
     lon, lat = flat.transform(xyz[:, 0], xyz[:, 1])
-    height = xyz[:, 2] - 0.005 + shipped_geoid().undulation(lon, lat)
+    assert abs(globe.step_m + 0.005) <= 0.005, "whole centimetres"
+    height = xyz[:, 2] + globe.step_m + shipped_geoid().undulation(lon, lat)
     expected = np.column_stack(Transformer.from_crs(4979, 4978, always_xy=True).transform(lon, lat, height))
     assert np.abs(globe.geocentric(xyz) - expected).max() < 1e-3
 

@@ -16,7 +16,8 @@ from cityflow.core.building import Scalar
 from cityflow.errors import CatalogError
 from cityflow.io.crs import resolve
 from cityflow.io.tables.feature_ids import format_id
-from cityflow.io.tables.vector import read_layer, read_outlines, read_polygons
+from cityflow.io.tables.outline_file import read_outlines
+from cityflow.io.tables.vector import read_layer, read_polygons
 from survey_files import DELFT, houses, write_outlines
 
 RD = resolve("EPSG:7415")

@@ -9,7 +9,7 @@ from shapely import Polygon, affinity, box
 
 from cityflow.core.building import Outline
 from cityflow.outlines.given.given import clean_outlines
-from cityflow.outlines.noded.noding import neighbours, node_outlines, vanished
+from cityflow.outlines.noded.noding import neighbours, node_outlines, noded_parts
 
 ORIGIN = (85000.0, 447500.0)
 
@@ -136,7 +136,7 @@ def test_an_outline_inside_another_leaves_it_a_courtyard() -> None:
 
 def test_a_covered_outline_is_named_and_a_divided_one_numbered() -> None:
     covered = named(box(0, 0, 10, 10), box(0, 0, 5, 10), box(5, 0, 10, 10))
-    assert [r.id for r in vanished(covered, node_outlines(covered))] == ["h000"]
+    assert [[o.id for o in parts] for parts in noded_parts(covered)] == [[], ["h001"], ["h002"]]
     divided = node_outlines(named(box(0, 0, 20, 5), box(8, -1, 10, 7)))
     assert [o.id for o in divided] == ["h000-1", "h000-2", "h001"]
 
@@ -156,3 +156,11 @@ def test_a_tolerance_that_would_spoil_an_outline_is_lowered_there() -> None:
     assert shapely.is_valid(array(noded)).all()
     assert shapely.coverage_is_valid(array(noded))
     assert noded[0].polygon.area == pytest.approx(comb.area, abs=comb.length * 0.05)
+
+
+def test_parts_of_an_outline_take_no_name_that_a_neighbour_has() -> None:
+    """House 12 is cut in two by house 14, and its other neighbour is called 12-1: one of two units of one name would be lost."""
+    row = [Outline("12", box(0, 0, 30, 10)), Outline("14", box(10, -1, 12, 11)), Outline("12-1", box(30, 0, 40, 10))]
+    noded = node_outlines(row)
+    assert {o.id: round(o.polygon.area) for o in noded} == {"12-2": 180, "12-3": 100, "14": 24, "12-1": 100}
+    assert len(noded) == 4

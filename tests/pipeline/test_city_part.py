@@ -23,7 +23,7 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey import survey
 from cityflow.survey.area import Area
-from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.given_outlines import ACCURACY, noded_tile
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.results import HULL
 from cityflow.synthetic.flight import plan_flight
@@ -148,11 +148,14 @@ def record_of(task: Task, *, edition: str = "", failed: bool = False) -> Record:
     digest = f"{task.digest[:20]}{edition}"
     outputs: dict[str, str] = {f"work/{task.stage}/{task.unit}/{task.digest[:16]}/{name}": digest}
     result: dict[str, Any] = {"digest": digest}
-    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY):
+    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY) and noded_tile(task.unit) is None:
         outputs = {f"work/ingest/{task.unit}/{c}_{r}.laz": "p" for c in range(20, 33) for r in range(40, 47)}
     if (task.stage, task.unit) == ("ingest", "outlines"):
-        outputs = {f"work/ingest/outlines/{t}.jsonl": "d" for t in sorted({owner(h) for h in HOUSES})}
-        result |= {"sampled_from": "f1", "beside": {}}
+        tiles = sorted({owner(h) for h in HOUSES})
+        outputs = {f"work/ingest/outlines/{t}.jsonl": "d" for t in tiles}
+        result |= {"sampled_from": "f1", "reached": {t: [t] for t in tiles}}
+    if (tile := noded_tile(task.unit)) is not None:
+        outputs, result = {f"work/ingest/{task.unit}/{tile}.jsonl": "d"}, {"beside": {}}
     if task.stage in ("outline", "units"):
         result["units"] = [entry(h, next(iter(outputs)), edition) for h in HOUSES if owner(h) == task.unit]
     status = (Status.FAILED, "no model") if failed else (Status.DONE, "")

@@ -25,6 +25,7 @@ from cityflow.runs.current import CurrentRecords
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.settings import load_workflow
 from cityflow.survey.area import Area
+from cityflow.survey.city import OUTLINES
 from cityflow.viewer.report_rows import EditRow
 from cityflow.workflow.status import unused_lines
 from in_process import outcome_of, record_of
@@ -117,7 +118,7 @@ def test_an_outline_far_away_is_refused_and_makes_no_tile(catalog: Path, tmp_pat
     run = prepared(catalog, tmp_path, {})
     assert run.catalog.bounds == (X, Y, X + 180, Y + 180)
     assert sorted(run.source().survey.lattice.tiles) == ["900_4600", "900_4601", "901_4600", "901_4601"]
-    (ingested,) = outlined(run).of("ingest")
+    ingested = next(r for r in outlined(run).of("ingest") if r.unit == OUTLINES)
     refused = dict(ingested.result["refused"])
     assert "outside the survey" in refused["faraway"]
     assert refused["twin"] == "same polygon as house"

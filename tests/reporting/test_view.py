@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -18,7 +19,8 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.store import Store
 from cityflow.io.crs import resolve
-from cityflow.reporting import view
+from cityflow.reporting import view, view_units
+from cityflow.reporting.run_report import report_data, with_settings
 from cityflow.reporting.unit_pages import page_path
 from cityflow.reporting.view import state_of
 from cityflow.reporting.view_frame import PageFrame
@@ -45,6 +47,12 @@ def _tree(run: Prepared, name: str) -> Any:
     return json.loads(run.store.read_bytes(f"view/data/{name}"))
 
 
+def _table(run: Prepared, tile: str) -> dict[str, dict[str, Any]]:
+    """The table of a tile: building → its row."""
+    table = _tree(run, f"index/{tile}.json")
+    return {row[0]: dict(zip(table["fields"], row, strict=True)) for row in table["rows"]}
+
+
 @pytest.mark.parametrize("code", ["EPSG:7415", "EPSG:28992", "local"])
 def test_positions_come_back_from_the_frame_of_the_page(code: str) -> None:
     reference = resolve(code)
@@ -63,7 +71,9 @@ def test_positions_come_back_from_the_frame_of_the_page(code: str) -> None:
 def test_the_index_has_every_building_at_its_place(made: tuple[Prepared, CurrentRecords]) -> None:
     run, _ = made
     about, index = _tree(run, "city.json"), _tree(run, "index.json")
-    rows = {row[0]: dict(zip(index["fields"], row, strict=True)) for row in index["rows"]}
+    tiles = {row[0]: dict(zip(index["fields"], row, strict=True)) for row in index["rows"]}
+    rows = {unit: row for tile in tiles for unit, row in _table(run, tile).items()}
+    assert {tile: said["units"] for tile, said in tiles.items()} == {"900_4600": 3, "901_4600": 2, "_": 1}
     assert {r["status"] for r in rows.values()} == {"done", "failed", "refused"}
     e, n, u = rows[town.FLAT]["place"]
     world = np.array(about["world"]) @ [1, e, n, u, e * e, e * n, n * n, e * u, n * u]
@@ -143,7 +153,87 @@ def test_the_same_run_gives_the_same_page_and_what_is_right_is_kept(made: tuple[
     after = {p: (p.read_bytes(), p.stat().st_mtime_ns) for p in sorted((root / "view").rglob("*")) if p.is_file()}
     assert {p: data for p, (data, _) in after.items()} == {p: data for p, (data, _) in before.items()}
     kept = [p.parent.name for p in after if after[p][1] == before[p][1]]
-    assert set(kept) == {"points", "dsm", "images"}
+    assert set(kept) == {"points", "dsm", "images", "index", "units"}
+
+
+def test_what_is_kept_is_found_in_one_listing(
+    made: tuple[Prepared, CurrentRecords], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An object store takes its time for every question."""
+    run, records = made
+    asked: list[str] = []
+    exists, find = Store.exists, Store.find
+
+    def noted_exists(store: Store, path: str) -> bool:
+        asked.append(path)
+        return exists(store, path)
+
+    def noted_find(store: Store, prefix: str = "") -> list[str]:
+        asked.append(f"list {prefix}")
+        return find(store, prefix)
+
+    monkeypatch.setattr(Store, "exists", noted_exists)
+    monkeypatch.setattr(Store, "find", noted_find)
+    town.write_view(run, records)
+    assert [a for a in asked if a.startswith("view/")] == []
+    assert asked.count("list view/data") == 1
+
+
+def test_a_large_city_has_the_same_page_made_tile_by_tile(
+    made: tuple[Prepared, CurrentRecords], tmp_path: Path
+) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    shutil.rmtree(tmp_path / "run/view")
+    copy = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run"))
+    large = with_settings(copy, ["report.rows=0"])
+    data = report_data(large, records)
+    assert data.whole is not None
+    view.write_run_view(large, records, data)
+    for folder in ("index", "units", "ids", "index.json"):
+        for path in (p for p in (Path(run.store.root) / "view/data" / folder).rglob("*") if p.is_file()):
+            name = path.relative_to(Path(run.store.root) / "view/data")
+            assert (tmp_path / "run/view/data" / name).read_bytes() == path.read_bytes(), name
+    whole, small = (
+        json.loads((root / "view/data/city.json").read_text()) for root in (tmp_path / "run", Path(run.store.root))
+    )
+    same = ("verdict", "counts", "verdicts", "bounds", "heights", "layers", "notes", "said", "state")
+    assert {key: whole[key] for key in same} == {key: small[key] for key in same}
+
+
+def test_only_the_tile_of_a_building_that_was_made_again_is_written_anew(
+    made: tuple[Prepared, CurrentRecords], tmp_path: Path
+) -> None:
+    run, records = made
+    shutil.copytree(run.store.root, tmp_path / "run")
+    copy = Prepared(run.workflow, run.catalog, run.area, Store.open(tmp_path / "run"))
+    stage = {r.unit: r for r in records.of("reconstruct")}
+    stage[town.FLAT] = replace(stage[town.FLAT], attempt=2, result={**stage[town.FLAT].result, "nmad": 0.5})
+    changed = CurrentRecords({**records.by_stage, "reconstruct": [stage[u] for u in sorted(stage)]})
+    files = {p: p.stat().st_mtime_ns for p in (tmp_path / "run/view/data").rglob("*.json")}
+    town.write_view(copy, changed)
+    new = {str(p.relative_to(tmp_path / "run/view/data")) for p, at in files.items() if p.stat().st_mtime_ns != at}
+    assert new == {"index/900_4600.json", "units/900_4600.json", "ids/0.json", "index.json", "city.json", "made.json"}
+    assert _table(copy, "900_4600")[town.FLAT]["nmad"] == 0.5
+
+
+def test_ids_are_sorted_as_a_browser_compares_them_and_parted() -> None:
+    ids = ["b", "A", "a2", "Ä", "\uff00", "\U00010400", *(f"n{k:05}" for k in range(view_units.IDS_AT_ONCE))]
+    parts = list(view_units.id_parts({"west": ids[::2], "east": ids[1::2]}))
+    assert [len(rows) for _, rows in parts] == [view_units.IDS_AT_ONCE, 6]
+    assert [first for first, _ in parts] == [rows[0][0].lower() for _, rows in parts]
+    rows = [row for _, part in parts for row in part]
+    assert [u for u, _ in rows][:3] == ["A", "a2", "b"]
+    assert [u for u, _ in rows][-2:] == ["\U00010400", "\uff00"], "by halves of surrogate pairs, as scripts do"
+    assert dict(rows) == {**dict.fromkeys(ids[::2], "west"), **dict.fromkeys(ids[1::2], "east")}
+
+
+def test_ends_of_tiles_are_those_of_the_whole() -> None:
+    rng = np.random.default_rng(4)
+    rows = [[f"{k}", list(rng.uniform(-500, 500, 3)), float(rng.uniform(5, 20))] for k in range(90)]
+    tiles = [view_units.ends_of(rows[k::3]) for k in range(3)]
+    assert view_units.farthest([*tiles, []]) == view_units.ends_of(rows)
+    assert len(view_units.ends_of(rows)) == 32
 
 
 def test_nothing_in_it_names_this_machine(made: tuple[Prepared, CurrentRecords]) -> None:

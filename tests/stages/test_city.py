@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from cityflow.core.building import Status
-from cityflow.core.grid import tile_at
+from cityflow.core.grid import bounds_meet, tile_at
 from cityflow.core.reference import Reference
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac import Catalog, LidarAsset, OutlineAsset
@@ -20,7 +20,7 @@ from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages import reconstruct, split
 from cityflow.stages.reconstruct import evidence as unit_evidence
 from cityflow.survey.area import EVERYWHERE, Area
-from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.given_outlines import ACCURACY, noded_tile, noding_unit
 from cityflow.survey.results import HULL
 from cityflow.survey.tile_lattice import SEEN_AROUND_M
 from cityflow.survey.unit_entry import UnitEntry
@@ -46,6 +46,11 @@ HOUSES = houses()
 def owner(house: str) -> str:
     x, y = HOUSES[house]["point"]
     return tile_at(x, y, TILE).name
+
+
+def beside(tile: str) -> set[str]:
+    """Tiles whose houses touch ones of a tile."""
+    return {owner(n) for h, about in HOUSES.items() if owner(h) == tile for n in about["neighbours"]} - {tile}
 
 
 def halves() -> dict[str, dict[str, Any]]:
@@ -87,15 +92,15 @@ def record_of(task: Task) -> Record:
         {f"work/{task.stage}/{task.unit}/out": "d" * 64},
         dict[str, Any](digest=f"{task.stage} {task.unit}"),
     )
-    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY):
+    if task.stage == "ingest" and task.unit not in ("outlines", ACCURACY) and noded_tile(task.unit) is None:
         outputs = {f"work/ingest/{task.unit}/{c}_{r}.laz": "p" * 64 for c in range(17) for r in range(16)}
     if (task.stage, task.unit) == ("ingest", "outlines"):
         tiles = sorted({owner(h) for h in HOUSES})
         outputs = {f"work/ingest/outlines/{name}.jsonl": "d" * 64 for name in (*tiles, "sample")}
-        beside = {
-            t: {owner(n) for h, v in HOUSES.items() if owner(h) == t for n in v["neighbours"]} - {t} for t in tiles
-        }
-        result |= {"sampled_from": "f1", "beside": {t: sorted(near) for t, near in beside.items() if near}}
+        result |= {"sampled_from": "f1", "reached": {t: sorted({t, *beside(t)}) for t in tiles}}
+    if (tile := noded_tile(task.unit)) is not None:
+        outputs = {f"work/ingest/{task.unit}/{tile}.jsonl": "d" * 64}
+        result["beside"] = {tile: sorted(beside(tile))}
     if task.stage == "outline":
         entry = {"path": f"work/outline/{task.unit}/out", "start": 0, "length": 1}
         result["units"] = [
@@ -158,6 +163,8 @@ def test_every_task_once_and_after_what_it_reads(given: bool, seed: int) -> None
         assert all(place["reconstruct", n] < place["export", owner(house)] for n in [unit, *about["neighbours"]])
         if given:
             assert place["ingest", "f1"] < place["ingest", ACCURACY] < place["outline", owner(house)]
+            noding = [place["ingest", noding_unit(t)] for t in (owner(house), *beside(owner(house)))]
+            assert all(place["ingest", "outlines"] < n < place["outline", owner(house)] for n in noding)
         else:
             assert place["outline", owner(house)] < place["split", house] < place["units", owner(house)]
             assert all(place["split", n] < place["units", owner(house)] for n in HOUSES[house]["neighbours"])
@@ -170,6 +177,48 @@ def test_the_order_of_events_changes_no_task(given: bool) -> None:
     runs = [run_through(CitySource(catalog(given), CityParameters()), np.random.default_rng(s)) for s in range(5)]
     digests = [{(t.stage, t.unit): t.digest for t in run} for run in runs]
     assert all(d == digests[0] for d in digests[1:])
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_a_laser_survey_that_may_be_drafted_is_the_same(given: bool) -> None:
+    """The driver knows its index of points: nothing of it is drafted, and nothing is left out."""
+    plain, ahead = (CitySource(catalog(given), CityParameters()) for _ in range(2))
+    ahead.walk.ahead = True
+    found = [{t.name: t for t in run_through(source, np.random.default_rng(3))} for source in (plain, ahead)]
+    assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_lidar_beyond_the_edge_changes_no_task_but_those_that_its_points_reach(given: bool) -> None:
+    """A file south-west of the survey, with a gap of two tiles, and one that touches its eastern edge: the bounding box grows in all directions."""
+    known, parameters = catalog(given), CityParameters()
+    far = LidarAsset("far", "far.laz", "7" * 64, 1, (-800.0, -900.0, -600.0, -700.0), (0.0, 9.0), 9)
+    east = LidarAsset("east", "east.laz", "8" * 64, 1, (840.0, 100.0, 1300.0, 200.0), (0.0, 9.0), 9)
+    grown_city = CitySource(replace(known, lidar=(*known.lidar, far, east)), parameters, EVERYWHERE)
+    before = {
+        (t.stage, t.unit): t for t in run_through(CitySource(known, parameters, EVERYWHERE), np.random.default_rng(1))
+    }
+    after = {(t.stage, t.unit): t for t in run_through(grown_city, np.random.default_rng(2))}
+    assert before.keys() < after.keys()
+    changed = {node for node, task in before.items() if after[node].digest != task.digest}
+    halo = parameters.surface.halo_m
+    reached = {
+        name for name, tile in grown_city.survey.lattice.tiles.items()
+        for file in (far, east) if bounds_meet(tile.buffered(halo), file.bounds)
+    }  # fmt: skip
+    rows = {unit for stage, unit in changed if stage == "surface"}
+    assert rows == reached & {unit for stage, unit in before if stage == "surface"}
+    assert len(rows) == 2
+    near = {t for name in reached for t in grown_city.survey.lattice.ring(name)}
+    tiled = {(stage, unit) for stage, unit in changed if unit in grown_city.survey.lattice.tiles}
+    assert {unit for _, unit in tiled} <= near
+    # what dealt out the given outlines, and what is one for the whole city
+    assert {n for n in changed - tiled if n[0] not in ("reconstruct", "split")} <= {
+        ("ingest", "outlines"),
+        ("export", "city"),
+    }
+    units = {unit.split(".")[0] for stage, unit in changed if stage in ("reconstruct", "split")}
+    assert {owner(u) for u in units} <= near
 
 
 def test_an_area_takes_its_units_with_their_neighbours_and_asks_for_no_more_surface() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,6 +13,7 @@ import shapely
 
 from cityflow.core.building import Status
 from cityflow.core.reference import Reference
+from cityflow.flow.draft import Draft
 from cityflow.flow.task import Record, Task
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset, OutlineAsset
 from cityflow.orientation.views import View, footprint
@@ -19,7 +21,7 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import OUTLINES
-from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.given_outlines import ACCURACY, noded_tile
 from cityflow.survey.survey_parameters import TileParameters
 from cityflow.synthetic.flight import plan_flight
 from cityflow.synthetic.flight_presets import preset
@@ -77,6 +79,52 @@ def run_through(source: CitySource, seed: int = 0, failed: Sequence[str] = ()) -
         ended.append(task)
         ready.extend(source.after(task, record_of(task, failed)))
     return ended
+
+
+def drafted_through(source: CitySource, seed: int, failed: Sequence[str] = ()) -> tuple[list[Task], int]:
+    """As workers do it: a draft is made from the records of what it awaits, in whatever order these come; the tasks, and how many were drafts."""
+    source.walk.ahead = True
+    order, records, drafts = np.random.default_rng(seed), dict[tuple[str, str], Record](), 0
+    ready, ended = list(source.initial()), list[Task]()
+    while ready:
+        free = [k for k, t in enumerate(ready) if not isinstance(t, Draft) or all(n in records for n in t.awaited)]
+        task = ready.pop(free[int(order.integers(len(free)))])
+        if isinstance(task, Draft):
+            drafts += 1
+            made = replace(pickle.loads(task.recipe)([records[n] for n in task.awaited]), shared=task.shared)
+            again = task.made()
+            assert (made.arguments, made.inputs, made) == (again.arguments, again.inputs, again)
+            assert (made.function, made.version, made.limits, made.in_place) == (
+                task.function,
+                task.version,
+                task.limits,
+                task.in_place,
+            )
+            task = made
+        ended.append(task)
+        records[task.stage, task.unit] = record = record_of(task, failed)
+        ready.extend(source.after(task, record))
+    return ended, drafts
+
+
+def test_tasks_that_are_drafted_while_their_inputs_are_at_work_are_the_same(whole: list[Task]) -> None:
+    ended, drafts = drafted_through(CitySource(CATALOG, parameters()), 1)
+    assert {t.name: t for t in ended} == {t.name: t for t in whole}
+    assert len(ended) == len(whole)
+    stages = ("match", "fuse", "surface", "ortho", "frame", "walls", "outline")
+    assert drafts == sum(t.stage in stages for t in whole), "none of these waits for the driver"
+
+
+def test_tasks_that_are_drafted_know_what_has_failed(whole: list[Task]) -> None:
+    area, tile = Area(shapely.box(1010, 2010, 1060, 2060)), "10_20"
+    match = next(t for t in whole if t.stage == "match" and t.unit.startswith(tile))
+    failed = [f"ingest-{match.arguments['reference']}", f"fuse-{tile}", f"walls-{tile}"]
+    plain = run_through(CitySource(CATALOG, parameters(), area), 0, failed)
+    ended, _ = drafted_through(CitySource(CATALOG, parameters(), area), 1, failed)
+    assert {t.name: t for t in ended} == {t.name: t for t in plain}
+    digests = {t.name: t.digest for t in whole}
+    changed = {t.stage for t in plain if t.stage != "export" and t.digest != digests[t.name]}
+    assert changed >= {"surface", "outline"}
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +195,10 @@ def test_given_outlines_wait_for_the_facades_around_them() -> None:
         place[task.stage, task.unit] = len(place)
         record = record_of(task)
         if task.unit == OUTLINES:
-            record = replace(record, outputs={f"work/ingest/outlines/{t}.jsonl": t for t in tiles})
+            outputs = {f"work/ingest/outlines/{t}.jsonl": t for t in tiles}
+            record = replace(record, outputs=outputs, result={"reached": {t: [t] for t in tiles}})
+        if (tile := noded_tile(task.unit)) is not None:
+            record = replace(record, outputs={f"work/ingest/{task.unit}/{tile}.jsonl": tile}, result={"beside": {}})
         if task.stage == "outline":
             outlines.append(task)
         ready.extend(source.after(task, record))

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import rasterio
 import shapely
-import zarr
 
 from cityflow.catalog.create import create_catalog
 from cityflow.core.grid import Grid
@@ -20,6 +19,7 @@ from cityflow.flow.task import Record
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.crs import resolve
 from cityflow.io.rasters.raster import write_cog
+from cityflow.io.rasters.surface_dataset import chunked_surface
 from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.survey.surface_source import RASTERS, ZARR
@@ -60,7 +60,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[tuple[str
 
 
 def test_the_given_heights_are_the_surface(made: tuple[Path, dict[tuple[str, str], Record]]) -> None:
-    group = zarr.open_group(made[0] / ZARR, mode="r")
+    group = chunked_surface(str(made[0] / ZARR))
     dsm = np.asarray(group["dsm"])
     assert dsm.shape == GRID.shape
     np.testing.assert_allclose(dsm, heights(), atol=1e-4)

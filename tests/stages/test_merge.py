@@ -54,7 +54,7 @@ class Town:
         outlines = OutlineAsset("outlines", "o.gpkg", "9" * 64, 1, box, SIDE**2)
         parameters = CityParameters.model_validate({"surface": {"cell_m": CELL_M}})
         self.city = City(Catalog("", "town", reference, "", "", (file,), outlines), parameters)
-        self.globe = globe_of(reference, self.city.survey.lattice.grid.bounds)
+        self.globe = globe_of(reference, self.city.survey.lattice.bounds)
         self.about = about_tiles("town", "", "", reference, self.globe)
         self.done: dict[str, str] = {}
         self.records: list[Record] = []
@@ -88,7 +88,7 @@ class Town:
         workspace.write(ROWS, encode_rows(rows))
         outline = Outline(f"h{tile}", shapely.box(*bounds).buffer(-10.0), {}, "")
         workspace.publish(table_path(tile), table_of(tile, [outline], rows, "EPSG:7415"))
-        others, said = {raster: digest_of(height)}, self.city.survey.product_metadata
+        others, said = {raster: digest_of(height)}, self.city.survey.product_metadata()
         leave_summary(workspace, tile, bounds, rows, others, said, parent_of(self.city, tile))
         self.learn(record(export.NAME, tile, workspace.outputs))
 

@@ -13,7 +13,7 @@ from cityflow.core.building import Outline
 from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.local_folder import LocalFolder
 from cityflow.flow.store import Store
-from cityflow.handover.outline_lines import Standing, decode, decode_all, encode, owned
+from cityflow.handover.outline_lines import decode, encode, owned
 from cityflow.handover.surfaces import Surfaces
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M, SeenHouses
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
@@ -80,32 +80,32 @@ def test_outlines_wider_than_a_task_sees_stay(monkeypatch: pytest.MonkeyPatch, t
 
 
 def test_outlines_are_sampled_from_the_file_that_most_stand_in() -> None:
-    standings = [s for found in owned(row(), TILE_M, {"0_0", "1_0"}).values() for s in found]
+    names, bounds = [o.id for o in row()], shapely.bounds([o.polygon for o in row()])
     files = {"east": (95.0, 0.0, 200.0, 100.0), "all": (0.0, 0.0, 200.0, 100.0), "none": (300.0, 0.0, 400.0, 100.0)}
-    name, text = sampled(standings, files)
-    assert name == "all"
-    assert len(text.splitlines()) == 3
-    assert sampled(standings, {"none": files["none"]}) == ("", b"")
-    assert sampled(standings, {}) == ("", b"")
+    assert sampled(names, bounds, files) == ("all", [0, 1, 2])
+    assert sampled(names, bounds, {"none": files["none"]}) == ("", [])
+    assert sampled(names, bounds, {}) == ("", [])
+    assert sampled([], np.empty((0, 4)), files) == ("", [])
 
 
 def test_the_sample_is_of_the_file_that_most_outlines_stand_in() -> None:
     rng = np.random.default_rng(3)
     corners, widths = rng.uniform(0, 600, (200, 2)).round(1).tolist(), rng.uniform(3, 120, 200).round(1).tolist()
     houses = [
-        Standing(Outline(f"o{k}", shapely.box(x, y, x + w, y + 8)), (), ())
+        Outline(f"o{k}", shapely.box(x, y, x + w, y + 8))
         for k, ((x, y), w) in enumerate(zip(corners, widths, strict=True))
     ]
     files = {f"f{i}": (200.0 * i - 50, -50.0, 200.0 * i + 350, 700.0) for i in range(3)}
 
-    def stands_in(house: Standing, bounds: Bounds) -> bool:
-        x_0, y_0, x_1, y_1 = grown(house.outline.polygon.bounds, NEAR_M)
+    def stands_in(house: Outline, bounds: Bounds) -> bool:
+        x_0, y_0, x_1, y_1 = grown(house.polygon.bounds, NEAR_M)
         is_usual = max(x_1 - x_0, y_1 - y_0) <= LARGEST_M
         return is_usual and x_0 >= bounds[0] and y_0 >= bounds[1] and x_1 <= bounds[2] and y_1 <= bounds[3]
 
-    inside = {name: [h.outline.id for h in houses if stands_in(h, b)] for name, b in files.items()}
+    inside = {name: [h.id for h in houses if stands_in(h, b)] for name, b in files.items()}
     most = max(sorted(inside), key=lambda name: len(inside[name]))
-    name, sample = sampled(houses, files)
-    assert (name, sorted(s.outline.id for s in decode_all(sample))) == (most, sorted(inside[most]))
+    names, boxes = [h.id for h in houses], shapely.bounds([h.polygon for h in houses])
+    name, chosen = sampled(names, boxes, files)
+    assert (name, [names[i] for i in chosen]) == (most, inside[most])
     assert 0 < len(inside[most]) < len(houses)
-    assert sampled(houses, {}) == ("", b"")
+    assert sampled(names, boxes, {}) == ("", [])

@@ -30,6 +30,7 @@ from cityflow.pipeline.city_source import CitySource
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.stages.export.textures import CUT_OTHERWISE
 from cityflow.survey.area import Area
+from cityflow.survey.given_outlines import noded_tile
 from in_process import Records, make_surfaces, outcome_of, record_of
 from stages.painted_houses import (
     FLOWN,
@@ -178,7 +179,9 @@ def assert_true_colours(made: Run, most: float = 14.0, sides: Iterable[str] = SI
 
 def test_a_lidar_city_wears_its_photographs(flown_run: Run) -> None:
     ingested = {u for s, u in flown_run.records if s == "ingest"}
-    assert ingested == {"town", "outlines", "outline_accuracy", *(i.name for i in FLOWN)}
+    noded = {u for u in ingested if noded_tile(u) is not None}
+    assert noded
+    assert ingested == {"town", "outlines", "outline_accuracy", *(i.name for i in FLOWN), *noded}
     assert not {s for s, _ in flown_run.records} & {"match", "fuse", "ortho", "frame", "walls"}
     assert_true_colours(flown_run)
 

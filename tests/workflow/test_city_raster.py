@@ -104,9 +104,10 @@ def test_a_file_that_is_no_geotiff_is_refused_at_once(tmp_path: Path) -> None:
     run = run_with_surface(tmp_path / "a", RD, 85000.0, 2, 10.0)
     (tmp_path / "a" / "run.json").write_text("{}")
     for out, problem in (
-        (tmp_path / "a.png", "no name of a GeoTIFF"),
+        (tmp_path / "a.png", "no such format → end the name of the file in .tif or .tiff"),
         (tmp_path, "no name"),
         (tmp_path / "b" / "r.tif", "no such folder"),
+        (Path("/proc/r.tif"), "cannot write here"),
     ):
         with pytest.raises(RunError, match=problem):
             raster(run, out)

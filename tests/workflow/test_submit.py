@@ -77,6 +77,9 @@ def test_a_run_outlives_its_client_and_the_worker_that_drives_it(cluster: Cluste
     client.wait()
     first = note_where(store, lambda note: finished(note) >= 4)
     driver = psutil.Process(int(first.place.rsplit(" ", 1)[1]))
+    assert store.root not in " ".join(driver.cmdline()), (
+        "everybody can read the command line of a process, and an address may hold a password"
+    )
     next(w for w in cluster.workers if w.pid == driver.ppid()).kill()
     driver.wait(timeout=10)
     cluster.add_worker()

@@ -17,7 +17,7 @@ const ERROR_TARGET_PX = 4;
 export class City {
   /**
    * @param {object} about data/city.json
-   * @param {Map<string, object>} units rows of the index by id
+   * @param {Units} units tables of buildings
    * @param {{camera, renderer, scene, changed: () => void}} stage
    */
   constructor(about, units, stage) {
@@ -60,7 +60,7 @@ export class City {
     if (this.about.frame) {
       new Matrix4().fromArray(this.about.frame).invert().decompose(tiles.group.position, tiles.group.quaternion, tiles.group.scale);
     }
-    tiles.addEventListener('load-model', ({ scene, tile }) => this.#loaded(scene, tile));
+    tiles.addEventListener('load-model', ({ scene, tile, url }) => this.#loaded(scene, url ?? tile.content?.uri ?? ''));
     tiles.addEventListener('dispose-model', ({ scene }) => this.#gone(scene));
     tiles.addEventListener('load-error', ({ url, error }) => this.#failed(url, error));
     for (const event of ['needs-update', 'needs-render', 'load-tileset', 'load-content', 'tiles-load-end']) {
@@ -166,6 +166,11 @@ export class City {
     return { unit: model.tables.ids[rows.getX(hit.face.a)], surface: model.tables.words[model.tables.types[face]] };
   }
 
+  /** Names of the ground tiles of which something is drawn now. */
+  drawnTiles() {
+    return new Set([...this.models.values()].filter(({ scene }) => scene.parent).map(({ tile }) => tile));
+  }
+
   /** Whether a tile that was loaded knows a class of surfaces. */
   hasClass(name) {
     return [...this.models.values()].some(({ tables }) => tables?.words.includes(name));
@@ -179,10 +184,9 @@ export class City {
     }
   }
 
-  #loaded(scene, tile) {
-    const url = tile.content?.uri ?? '';
+  #loaded(scene, url) {
     const tables = scene.userData.tables ?? null;
-    const model = { scene, tables, part: tables ? 'buildings' : 'terrain', url, meshes: [], colours: null, rows: new Map() };
+    const model = { scene, tables, part: tables ? 'buildings' : 'terrain', tile: tileOf(url), meshes: [], colours: null, rows: new Map() };
     if (tables) {
       tables.ids.forEach((id, row) => model.rows.set(id, row));
       model.colours = unitTexture(tables.ids.length);
@@ -201,6 +205,15 @@ export class City {
     this.stage.isBlank = false;
     this.#dress(model);
     this.#mark(model);
+    if (tables) this.#know(model);
+    this.stage.changed();
+  }
+
+  /** What is in sight may be asked for, and coloured by how it ended. */
+  async #know(model) {
+    await this.units.table(model.tile);
+    if (MODES[this.mode] !== UNIT || this.models.get(model.scene) !== model) return;
+    this.#paint(model);
     this.stage.changed();
   }
 
@@ -236,7 +249,7 @@ export class City {
 
   #paint(model) {
     const { data } = model.colours.image;
-    model.tables.ids.forEach((id, row) => data.set([...this.#colourOf(this.units.get(id)), 255], 4 * row));
+    model.tables.ids.forEach((id, row) => data.set([...this.#colourOf(this.units.byId.get(id)), 255], 4 * row));
     model.colours.needsUpdate = true;
   }
 
@@ -272,20 +285,26 @@ export class City {
   }
 }
 
+/** Between two looks at all tiles, in times of what a look takes: in a large city it takes long, and each tile that comes asks for one. */
+const PAUSE = 4;
+
 /**
  * The library does each step of loading with a frame, and frames are slow while a page begins: what is loaded leads to what it
  * asks for at once.
  */
 function hasten(tiles, stage) {
   let isDue = false;
+  let spent = 0;
   const soon = () => {
     if (isDue) return;
     isDue = true;
     setTimeout(() => {
       isDue = false;
       stage.camera.updateMatrixWorld();
+      const begun = performance.now();
       tiles.update();
-    });
+      spent = performance.now() - begun;
+    }, PAUSE * spent);
   };
   for (const queue of [tiles.downloadQueue, tiles.parseQueue, tiles.processNodeQueue]) queue._schedulingCallback = (run) => setTimeout(run);
   for (const event of ['needs-update', 'load-tileset', 'load-content']) tiles.addEventListener(event, soon);
@@ -307,6 +326,9 @@ function unitTexture(count) {
   texture.magFilter = NearestFilter;
   return texture;
 }
+
+/** The ground tile that a file is of: its folder. */
+const tileOf = (url) => decodeURIComponent(url.split(/[?#]/)[0].split('/').at(-2) ?? '');
 
 function rootOf(object, models) {
   let at = object;

@@ -27,13 +27,6 @@ async function load(path, read) {
   return read(response);
 }
 
-/** The rows of data/index.json as objects, and the same by id. */
-export async function readUnits() {
-  const table = await json('data/index.json');
-  const units = table.rows.map((row) => Object.fromEntries(table.fields.map((field, i) => [field, row[i]])));
-  return { units, byId: new Map(units.map((unit) => [unit.id, unit])) };
-}
-
 /** World coordinates of a place in the page's frame: polynomials of second degree that follow the map's projection. */
 export function toWorld(city, [e, n, u]) {
   if (!city.world) return [e, n, u];

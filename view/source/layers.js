@@ -4,7 +4,7 @@ import {
   PointsMaterial, ShapeUtils, Vector2,
 } from 'three';
 import { CUTS, POINT_CLASSES, relief, rgb, STATUS, UNKNOWN } from './colours.js';
-import { binary, json } from './data.js';
+import { binary } from './data.js';
 import { linesOf } from './highlight.js';
 
 /** Points of a tile as written for this page: places relative to `origin`, colours, classes. */
@@ -20,11 +20,41 @@ export async function tilePoints(tile) {
   };
 }
 
+const MOST_NEAR = 64;
+const REST_MS = 300;
+
 export class Layers {
-  constructor(about, stage) {
-    Object.assign(this, { about, stage });
+  constructor(about, index, stage) {
+    Object.assign(this, { about, index, stage });
     this.groups = new Map();
     this.loading = 0;
+    let timer = null;
+    stage.afterMove.push(() => {
+      clearTimeout(timer);
+      timer = setTimeout(() => this.#follow(), REST_MS);
+    });
+  }
+
+  /** Where one looks now may be other tiles than before. */
+  async #follow() {
+    for (const name of ['cuts', 'failures']) {
+      const group = this.groups.get(name);
+      if (group?.visible) await this[`_${name}`](group);
+    }
+  }
+
+  /** Tables of the tiles nearest to what one looks at that have something of a layer and are not drawn yet. */
+  async *#near(name, group) {
+    const { x, y } = this.stage.controls.target;
+    const away = ({ box: [x0, y0, , x1, y1] }) => Math.hypot((x0 + x1) / 2 - x, (y0 + y1) / 2 - y);
+    const near = this.index.tiles.filter((tile) => tile[name] && tile.box).sort((a, b) => away(a) - away(b));
+    const drawn = (group.userData.drawn ??= new Set());
+    for (const tile of near.slice(0, MOST_NEAR)) {
+      if (drawn.has(tile.name)) continue;
+      drawn.add(tile.name);
+      yield (await this.index.table(tile.name))[name];
+      this.stage.changed();
+    }
   }
 
   /** Show or hide a layer; resolves when it is drawn. */
@@ -81,35 +111,39 @@ export class Layers {
   }
 
   async _cuts(group) {
-    const { fields, rows } = await json('data/cuts.json');
-    const lines = rows.map((row) => Object.fromEntries(fields.map((field, i) => [field, row[i]])));
-    for (const isAccepted of [false, true]) {
-      const chosen = lines.filter((line) => line.accepted === isAccepted);
-      if (!chosen.length) continue;
-      const places = chosen.flatMap((line) => [...line.from, ...line.to]);
-      // a light rim under each line, so that it is seen on a dark roof and on a bright one
-      const rim = linesOf(places, '#ffffff', isAccepted ? 6 : 4.5);
-      const drawn = linesOf(places, (isAccepted ? CUTS.taken : CUTS.refused)[1], isAccepted ? 3.5 : 2.5);
-      rim.renderOrder = isAccepted ? 5 : 4.6;
-      drawn.renderOrder = isAccepted ? 5.5 : 4.8;
-      drawn.userData.cuts = chosen;
-      group.add(rim, drawn);
+    for await (const lines of this.#near('cuts', group)) {
+      for (const isAccepted of [false, true]) {
+        const chosen = lines.filter((line) => line.accepted === isAccepted);
+        if (chosen.length) group.add(...drawnCuts(chosen, isAccepted));
+      }
     }
   }
 
   async _failures(group) {
-    const shapes = await json('data/failures.json');
-    for (const shape of shapes) {
-      const colour = STATUS[shape.status][1];
-      const geometry = prism(shape.rings, shape.base, shape.height);
-      const fill = new Mesh(geometry, new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false }));
-      const rim = new LineSegments(rimOf(shape.rings, shape.base, shape.height), new LineBasicMaterial({ color: colour, depthTest: false }));
-      fill.userData.unit = shape.id;
-      rim.renderOrder = 4;
-      fill.renderOrder = 3;
-      group.add(fill, rim);
-    }
+    for await (const shapes of this.#near('failures', group)) for (const shape of shapes) group.add(...drawnFailure(shape));
   }
+}
+
+/** A light rim under each line, so that it is seen on a dark roof and on a bright one. */
+function drawnCuts(cuts, isAccepted) {
+  const places = cuts.flatMap((line) => [...line.from, ...line.to]);
+  const rim = linesOf(places, '#ffffff', isAccepted ? 6 : 4.5);
+  const drawn = linesOf(places, (isAccepted ? CUTS.taken : CUTS.refused)[1], isAccepted ? 3.5 : 2.5);
+  rim.renderOrder = isAccepted ? 5 : 4.6;
+  drawn.renderOrder = isAccepted ? 5.5 : 4.8;
+  drawn.userData.cuts = cuts;
+  return [rim, drawn];
+}
+
+function drawnFailure({ id, status, rings, base, height }) {
+  const colour = STATUS[status][1];
+  const material = new MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.45, depthTest: false, depthWrite: false });
+  const fill = new Mesh(prism(rings, base, height), material);
+  const rim = new LineSegments(rimOf(rings, base, height), new LineBasicMaterial({ color: colour, depthTest: false }));
+  fill.userData.unit = id;
+  rim.renderOrder = 4;
+  fill.renderOrder = 3;
+  return [fill, rim];
 }
 
 function classColours(classes) {

@@ -5,17 +5,18 @@ import { showBearings } from './bearings.js';
 import { City } from './city.js';
 import { wireControls } from './controls.js';
 import { evidenceOf, pickCut } from './cuts.js';
-import { json, readUnits } from './data.js';
+import { json } from './data.js';
 import { byId, element, say } from './elements.js';
 import { keepClear } from './free.js';
 import { drawLayerLegend, drawLegend } from './legend.js';
 import { Layers } from './layers.js';
 import { Link } from './link.js';
-import { endsOf } from './overview.js';
 import { Panel } from './panel.js';
 import { fillSearch } from './search.js';
+import { Sheets } from './sheets.js';
 import { Stage } from './stage.js';
 import { Tools } from './tools.js';
+import { Units } from './units.js';
 
 const CLICK_PIXELS = 5;
 const OVERLAYS = ['points', 'dsm', 'cuts', 'failures'];
@@ -25,7 +26,7 @@ window.cityflowView = {
   isReady: false, errors: [],
   /** Whether anything is still being fetched, moves, or has yet to be drawn. */
   get isBusy() {
-    return this.city?.isLoading || this.layers?.loading > 0 || this.stage?.isGliding || this.stage?.isWaiting || !this.stage?.frames;
+    return this.city?.isLoading || this.layers?.loading > 0 || this.index?.reading > 0 || this.stage?.isGliding || this.stage?.isWaiting || !this.stage?.frames;
   },
 };
 window.addEventListener('error', (event) => window.cityflowView.errors.push(String(event.message)));
@@ -41,7 +42,7 @@ start().catch((error) => {
 
 async function start() {
   if (location.protocol === 'file:') return giveUp('Browsers do not let a page read files beside it: run `cityflow view RUN` to walk through the city.');
-  const reading = Promise.all([json('data/city.json'), readUnits(), servedRun()]);
+  const reading = Promise.all([json('data/city.json'), json('data/index.json').then((root) => new Units(root)), servedRun()]);
   const stage = stageOrNull();
   if (!stage) {
     await reading.catch(() => null);
@@ -52,25 +53,28 @@ async function start() {
     return giveUp('This run has no 3D Tiles: either nothing has been exported yet, or it was made by an earlier version. Run the workflow again, and then `cityflow view RUN`.');
   }
   head(about, served);
-  const city = new City(about, index.byId, stage);
+  const city = new City(about, index, stage);
   stage.beforeFrame.push(() => city.update());
-  const layers = new Layers(about, stage);
+  const sheets = new Sheets(index, city, stage);
+  stage.beforeFrame.push(() => sheets.update());
+  const layers = new Layers(about, index, stage);
   const link = new Link();
   const tools = new Tools(city, layers, stage, about);
-  const page = { about, index, stage, city, layers, link, tools };
-  page.panel = new Panel(index.byId, { run: served.run, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
+  const page = { about, index, stage, city, sheets, layers, link, tools };
+  page.panel = new Panel(index, { run: served.run, onclose: () => choose(page, null), onfocus: (unit) => approach(page, unit) });
   // before moving writes itself into the link, which may lead elsewhere
   page.clear = keepClear(stage);
-  stage.show(about.bounds, endsOf(index.units));
+  stage.show(about.bounds, index.ends);
   Object.assign(window.cityflowView, page, { choose: (id) => choose(page, id) });
   wireLayers(page);
   wireCanvas(page);
   markMiddle(stage, tools);
   showBearings(stage);
   wireControls(page, { choose: (id) => choose(page, id) });
-  fillSearch(index.units, (unit) => {
-    choose(page, unit.id);
-    approach(page, unit);
+  fillSearch(index, async (id) => {
+    choose(page, id);
+    const unit = await index.find(id);
+    if (unit) approach(page, unit);
   });
   city.onfailure = (url) => say(`A part of the city could not be loaded: ${url}`);
   await restore(page);
@@ -211,9 +215,13 @@ function choose(page, id, surface = null) {
   const opened = id === null ? page.panel.close() : page.panel.open(id, surface);
   if (id === null && window.cityflowView.isReady) say('');
   page.clear(!window.cityflowView.isReady);
-  const place = page.index.byId.get(id)?.place;
-  if (place && window.cityflowView.isReady) page.stage.uncover(new Vector3(...place));
+  if (id !== null && window.cityflowView.isReady) uncover(page, id);
   return opened;
+}
+
+async function uncover({ index, city, stage }, id) {
+  const unit = await index.find(id);
+  if (unit && city.selected === id) stage.uncover(new Vector3(...unit.place));
 }
 
 function approach({ stage }, unit) {
@@ -236,7 +244,8 @@ async function restore(page) {
   const unit = link.get('unit');
   if (unit) {
     choose(page, unit);
-    if (!link.camera && page.index.byId.has(unit)) approach(page, page.index.byId.get(unit));
+    const known = link.camera ? null : await page.index.find(unit);
+    if (known) approach(page, known);
   }
 }
 

@@ -9,7 +9,6 @@ const WORTH = 0.88;
 const ROUNDS = 40;
 const DAMPING = 0.5;
 const LEAST_ROOM_PX = 120;
-const DIRECTIONS = 32;
 const STOREYS_M = 10;
 
 /**
@@ -51,21 +50,6 @@ function standing(places, azimuthDeg, [halfX, halfY]) {
 
 function middleOf(values) {
   return values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]).reduce((a, b) => (a + b) / 2);
-}
-
-/** Places that the city ends at, in all directions of the compass; middles and sizes are what is known of buildings. */
-export function endsOf(units) {
-  const found = new Set();
-  for (let k = 0; k < DIRECTIONS; k += 1) {
-    const [dx, dy] = [Math.cos, Math.sin].map((f) => f((2 * Math.PI * k) / DIRECTIONS));
-    let [best, end] = [-Infinity, null];
-    for (const { place: [x, y, z], size } of units) {
-      const reach = x * dx + y * dy + 0.45 * size;
-      if (reach > best) [best, end] = [reach, [x + 0.45 * size * dx, y + 0.45 * size * dy, z]];
-    }
-    if (end) found.add(end);
-  }
-  return [...found];
 }
 
 /** Foot and top of what stands at some places. */

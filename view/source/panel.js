@@ -18,7 +18,7 @@ const PARTS = [
 ];
 
 export class Panel {
-  /** @param {{run: string, onclose: () => void, onfocus: (unit) => void}} wired */
+  /** @param {Units} units @param {{run: string, onclose: () => void, onfocus: (unit) => void}} wired */
   constructor(units, wired) {
     Object.assign(this, { units, wired });
     this.root = byId('panel');
@@ -38,7 +38,8 @@ export class Panel {
     byId('panel-title').textContent = id;
     const body = byId('panel-body');
     body.replaceChildren(element('p', { class: 'muted' }, 'Loading …'));
-    const unit = this.units.get(id);
+    const unit = await this.units.find(id).catch(() => null);
+    if (this.asked !== id) return;
     if (!unit) {
       body.replaceChildren(element('p', {}, 'The run has no record of this building; its files are of another run.'));
       return;

@@ -1,26 +1,27 @@
 // Finding a building by its id, or by a part of it.
-import { STATUS } from './colours.js';
 import { byId, element, say } from './elements.js';
 
-const MOST_SHOWN = 30;
-
+/** @param {Units} units @param {(id: string) => void} found */
 export function fillSearch(units, found) {
   const [field, options] = [byId('search'), byId('search-options')];
-  const matching = () => {
-    const text = field.value.trim().toLowerCase();
-    return text ? units.filter((unit) => unit.id.toLowerCase().includes(text)) : [];
+  const matching = async () => {
+    const text = field.value.trim();
+    const ids = text ? (await units.matching(text)).map(([id]) => id) : [];
+    return field.value.trim() === text ? ids : null;
   };
-  field.addEventListener('input', () => {
-    options.replaceChildren(...matching().slice(0, MOST_SHOWN).map((unit) => element('option', { value: unit.id }, STATUS[unit.status][0])));
-    const exact = units.find((unit) => unit.id === field.value);
-    if (exact) found(exact);
+  field.addEventListener('input', async () => {
+    const ids = await matching();
+    if (!ids) return;
+    options.replaceChildren(...ids.map((id) => element('option', { value: id })));
+    if (ids.includes(field.value)) found(field.value);
   });
-  field.closest('form').addEventListener('submit', (event) => {
+  field.closest('form').addEventListener('submit', async (event) => {
     event.preventDefault();
-    const all = matching();
-    const exact = all.find((unit) => unit.id.toLowerCase() === field.value.trim().toLowerCase()) ?? all[0];
-    if (!exact) return say(`No building has '${field.value}' in its id.`);
-    found(exact);
-    return say(all.length > 1 ? `${all.length} ids match; this is ${exact.id}.` : exact.id);
+    const ids = await matching();
+    if (!ids) return undefined;
+    const chosen = ids.find((id) => id.toLowerCase() === field.value.trim().toLowerCase()) ?? ids[0];
+    if (!chosen) return say(`No building has '${field.value}' in its id.`);
+    found(chosen);
+    return say(ids.length > 1 ? `${ids.length} ids match; this is ${chosen}.` : chosen);
   });
 }

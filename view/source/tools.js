@@ -185,7 +185,7 @@ export class Tools {
     this.group.add(residualCloud(found));
     this.stage.changed();
     const nearest = nearestValue(found, hit.place);
-    const known = this.city.units.get(hit.unit)?.nmad;
+    const known = (await this.city.units.find(hit.unit))?.nmad;
     this.#figures([
       ['Building', hit.unit], ['Points over the roof', figures.count.toLocaleString('en')],
       ['At the click', nearest === null ? 'no point within 1 m' : `${(100 * nearest).toFixed(1)} cm`],

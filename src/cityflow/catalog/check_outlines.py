@@ -11,7 +11,7 @@ from cityflow.catalog.findings import Level
 from cityflow.errors import CatalogError
 from cityflow.io.catalog.stac import Catalog, OutlineAsset
 from cityflow.io.tables.feature_ids import listing
-from cityflow.io.tables.vector import read_outlines
+from cityflow.io.tables.outline_file import read_outlines
 from cityflow.orientation.views import View, footprint
 
 NO_AREA_M2 = 0.01

@@ -30,7 +30,8 @@ from cityflow.io.catalog.stac_write import lidar_asset, raster_asset
 from cityflow.io.crs import contradiction, horizontal_transform, reference_of, resolve, suspicion
 from cityflow.io.points.las_header import LasHeader
 from cityflow.io.rasters.raster_header import read_raster_header
-from cityflow.io.tables.vector import read_layer, read_outlines
+from cityflow.io.tables.outline_file import read_outlines
+from cityflow.io.tables.vector import read_layer
 
 LIDAR_SUFFIXES = (".las", ".laz")
 ASSIGN = "assign the CRS with --crs EPSG:n, or --crs local for a metric frame of its own"
@@ -75,7 +76,7 @@ def create_catalog(
     dsm, dtm : rasters
     orthos : orthophotos, one for each epoch
     crs : ``EPSG:n`` or ``local``; None takes what the LiDAR files say
-    id_column, id_format, layer : see `io.tables.vector.read_outlines`
+    id_column, id_format, layer : see `io.tables.outline_file.read_outlines`
     date : ISO day of the survey; empty takes the dates of the LiDAR headers
     copy : put copies of the files beside the catalog instead of referring to them
     reading : where files are read; one after another in this process where it is not given. The catalog does not depend on it

@@ -18,6 +18,7 @@ from cityflow.cli.evaluate import PointsFirst, evaluate_outlines, evaluate_point
 from cityflow.cli.rasters import raster
 from cityflow.cli.runs import cancel, explain, join, plan, report, rerun, run, status, submit, view
 from cityflow.cli.surveys import demo, synth
+from cityflow.cli.updates import update
 from cityflow.runs.common_keys import described_common
 from cityflow.runs.known_keys import CITY, SYNTH, described, known_keys
 from cityflow.workflow import completion
@@ -66,6 +67,7 @@ def main() -> None:
 TOP: tuple[Callable[..., None], ...] = (
     run,
     rerun,
+    update,
     submit,
     cancel,
     status,

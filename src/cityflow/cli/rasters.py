@@ -10,8 +10,8 @@ import typer
 
 from cityflow.cli import options
 from cityflow.cli.options import JsonOption, RunArgument, SchedulerOption
-from cityflow.errors import RunError
 from cityflow.runs.first_look import look_at_run
+from cityflow.runs.look_at_places import look_at_output, look_at_scheduler
 from cityflow.workflow import completion
 
 
@@ -48,10 +48,8 @@ def raster(
     look_at_run(run_url)
     if minus:
         look_at_run(minus)
-    if out.suffix.lower() not in (".tif", ".tiff") or out.is_dir():
-        raise RunError("no name of a GeoTIFF", where=str(out), remedy="choose an --out that ends in .tif")
-    if not out.parent.is_dir():
-        raise RunError("no such folder", where=str(out.parent), remedy="make it, or choose another --out")
+    look_at_output(out, (".tif", ".tiff"))
+    look_at_scheduler(scheduler)
     from cityflow.workflow.city_raster import RasterRequest, write_city_raster
 
     request = RasterRequest(layer.value, cell_m, relief, minus)

@@ -23,6 +23,7 @@ from cityflow.cli.options import (
     WorkersOption,
     WorkflowArgument,
 )
+from cityflow.errors import RunError
 from cityflow.flow.talk import Talk
 from cityflow.runs.first_look import (
     agreed_folder,
@@ -30,6 +31,7 @@ from cityflow.runs.first_look import (
     look_at_settings,
     look_at_workflow,
 )
+from cityflow.runs.look_at_places import look_at_output, look_at_scheduler
 from cityflow.workflow import completion
 
 
@@ -57,6 +59,7 @@ def run(
 ) -> None:
     """Run a workflow; finished tasks are not repeated."""
     name = look_at_workflow(workflow, settings or [], catalog)
+    look_at_scheduler(scheduler)
     folder = out or agreed_folder(name, yes, options.console)
     from cityflow.workflow.run import run_workflow
 
@@ -93,6 +96,7 @@ def submit(
 ) -> None:
     """Hand a run to a Dask scheduler and return: a worker drives it, and another one if that dies."""
     look_at_workflow(workflow, settings or [], catalog)
+    look_at_scheduler(scheduler)
     from cityflow.workflow.run import Extras, Request
     from cityflow.workflow.submit import submit_run
 
@@ -127,6 +131,9 @@ def rerun(
         bool, typer.Option("--clear-overrides", help="Remove earlier --set values of these units")
     ] = False,
     scheduler: SchedulerOption = "",
+    submit: Annotated[
+        bool, typer.Option("--submit", help="Hand it to the --scheduler and return: a worker drives it")
+    ] = False,
     workers: WorkersOption = 0,
     trust: TrustOption = False,
     allow_outside: OutsideOption = False,
@@ -136,23 +143,22 @@ def rerun(
     """Run units again, with other parameters if wanted, and the tasks that depend on them."""
     look_at_run(run_url)
     look_at_settings(settings or [])
+    look_at_scheduler(scheduler)
+    if not (failed or degraded or stage or unit):
+        raise RunError("nothing chosen", where="rerun", remedy="give --failed, --degraded, --stage S or --unit ID")
+    if submit and not scheduler:
+        raise RunError("no scheduler to submit it to", where="--submit", remedy="give its address with --scheduler")
     from cityflow.workflow.chosen_part import Selection
-    from cityflow.workflow.rerun import rerun_units
+    from cityflow.workflow.rerun import Rerun, rerun_units
 
     selection = Selection(failed or degraded, degraded, stage, tuple(unit or []))
-    talk = Talk.of(quiet, verbose)
-    rerun_units(
-        run_url,
-        selection,
-        settings or [],
-        clear_overrides,
-        scheduler,
-        workers,
-        options.console,
-        talk,
-        trust=trust,
-        allow_outside=allow_outside,
-    )
+    asked = Rerun(selection, tuple(settings or []), clear_overrides, trust, allow_outside)
+    if submit:
+        from cityflow.workflow.submit import submit_rerun
+
+        submit_rerun(run_url, asked, scheduler, options.console)
+        return
+    rerun_units(run_url, asked, scheduler, workers, options.console, Talk.of(quiet, verbose))
 
 
 def status(
@@ -233,6 +239,7 @@ def join(
 ) -> None:
     """Join the tiles of a large city in one file, tile after tile."""
     look_at_run(run_url)
+    look_at_output(out, (".gpkg", ".city.jsonl"))
     from cityflow.workflow.join import join_run
 
     join_run(run_url, out, tiles or [], options.console)

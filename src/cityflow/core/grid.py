@@ -13,6 +13,9 @@ from cityflow.core.arrays import FloatArray, IntArray
 Bounds = tuple[float, float, float, float]
 """x_min, y_min, x_max, y_max in metres."""
 
+FARTHEST_TILE = 1_000_000
+"""Tiles of the lattice to each side of the CRS origin: of 50 m, the smallest, they reach farther than any projected coordinate."""
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -145,6 +148,16 @@ def grid_over(tiles: Iterable[Tile], cell_m: float) -> Grid:
     boxes = [t.bounds for t in tiles]
     low, high = [min(b[i] for b in boxes) for i in (0, 1)], [max(b[i] for b in boxes) for i in (2, 3)]
     return Grid.covering((low[0], low[1], high[0], high[1]), cell_m)
+
+
+def lattice_grid(tile_m: float, cell_m: float) -> Grid:
+    """The grid over every tile that there can be: where a cell or a tile stands in it depends on no survey.
+
+    >>> lattice_grid(250.0, 0.5).slices(Grid(0.0, 250.0, 0.5, 500, 500))[1].start // 500
+    1000000
+    """
+    edge = 2 * FARTHEST_TILE * round(tile_m / cell_m)
+    return Grid(-FARTHEST_TILE * tile_m, FARTHEST_TILE * tile_m, cell_m, edge, edge)
 
 
 def grown(bounds: Bounds, by: float) -> Bounds:

@@ -21,6 +21,7 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from cityflow.core.building import Status
+from cityflow.core.object_store import be_patient
 from cityflow.errors import CityflowError, RefusedUnit
 from cityflow.flow.records import plain_outcome
 from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
@@ -45,6 +46,7 @@ def main(channel: int) -> None:
     faulthandler.register(DUMP_SIGNAL, all_threads=True)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _first_to_go_when_memory_is_short()
+    be_patient()
     connection = Connection(channel)
     connection.send(os.getpid())
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):

@@ -11,13 +11,16 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import dask
 from distributed import Client, LocalCluster
 
 import cityflow
+from cityflow.core.dask_address import NO_ANSWER, NO_ANSWER_REMEDY
 from cityflow.errors import RunError
+from cityflow.flow.room import forget
 
 DASHBOARD_PORT = 8787
 CONNECT_S = 10.0
@@ -79,6 +82,7 @@ def _local(workers: int) -> Iterator[Client]:
         remedy = "run the command again; if it stays so, look at the machine's memory or take fewer --workers"
         raise RunError("a worker process died while it started", where="local cluster", remedy=remedy) from error
     client = Client(cluster, set_as_default=False)
+    folders = {Path(nanny.local_directory) for nanny in cluster.workers.values()}
     try:
         yield client
     finally:
@@ -87,6 +91,8 @@ def _local(workers: int) -> Iterator[Client]:
             cluster.sync(_end_workers, cluster)
             client.close(timeout=CLOSE_S)
             cluster.close(timeout=CLOSE_S)
+        for folder in folders:
+            forget(folder, cluster.scheduler_address)
 
 
 async def _end_workers(cluster: LocalCluster) -> None:
@@ -100,15 +106,11 @@ async def _end_workers(cluster: LocalCluster) -> None:
 
 @contextmanager
 def _remote(address: str, connect_s: float) -> Iterator[Client]:
-    remedy = (
-        "check the address and that the scheduler runs (dask scheduler); where it has TLS, the address begins with tls:// "
-        "and DASK_CONFIG names the certificates; leave --scheduler out to run locally"
-    )
     client = _client(address, connect_s)
     if client is None:
         # What is left of it closes itself when it is collected; if that happened while another client starts, both would wait for ever
         gc.collect()
-        raise RunError("no scheduler answers", where=address, remedy=remedy)
+        raise RunError(NO_ANSWER, where=address, remedy=NO_ANSWER_REMEDY)
     try:
         _check_workers(client, address)
         yield client

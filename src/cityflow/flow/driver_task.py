@@ -20,6 +20,7 @@ from typing import IO, Any
 from distributed import Client, Scheduler, fire_and_forget, get_worker, secede
 
 from cityflow.core.credentials import without_credentials
+from cityflow.core.object_store import be_patient
 from cityflow.errors import RunError
 from cityflow.flow.driver_note import DriverNote, Phase, read_note, write_note
 from cityflow.flow.exclusive import is_held
@@ -40,7 +41,7 @@ PRIORITY = 1000
 _COMMAND = (
     "import sys, json; sys.path[:] = json.loads(sys.argv[1]); "
     "from cityflow.flow.child import die_with_parent; die_with_parent(); "
-    "import importlib; sys.exit(importlib.import_module(sys.argv[2]).main(json.loads(sys.argv[3])))"
+    "import importlib; sys.exit(importlib.import_module(sys.argv[2]).main(json.load(sys.stdin)))"
 )
 
 
@@ -80,6 +81,7 @@ def drive(store: Store, request: str, module: str, given: Mapping[str, Any]) -> 
     """Runs on a worker: start the driver, and wait for its end; what it had no time to say goes into the note."""
     worker = get_worker()
     secede()
+    be_patient()
     _await_lock(store)
     environment = {**os.environ, **_tls(worker.security)}
     for _ in range(STARTS):
@@ -94,7 +96,8 @@ def drive(store: Store, request: str, module: str, given: Mapping[str, Any]) -> 
     note = read_note(store)
     if note is not None and note.request == request and note.is_open:
         last = text.splitlines()[-1] if text else f"exit code {code}"
-        write_note(store, replace(note, phase=Phase.FAILED, text=last.removeprefix("cityflow: ")))
+        phase = Phase.FAILED if code else Phase.ENDED  # one that follows another may find nothing left to do
+        write_note(store, replace(note, phase=phase, text=last.removeprefix("cityflow: ")))
     return code
 
 
@@ -107,13 +110,17 @@ def _await_lock(store: Store) -> None:
 def _started(
     module: str, given: Mapping[str, Any], environment: Mapping[str, str], printed: IO[bytes]
 ) -> subprocess.Popen[bytes]:
+    """The driver; what it is given may hold passwords, and everybody on the machine can read the command line of a process."""
     path = json.dumps([p or os.getcwd() for p in sys.path])
-    command = [sys.executable, "-c", _COMMAND, path, module, json.dumps(given)]
-    return SPAWNER.call(
-        lambda: subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+    command = [sys.executable, "-c", _COMMAND, path, module]
+    with tempfile.TemporaryFile() as told:
+        told.write(json.dumps(given).encode())
+        told.seek(0)
+        return SPAWNER.call(
+            lambda: subprocess.Popen(
+                command, stdin=told, stdout=printed, stderr=subprocess.STDOUT, env=environment, start_new_session=True
+            )
         )
-    )  # fmt: skip
 
 
 def _ended(store: Store, process: subprocess.Popen[bytes], printed: IO[bytes]) -> int:

@@ -8,7 +8,8 @@ Dask's own dashboard names what failed, a leaf that nothing depends on raises th
 from __future__ import annotations
 
 import time
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 from uuid import uuid4
 
@@ -16,6 +17,7 @@ from distributed import Client
 
 from cityflow.core.building import Status
 from cityflow.core.credentials import without_credentials
+from cityflow.flow.stage import Node
 from cityflow.flow.task import Record
 
 MOST = 1000
@@ -38,7 +40,8 @@ def raise_reason(reason: str) -> None:
 class ErredLeaves:
     """The newest failed units of a RUN on its scheduler.
 
-    They outlive the driver, until the next run into the same RUN, which shows those that are failed then.
+    They outlive the driver, until the next run into the same RUN, which shows those that are failed then (`others_kept` around it: and those that it never
+    came to).
 
     Parameters
     ----------
@@ -48,7 +51,7 @@ class ErredLeaves:
 
     def __init__(self, client: Client, run: str) -> None:
         self._client = client
-        self._name = f"cityflow failed units of {without_credentials(run)}"
+        self._name = _name(run)
         self._held: dict[tuple[str, str], Any] = {}
         self._new: dict[tuple[str, str], str] = {}
         self._next = 0.0
@@ -85,7 +88,7 @@ class ErredLeaves:
         with suppress(OSError):  # a scheduler that goes now shows nothing any more
             self._show()
             if self._held:
-                self._client.publish_dataset(list(self._held.values()), name=self._name, override=True)
+                self._client.publish_dataset(dict(self._held), name=self._name, override=True)
 
     def _show(self) -> None:
         if not self._new:
@@ -99,6 +102,31 @@ class ErredLeaves:
         self._new.clear()
         while len(self._held) > MOST:
             self._held.pop(next(iter(self._held))).release()
+
+
+@contextmanager
+def others_kept(client: Client, run: str, ended: Callable[[], Collection[Node]]) -> Iterator[None]:
+    """Around a run that comes to a few units only: the leaves of all others stay as they are.
+
+    Parameters
+    ----------
+    ended : stage and unit of those that ran, asked at the end: failed anew, or healed
+    """
+    before = client.get_dataset(_name(run), default=None)
+    try:
+        yield
+    finally:
+        # an older version has left a list without names
+        if isinstance(before, dict) and client.status == "running":
+            healed = set(ended())
+            others = {node: future for node, future in before.items() if node not in healed}
+            kept = {**others, **(client.get_dataset(_name(run), default=None) or {})}
+            if kept:
+                client.publish_dataset(kept, name=_name(run), override=True)
+
+
+def _name(run: str) -> str:
+    return f"cityflow failed units of {without_credentials(run)}"
 
 
 def readable_key(stage: str, unit: str) -> str:

@@ -4,26 +4,26 @@
 from __future__ import annotations
 
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
-from typing import Any, Protocol
-from uuid import uuid4
+from typing import Any
 
 from distributed import Client, KilledWorker
 
 from cityflow.core.building import Status
+from cityflow.core.object_store import be_patient
 from cityflow.errors import RunError
-from cityflow.flow.attempt import record_of, run_attempt, store_record
-from cityflow.flow.completed import Completed
+from cityflow.flow.ahead import Ahead
+from cityflow.flow.attempt import Outgrown, record_of, store_record
 from cityflow.flow.damage import Damage
-from cityflow.flow.erred_leaves import ErredLeaves, readable_key
+from cityflow.flow.draft import Draft
+from cityflow.flow.erred_leaves import ErredLeaves
 from cityflow.flow.exclusive import exclusive
 from cityflow.flow.first_units import FirstUnits
 from cityflow.flow.in_flight import InFlight, check_alive
-from cityflow.flow.inputs import Inputs
 from cityflow.flow.interrupts import heard
 from cityflow.flow.joining import Joining
 from cityflow.flow.ledger import Ledger, State
@@ -31,8 +31,11 @@ from cityflow.flow.progress import Silent, Watcher
 from cityflow.flow.records import read_record
 from cityflow.flow.reply import Ending, Reply
 from cityflow.flow.store import Store
+from cityflow.flow.submission import Submission, prefix
 from cityflow.flow.summary import Summary
-from cityflow.flow.task import Outcome, Record, Task, digest_of
+from cityflow.flow.suspects import Job, Suspects
+from cityflow.flow.task import Outcome, Record, Task
+from cityflow.flow.task_source import NOTHING_KNOWN, Context, Source, never
 from cityflow.flow.unwritable import UnwritableError
 
 WAIT_S = 0.2
@@ -41,21 +44,6 @@ REFILL_BELOW = 0.75
 """Share of the tasks in flight below which new ones are submitted, so that they go in batches."""
 RESUBMISSIONS = 2
 """Further tries of a task that the engine itself could not run or record, before the run stops."""
-
-
-class Source(Protocol):
-    """Says which tasks there are; called in the driver only, and pulled lazily."""
-
-    def initial(self) -> Iterable[Task]:
-        """Tasks that wait for nothing."""
-
-    def after(self, task: Task, record: Record) -> Iterable[Task]:
-        """Tasks that became ready because `task` has ended; called once for each task, whatever its status."""
-
-
-def never(task: Task, record: Record) -> bool:  # noqa: ARG001 - the signature of `redo`
-    """Keep every record with the right digest, failed ones too."""
-    return False
 
 
 def run_tasks(
@@ -67,6 +55,7 @@ def run_tasks(
     max_in_flight: int | None = None,
     progress: Watcher | None = None,
     redo: Callable[[Task, Record], bool] = never,
+    usual_mb: Mapping[str, float] = NOTHING_KNOWN,
 ) -> Summary:
     """Run all tasks of a source that are not done yet.
 
@@ -74,6 +63,7 @@ def run_tasks(
     ----------
     max_in_flight : tasks on the scheduler at once; None for some per worker thread
     redo : asked for each task that is done (whatever its status); True to run it again
+    usual_mb : stage → memory of a task by experience, MB; without it, the limit of the task
 
     Returns
     -------
@@ -84,9 +74,10 @@ def run_tasks(
     RunError : another run is using this folder, the scheduler or all workers are lost, nothing more can be
         written, or the first units of a stage all raise the same exception
     """
-    run = _Run(_Context(source, client, store, ledger, progress or Silent(), redo), max_in_flight)
+    run = _Run(Context(source, client, store, ledger, progress or Silent(), redo, usual_mb), max_in_flight)
     start, interrupted = time.monotonic(), False
     try:
+        be_patient()
         with exclusive(store), heard() as check_interrupt:
             run.loop(check_interrupt)
     except KeyboardInterrupt:
@@ -99,43 +90,19 @@ def run_tasks(
     return Summary(run.ran, run.kept, time.monotonic() - start, interrupted, frozenset(run.damaged))
 
 
-@dataclass(frozen=True, slots=True)
-class _Context:
-    source: Source
-    client: Client
-    store: Store
-    ledger: Ledger
-    progress: Watcher
-    redo: Callable[[Task, Record], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """A task on the scheduler; `deaths` of workers that had it, `tries` that gave neither record nor death."""
-
-    task: Task
-    attempt: int
-    future: Any = None
-    deaths: int = 0
-    tries: int = 0
-
-
 class _Run:
-    def __init__(self, context: _Context, max_in_flight: int | None) -> None:
+    def __init__(self, context: Context, max_in_flight: int | None) -> None:
         self._context = context
         self._limit = InFlight(context.client, max_in_flight)
         # Newest first: what a finished tile makes ready goes before the next tile, so few iterators are open
         self._ready: list[Iterator[Task]] = [iter(context.source.initial())]
-        self._jobs: dict[str, _Job] = {}
-        self._suspects: deque[_Job] = deque()
-        self._alone = False
-        self._completed = Completed(context.client.loop)
+        self._ahead = Ahead()
+        self._suspects = Suspects(context.client, self._limit.workers)
         self._first = FirstUnits()
-        self._token = uuid4().hex
         self.ran: Counter[tuple[str, Status]] = Counter()
         self.kept: Counter[tuple[str, Status]] = Counter()
         self.damaged: set[str] = set()
-        self._inputs = Inputs(context.store, context.ledger)
+        self._submission = Submission(context.client, context.store, context.ledger, context.redo, context.usual_mb)
         self._joining = Joining(context.ledger, context.progress)
         self._leaves = ErredLeaves(context.client, context.store.root)
 
@@ -146,10 +113,10 @@ class _Run:
         while True:
             check_interrupt()
             more = self._fill()
-            if not self._jobs and not more:
+            if not self._submission and not more:
                 return self._joining.end()
             for future, result in self._wait(0 if more else WAIT_S):
-                self._settle(self._jobs.pop(future.key), result)
+                self._settle(self._submission.pop(future.key), result)
             self._context.ledger.commit()  # what is open keeps every other command waiting
             self._joining.tick()
             self._leaves.tick()
@@ -157,41 +124,39 @@ class _Run:
 
     def stop(self) -> None:
         """Drop what is in flight; what workers are just doing still writes its records."""
-        futures = [job.future for job in self._jobs.values() if job.future is not None]
-        self._jobs.clear()
-        self._completed.clear()
-        if futures and self._context.client.status == "running":
-            self._context.client.cancel(futures, force=True)
+        self._submission.stop()
         self._leaves.end()
         self._context.ledger.commit()
         self._context.progress.tick()
 
     def _fill(self) -> bool:
         """Submit what is ready; True where there was more to look at than a tick has time for."""
-        if self._suspects or self._alone:
-            # A worker that dies takes down whatever it had at hand; alone, only the guilty one dies again.
-            if not self._jobs:
-                self._alone = bool(self._suspects)
-                self._submit([self._suspects.popleft()] if self._suspects else [])
-            return not self._jobs
-        limit = self._limit.now()
-        if len(self._jobs) > limit * REFILL_BELOW:
+        if self._suspects:
+            if not self._submission:
+                self._submit(self._suspects.next())
+            return not self._submission
+        limit, at_work = self._limit.now(), len(self._submission) - len(self._ahead)
+        most = self._limit.with_waiting() - len(self._submission)
+        if at_work > limit * REFILL_BELOW or most < limit * (1 - REFILL_BELOW):
             return False
-        jobs, more = self._gather(limit - len(self._jobs))
+        jobs, more = self._gather(limit - at_work, most)
         self._submit(jobs)
         return more
 
-    def _gather(self, count: int) -> tuple[list[_Job], bool]:
-        """Up to `count` tasks that have to run; what is done already is followed at once."""
-        jobs: list[_Job] = []
+    def _gather(self, count: int, most: int) -> tuple[list[Job], bool]:
+        """Up to `count` tasks that have to run, and drafts behind them, `most` in all; what is done already is followed at once."""
+        jobs: list[Job] = []
         deadline = time.monotonic() + WAIT_S
-        while len(jobs) < count:
+        while count > 0 and len(jobs) < most:
             if time.monotonic() > deadline:
                 return jobs, True
             task = self._next()
             if task is None:
                 break
-            jobs.extend(self._take(task))
+            for job in self._take(task):
+                jobs.append(job)
+                self._submission.expect(job)
+                count -= not job.awaited
         return jobs, False
 
     def _next(self) -> Task | None:
@@ -202,53 +167,59 @@ class _Run:
             self._ready.pop()
         return None
 
-    def _take(self, task: Task) -> list[_Job]:
+    def _take(self, task: Task) -> list[Job]:
         """The job of a task; none where its record stands."""
         self._context.progress.ready(task)
+        return self._drafted(task) if isinstance(task, Draft) else self._checked(task)
+
+    def _drafted(self, draft: Draft) -> list[Job]:
+        """The job of a draft; none where something that it awaits is held back, as a suspect or by a damaged file."""
+        job = Job(draft, self._context.ledger.next_attempt(draft.stage, draft.unit))
+        self._ahead.add(job)
+        ready = all(node in self._submission for node in draft.awaited)
+        return [job] if ready or not self._ahead.held(job, None) else []
+
+    def _checked(self, task: Task) -> list[Job]:
         ledger = self._context.ledger
         if ledger.state(task) is State.DONE:
             record = ledger.latest(task.stage, task.unit)
             if record is not None and not self._context.redo(task, record):
                 self._follow(task, record, fresh=False)
                 return []
-        return [_Job(task, ledger.next_attempt(task.stage, task.unit))]
+        return [Job(task, ledger.next_attempt(task.stage, task.unit))]
 
-    def _submit(self, jobs: list[_Job]) -> None:
-        """Hand jobs to the scheduler, many in one message: one by one they cost three times as long."""
-        if not jobs:
-            return
-        keys = [self._key(job) for job in jobs]
-        stores, attempts = [self._context.store] * len(jobs), [j.attempt for j in jobs]
-        tasks = [self._inputs.ready(j.task) for j in jobs]
-        futures = self._context.client.map(run_attempt, stores, tasks, attempts, key=keys, pure=False, retries=0)
-        self._jobs.update((key, replace(j, future=f)) for key, j, f in zip(keys, jobs, futures, strict=True))
-        self._completed.update(futures)
-
-    def _key(self, job: _Job) -> str:
-        # The token keeps apart two runs on one scheduler that have the same unit with the same inputs.
-        short = digest_of([self._token, job.task.digest, job.attempt, job.deaths, job.tries])[:8]
-        return f"{readable_key(job.task.stage, job.task.unit)}-{short}"
+    def _submit(self, jobs: list[Job]) -> None:
+        self._submission.send(jobs, self._limit.offers)
 
     def _wait(self, longest_s: float) -> list[tuple[Any, Any]]:
-        if longest_s and not self._completed.has_ready():
-            with self._completed.thread_condition:
-                self._completed.thread_condition.wait(longest_s)
-        batch: list[tuple[Any, Any]] = self._completed.next_batch(block=False)
+        if longest_s and not self._submission.completed.has_ready():
+            with self._submission.completed.thread_condition:
+                self._submission.completed.thread_condition.wait(longest_s)
+        batch: list[tuple[Any, Any]] = self._submission.completed.next_batch(block=False)
         if not batch:
             check_alive(self._context.client)
             self._limit.check_workers(self._context.progress)
+            self._submission.ask_for_less(self._limit.offers)
         return batch
 
-    def _settle(self, job: _Job, result: Any) -> None:
+    def _settle(self, job: Job, result: Any) -> None:
         """Follow a finished task, or decide what becomes of one that gave no record."""
-        if isinstance(result, Record):
-            self._follow(job.task, result, fresh=True)
-            return
         if isinstance(result, Damage):
             self._spoil(result)
             return
         if isinstance(result, UnwritableError):
             raise result
+        if isinstance(job.task, Draft):
+            if not self._ahead.held(job, result):
+                self._settle_draft(job, job.task, result)
+            return
+        if isinstance(result, Record):
+            self._submission.learn(job, result)
+            self._follow(job.task, result, fresh=True)
+            return
+        if isinstance(result, Outgrown):
+            self._outgrown(job, result)
+            return
         error = result[1] if isinstance(result, tuple) else result
         written = read_record(self._context.store, job.task.stage, job.task.unit, job.attempt)
         if written is not None and written.digest == job.task.digest:
@@ -258,35 +229,60 @@ class _Run:
         else:
             self._again(job, error)
 
+    def _settle_draft(self, job: Job, draft: Draft, result: Any) -> None:
+        """The same for a draft when all that it awaited has been followed: without a record, the driver makes its task."""
+        if isinstance(result, Record):
+            fresh = result.attempt >= job.attempt
+            if fresh:
+                self._submission.learn(job, result)
+            self._follow(draft, result, fresh=fresh)
+            return
+        error = result[1] if isinstance(result, tuple) else result
+        task = draft.made()
+        if isinstance(result, Outgrown):
+            self._outgrown(replace(job, task=task), result)
+        elif isinstance(error, KilledWorker) and error.task == job.future.key:
+            self._suspect(replace(job, task=task), error)
+        else:
+            self._submit(self._checked(task))
+
     def _spoil(self, damage: Damage) -> None:
         """What made a damaged file shall do it again: in the next pass, since its turn is over in this one."""
         for path, problem in damage.files.items():
-            maker = self._inputs.maker(path)
+            maker = self._submission.inputs.maker(path)
             if path in self.damaged or maker is None:
                 continue
             self._context.ledger.spoil(*maker)
             self._context.progress.message(f"{path} {problem}: {'-'.join(maker)} runs again")
             self.damaged.add(path)
 
-    def _suspect(self, job: _Job, error: KilledWorker) -> None:
-        deaths = job.deaths + error.allowed_failures + 1
-        if not job.deaths:
-            self._suspects.append(replace(job, deaths=deaths))
-            return
-        reply = Reply(Ending.CRASHED, Outcome(Status.FAILED, f"the worker died {deaths} times while it ran the task"))
-        record = record_of(job.task, job.attempt, reply, datetime.now(UTC))
+    def _suspect(self, job: Job, error: KilledWorker) -> None:
+        if guilt := self._suspects.died(job, error, prefix(job)):
+            reply = Reply(Ending.CRASHED, Outcome(Status.FAILED, guilt))
+            self._record(job, record_of(job.task, job.attempt, reply, datetime.now(UTC)))
+
+    def _outgrown(self, job: Job, found: Outgrown) -> None:
+        """Its worker is too small: a larger one where there is one, else it has failed."""
+        most_mb = self._limit.offers.most_mb
+        if max(found.room_mb, job.least_mb) < most_mb:
+            self._submit([replace(job, least_mb=most_mb)])
+        else:
+            self._record(job, found.record)
+
+    def _record(self, job: Job, record: Record) -> None:
         self._follow(job.task, store_record(self._context.store, record), fresh=True)
 
-    def _again(self, job: _Job, error: BaseException) -> None:
+    def _again(self, job: Job, error: BaseException) -> None:
         if isinstance(error, CancelledError | OSError):
             check_alive(self._context.client)
-        if job.tries >= RESUBMISSIONS:
+        waited = job.asked_mb > self._limit.offers.most_mb
+        if job.tries >= RESUBMISSIONS and not waited:
             problem = f"a worker cannot run the task or write its record: {type(error).__name__}: {error}"
             raise RunError(problem, where=job.task.name, remedy="fix this and run again: it continues where it stopped")
-        self._submit([replace(job, tries=job.tries + 1)])
+        self._submit([replace(job, tries=job.tries + (not waited))])
 
     def _follow(self, task: Task, record: Record, *, fresh: bool) -> None:
-        self._inputs.learn(record)
+        self._submission.inputs.learn(record)
         if fresh:
             self._context.ledger.add(record)
         (self.ran if fresh else self.kept)[task.stage, record.status] += 1
@@ -295,3 +291,6 @@ class _Run:
         if fresh:
             self._first.add(record)
         self._ready.append(iter(self._context.source.after(task, record)))
+        for job, result in self._ahead.followed((task.stage, task.unit)):
+            assert isinstance(job.task, Draft)
+            self._settle_draft(job, job.task, result)

@@ -56,5 +56,12 @@ class Gates(Generic[K, E]):
                 free.append(key)
         return free
 
+    def is_waiting(self, key: K) -> bool:
+        return key in self._missing
+
+    def __len__(self) -> int:
+        """How many keys wait."""
+        return len(self._missing)
+
     def waiting(self) -> tuple[K, ...]:
         return tuple(self._missing)

@@ -4,16 +4,21 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 
 from distributed import Client
 
 from cityflow.errors import RunError
+from cityflow.flow.offers import Offers, offers_of
 from cityflow.flow.progress import Watcher
 
 LOOK_AT_WORKERS_S = 5.0
 NO_WORKER_LIMIT_S = 300.0
+LOOKS_KEPT = 4
 PER_THREAD = 16
 LEAST = 32
+AHEAD = 2
+"""So many times as many where drafts wait for others on the scheduler: they keep no worker busy."""
 
 
 class InFlight:
@@ -25,14 +30,24 @@ class InFlight:
         self._next_look = 0.0
         self._last_worker = time.monotonic()
         self._threads = 0
+        self._workers: deque[int] = deque(maxlen=LOOKS_KEPT)
+        self.offers = Offers()
         self._told = False
 
     def now(self) -> int:
-        if self._fixed is not None:
-            return self._fixed
         if time.monotonic() >= self._next_look:
             self._look()
+        if self._fixed is not None:
+            return self._fixed
         return max(LEAST, PER_THREAD * self._threads)
+
+    def with_waiting(self) -> int:
+        """The same with those that wait for others on the scheduler."""
+        return self._fixed if self._fixed is not None else AHEAD * self.now()
+
+    def workers(self) -> int:
+        """How many there are: a few seconds without one mean that it starts again."""
+        return max(self._workers, default=1)
 
     def check_workers(self, progress: Watcher) -> None:
         """Raise RunError when there has been no worker for minutes; called while nothing finishes."""
@@ -47,8 +62,11 @@ class InFlight:
             progress.message(f"no worker is connected to {address(self._client)}: waiting for one")
 
     def _look(self) -> None:
-        self._threads = sum(self._client.nthreads().values())
+        threads = self._client.nthreads()
+        self._threads = sum(threads.values())
+        self._workers.append(len(threads))
         self._next_look = time.monotonic() + LOOK_AT_WORKERS_S
+        self.offers = offers_of(self._client) or self.offers
         if self._threads:
             self._last_worker = time.monotonic()
             self._told = False

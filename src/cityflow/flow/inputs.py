@@ -33,7 +33,7 @@ class Inputs:
         """A record that stands: new, or of an earlier run."""
         node = record.stage, record.unit
         self._outputs.pop(node, None)
-        self._products.update((p, (node, w)) for p, w in _written(record).items() if p.startswith(PRODUCTS))
+        self._products.update((p, (node, w)) for p, w in written_by(record).items() if p.startswith(PRODUCTS))
 
     def ready(self, task: Task) -> Task:
         """The task as it is sent: with what is known of its files; what it shares with others is written."""
@@ -41,8 +41,12 @@ class Inputs:
 
     def of(self, task: Task) -> dict[str, Written]:
         """What is known of the files that the arguments of a task name."""
-        found = {path: self._find(path) for path in _paths(task.arguments)}
+        found = {path: self._find(path) for path in paths_in(task.arguments)}
         return {path: written for path, written in found.items() if written is not None}
+
+    def left_by(self, nodes: Iterable[Node]) -> dict[str, Written]:
+        """What is known of the files of some tasks."""
+        return {path: written for node in nodes for path, written in self._left_by(node).items()}
 
     def get(self, path: str, /) -> Written | None:
         """What was written under a path, for readers that look one up."""
@@ -61,7 +65,7 @@ class Inputs:
     def _left_by(self, node: Node) -> Mapping[str, Written]:
         if node not in self._outputs:
             record = self._ledger.latest(*node)
-            self._outputs[node] = {} if record is None else _written(record)
+            self._outputs[node] = {} if record is None else written_by(record)
             if len(self._outputs) > KEPT:
                 self._outputs.popitem(last=False)
         self._outputs.move_to_end(node)
@@ -86,20 +90,20 @@ def node_of(path: str) -> Node | None:
     return (unquoted(parts[1]), unquoted(parts[2])) if path.startswith(WORK) and len(parts) == 4 else None
 
 
-def _written(record: Record) -> dict[str, Written]:
+def written_by(record: Record) -> dict[str, Written]:
     """Nothing of records of older versions, which say no sizes."""
     return {path: (record.sizes[path], digest) for path, digest in digests_of(record).items() if path in record.sizes}
 
 
-def _paths(value: Json) -> Iterator[str]:
+def paths_in(value: Json) -> Iterator[str]:
     """Every text in a JSON value that may be the path of a file of the RUN."""
     if isinstance(value, str):
         if value.startswith((WORK, PRODUCTS)):
             yield value
     elif isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from _paths(key)
-            yield from _paths(inner)
+            yield from paths_in(key)
+            yield from paths_in(inner)
     elif isinstance(value, list | tuple):
         for inner in value:
-            yield from _paths(inner)
+            yield from paths_in(inner)

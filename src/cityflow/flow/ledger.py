@@ -53,6 +53,7 @@ class Ledger:
     def __init__(self, store: Store, *, verify: bool = False, segment: int = SEGMENT) -> None:
         self.store = store
         self._segment = segment
+        self.verify = verify
         self._outputs = Outputs(store, verify=verify)
         self._loose = Loose(store)
         self._joined = Joined(store, verify=verify)
@@ -131,6 +132,11 @@ class Ledger:
         if last is not None and last.unit == unit and last.stage == stage:
             return last
         return self.latest_in(quoted(stage), quoted(unit))
+
+    def standing(self, stage: str, unit: str) -> Record | None:
+        """The newest record, unless a later attempt has begun: what a task is held against."""
+        record = self.latest(stage, unit)
+        return record if record is not None and record.attempt + 1 == self.next_attempt(stage, unit) else None
 
     def latest_in(self, stage: str, folder: str) -> Record | None:
         """The same for names as they stand in paths."""

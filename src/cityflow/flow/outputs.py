@@ -18,11 +18,13 @@ class Outputs:
     Parameters
     ----------
     verify : also hold contents against their digests; reads every file once
+    lists : whether folders are listed; else each file is asked for, which is better for a few
     """
 
-    def __init__(self, store: Store, *, verify: bool = False) -> None:
+    def __init__(self, store: Store, *, verify: bool = False, lists: bool = True) -> None:
         self._store = store
         self._verify = verify
+        self._lists = lists and not store.is_local
         self._listed: dict[str, dict[int, int]] = {}
 
     def all_there(self, record: Record) -> bool:
@@ -39,7 +41,7 @@ class Outputs:
                 listing[hash(path)] = record.sizes.get(path, 0)
 
     def _size(self, path: str) -> int | None:
-        if self._store.is_local:
+        if not self._lists:
             try:
                 return self._store.size(path)
             except OSError:

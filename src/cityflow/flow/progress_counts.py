@@ -85,7 +85,7 @@ class Counts:
         left, _ = self._work()
         parts = [f"{100 * self.share():.0f} %", *([f"{failed} failed"] if failed else [])]
         if left:
-            more = "" if all(e.is_known for e in self._expected.values()) else " and what is not known yet"
+            more = "" if all(e.is_known for e in self._expected.values()) else " for what is known so far"
             parts.append(f"about {duration(self._seconds_left(left))} left{more}")
         return ", ".join(parts)
 

@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from cityflow.core.object_store import s3_endpoint
+from cityflow.core.object_store import prepare_s3, s3_endpoint
 from cityflow.errors import RunError
 from cityflow.flow.hashing import sha256_of_file
 
@@ -24,6 +24,8 @@ EXTRAS = {"s3": "s3", "s3a": "s3"}
 @dataclass(frozen=True, slots=True)
 class RemoteFolder:
     """A prefix of an object store. One put per file: an object appears whole or not at all.
+
+    A request that the store answers with an error of its own is made again, for minutes while a run is at work (`core.object_store`).
 
     The endpoint and the keys come from the environment (``AWS_ENDPOINT_URL``, ``AWS_ACCESS_KEY_ID``, …), so that they
     reach every process in the same way and never enter a record. Listings are not cached, since other processes write.
@@ -128,6 +130,7 @@ def file_system(protocol: str) -> Any:
     import fsspec
 
     try:
+        prepare_s3(protocol)
         return fsspec.filesystem(protocol, **_options(protocol))
     except ImportError as error:
         extra = EXTRAS.get(protocol)

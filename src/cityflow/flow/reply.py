@@ -29,6 +29,8 @@ class Ending(StrEnum):
     CRASHED = "crashed"
     TIMEOUT = "timeout"
     MEMORY = "memory"
+    CROWDED = "crowded"
+    """It took more than it had said, and the worker had no room for that beside the tasks of others."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ from cityflow.flow.runs_told import RunsTold
 
 KEY = "cityflow-run"
 PATH = "cityflow"
+HEAR = "cityflow_hear"
 TOLD_EVERY_S = 1.0
 
 
@@ -43,10 +44,16 @@ class RunPage(SchedulerPlugin):
         if self._is_started:
             return
         self._is_started = True
+        # an operation of the scheduler's own: of functions that are sent to it, it logs a line each
+        scheduler.handlers[HEAR] = self.hear
         routes: list[Any] = [(rf"/{PATH}/runs.json", _Json, {"runs": self.runs})]
         if not self._add_document(scheduler):
             routes.append((rf"/{PATH}/?", RedirectHandler, {"url": f"/{PATH}/runs.json"}))
         scheduler.http_application.add_handlers(r".*", routes)
+
+    def hear(self, run: str, news: Mapping[str, Any], places: Mapping[str, list[int]]) -> None:
+        """What a driver tells; Dask's messages bring lists as tuples."""
+        self.runs.hear(run, news, {name: list(numbers) for name, numbers in places.items()}, time.time())
 
     def _add_document(self, scheduler: Scheduler) -> bool:
         if not any("Bokeh" in type(app).__name__ for app in scheduler.http_application.applications):
@@ -81,11 +88,6 @@ class _Json(RequestHandler):
         self.write(json.dumps(self.runs.as_json(), indent=1))
 
 
-def hear(run: str, news: Mapping[str, Any], places: Mapping[str, list[int]], dask_scheduler: Scheduler) -> None:
-    """Runs on the scheduler: what a driver tells."""
-    page_of(dask_scheduler).runs.hear(run, news, places, time.time())
-
-
 def page_of(scheduler: Scheduler) -> RunPage:
     """The plugin of a scheduler that has it."""
     page = scheduler.plugins[KEY]
@@ -107,11 +109,16 @@ def _tell(client: Client, run: str, news: RunNews) -> None:
     if client.status == "running":
         # no page is worth a run: whatever a scheduler of another version answers, and a connection that breaks is noticed elsewhere
         with suppress(Exception):
-            client.run_on_scheduler(hear, run, news.summary(), news.changed_places())
+            client.sync(getattr(client.scheduler, HEAR), run=run, news=news.summary(), places=news.changed_places())
 
 
 def _tell_nobody(_: RunNews) -> None:
     """There is no page."""
+
+
+def pages_told(client: Client, run: str) -> str:
+    """Where to look, for a person."""
+    return f"This run: {page_address(client, run)} (Dask's pages: {client.dashboard_link})"
 
 
 def page_address(client: Client, run: str = "") -> str:

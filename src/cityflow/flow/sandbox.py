@@ -17,6 +17,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from typing import IO, Any
@@ -25,7 +26,9 @@ import psutil
 
 from cityflow.core.building import Status
 from cityflow.errors import RunError
+from cityflow.flow.cause_of_death import cause_of_death
 from cityflow.flow.reply import DUMP_SIGNAL, Ending, Reply
+from cityflow.flow.resident import resident_mb
 from cityflow.flow.spawner import SPAWNER
 from cityflow.flow.store import Store
 from cityflow.flow.task import Limits, Outcome, Task
@@ -73,6 +76,9 @@ _COMMAND = (
 """The child finds the same code as its parent, also where the parent's path was changed after its start."""
 
 
+Covers = Callable[[float], bool]
+
+
 @dataclass(frozen=True, slots=True)
 class Renewal:
     """When a healthy child is replaced, so that what libraries leak stays bounded."""
@@ -102,6 +108,7 @@ class Sandbox:
     def __init__(self, renewal: Renewal | None = None) -> None:
         self._renewal = renewal or Renewal()
         self._child: _Child | None = None
+        self._covers: Covers = _enough
         SANDBOXES.append(self)
         atexit.register(self.close)
 
@@ -110,8 +117,14 @@ class Sandbox:
         """Process id of the present child."""
         return self._child.process.pid if self._child else None
 
-    def run(self, store: Store, task: Task) -> Reply:
-        """Run the task's function in the child and say what became of it; never raises for what the stage does."""
+    def run(self, store: Store, task: Task, covers: Covers | None = None) -> Reply:
+        """Run the task's function in the child and say what became of it; never raises for what the stage does.
+
+        Parameters
+        ----------
+        covers : asked again and again whether the child may have the memory that it has, MB; where not, it ends as `Ending.CROWDED`
+        """
+        self._covers = covers or _enough
         child = self._ready_child()
         _forget_printed(child)
         if task.function not in child.functions:
@@ -144,7 +157,7 @@ class Sandbox:
         child.peak_mb = 0.0
         try:
             child.connection.send(request)
-            ending = _wait(child, limits, start + limits.time_s)
+            ending = _wait(child, limits, start + limits.time_s, self._covers)
             if ending is None:
                 reply = child.connection.recv()
                 if isinstance(reply, Reply):
@@ -158,7 +171,8 @@ class Sandbox:
         reason = {
             Ending.TIMEOUT: f"timeout: killed after {limits.time_s:g} s",
             Ending.MEMORY: f"memory: killed at {child.peak_mb:.0f} MB (limit {limits.memory_mb:g} MB)",
-        }.get(ending) or _cause_of_death(child.process)
+            Ending.CROWDED: f"memory: no room beside others at {child.peak_mb:.0f} MB",
+        }.get(ending) or cause_of_death(child.process)
         if ending is Ending.TIMEOUT:
             _ask_where_it_is(child)
         self._child = None
@@ -167,6 +181,10 @@ class Sandbox:
         _release(child)
         outcome = Outcome(Status.FAILED, reason)
         return Reply(ending, outcome, text, seconds, child.peak_mb, transient=ending is Ending.CRASHED)
+
+
+def _enough(_mb: float) -> bool:
+    return True
 
 
 _LOCAL = threading.local()
@@ -221,43 +239,23 @@ def _await_greeting(child: _Child) -> None:
         raise RunError(f"a child process did not start: {text or 'no answer'}", remedy="check the worker's environment")
 
 
-def _wait(child: _Child, limits: Limits, deadline: float) -> Ending | None:
+def _wait(child: _Child, limits: Limits, deadline: float, covers: Covers) -> Ending | None:
     """None when there is something to read, else which limit was overrun."""
     looks = 0
     process = None
     while not child.connection.poll(POLL_S):
         looks += 1
         process = process or psutil.Process(child.process.pid)
-        rss = _rss_mb(process, descendants=looks % DESCENDANTS_EVERY == 0)
+        rss = resident_mb(process, descendants=looks % DESCENDANTS_EVERY == 0)
         child.peak_mb = max(child.peak_mb, rss)
         if rss > limits.memory_mb:
             return Ending.MEMORY
+        if not covers(rss):
+            return Ending.CROWDED
         if time.monotonic() > deadline:
             return Ending.TIMEOUT
         _forget_printed(child, MAX_PRINTED_BYTES)
     return None
-
-
-def _rss_mb(process: psutil.Process, *, descendants: bool) -> float:
-    try:
-        own = process.memory_info().rss
-        others = sum(p.memory_info().rss for p in process.children(recursive=True)) if descendants else 0
-    except psutil.Error:
-        return 0.0
-    return (own + others) / (1 << 20)
-
-
-def _cause_of_death(process: subprocess.Popen[bytes]) -> str:
-    try:
-        code = process.wait(timeout=5)
-    except subprocess.TimeoutExpired:
-        return "crashed: its channel broke"
-    if code >= 0:
-        return f"crashed: the process exited with code {code}"
-    try:
-        return f"crashed with signal {signal.Signals(-code).name}"
-    except ValueError:
-        return f"crashed with signal {-code}"
 
 
 def _ask_where_it_is(child: _Child) -> None:

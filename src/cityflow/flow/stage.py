@@ -49,6 +49,8 @@ class Stage(Generic[C]):
     task : (context, unit) → the task; None where there is nothing to do, and those who wait go on
     needs : what a task waits for, step after step: a step may ask what only the results of the step before tell. Each takes (context, unit) and gives
         the nodes; every one of them is wanted, too
+    draft : (context, unit) → the task before what it waits for has ended (`flow.draft`); None where
+        it cannot be told yet, or where there are needs beyond the first step
     starts : (context, node that has ended) → units that run now, whoever needs them; `START` is the first
     count : (context) → number of tasks; None if unknown yet. Without it, those are counted that others need
     parameters : models of its parameters; several where it has several kinds of tasks
@@ -61,6 +63,7 @@ class Stage(Generic[C]):
     text: str
     task: Callable[[C, str], Task | None]
     needs: Sequence[Callable[[C, str], Iterable[Node]]] = ()
+    draft: Callable[[C, str], Task | None] | None = None
     starts: Callable[[C, Node], Iterable[str]] = nobody
     count: Callable[[C], int | None] | None = None
     parameters: Sequence[type[Parameters]] = ()

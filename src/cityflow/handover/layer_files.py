@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cityflow.core.arrays import FloatArray
 from cityflow.core.colour_image import COLOURS
-from cityflow.core.grid import Bounds, Grid
+from cityflow.core.grid import Grid
 from cityflow.core.reference import Reference
 from cityflow.flow.typed import TaskInputs
 from cityflow.flow.workspace import Workspace
@@ -35,17 +35,21 @@ class GivenOrtho(TaskInputs):
     cell_m: float
 
 
-def store_layers(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
-    """Write a tile's chunk of each layer; the digest of the layers themselves, however the store compresses them."""
+def store_layers(workspace: Workspace, zarr: str, whole: Grid, grid: Grid, layers: Mapping[str, NDArray[Any]]) -> str:
+    """Write a tile's chunk of each layer; the digest of the layers themselves, however the store compresses them.
+
+    Parameters
+    ----------
+    whole : the grid of all tiles that there can be;  grid : of the tile
+    """
     digest = _digest(layers)
-    city = Grid.covering(whole, grid.cell)
-    write_tile(workspace.store.zarr_store(zarr), city, grid, layers)
-    for path in chunk_paths(city, grid, layers):
+    write_tile(workspace.store.zarr_store(zarr), whole, grid, layers)
+    for path in chunk_paths(whole, grid, layers):
         workspace.note(f"{zarr}/{path}", digest)
     return digest
 
 
-def store_ortho(workspace: Workspace, zarr: str, whole: Bounds, grid: Grid, made: Ortho) -> str:
+def store_ortho(workspace: Workspace, zarr: str, whole: Grid, grid: Grid, made: Ortho) -> str:
     """The tile's chunk of the layers ``ortho`` and ``ortho_seen``."""
     colour = np.ascontiguousarray(np.moveaxis(made.colour, -1, 0))
     return store_layers(workspace, zarr, whole, grid, {"ortho": colour, "ortho_seen": made.mask})

@@ -10,7 +10,7 @@ from cityflow.flow.typed import TaskInputs
 
 @dataclass(frozen=True, slots=True)
 class Surfaces(TaskInputs):
-    """The grids of the whole survey.
+    """The grids of all tiles that there can be.
 
     Attributes
     ----------

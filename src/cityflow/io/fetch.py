@@ -12,6 +12,7 @@ from typing import Any
 import fsspec
 
 from cityflow.core.credentials import without_credentials
+from cityflow.core.object_store import prepare_s3
 from cityflow.errors import CatalogError
 
 CONNECT_S, READ_S = 3.0, 60.0
@@ -68,7 +69,9 @@ def file_system_of(href: str, *, small: bool = False) -> tuple[Any, str]:
 
     `small`: what is read there is short, and given up as a whole after `SMALL_S`.
     """
-    return fsspec.core.url_to_fs(href, **_patience(href.split("://", 1)[0], SMALL_S if small else None))
+    protocol = href.split("://", 1)[0]
+    prepare_s3(protocol)
+    return fsspec.core.url_to_fs(href, **_patience(protocol, SMALL_S if small else None))
 
 
 @contextmanager

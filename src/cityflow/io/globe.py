@@ -164,11 +164,11 @@ def _heights(vertical: int | None, area: Bounds | None) -> tuple[float, Geoid | 
     if found is None:
         return 0.0, geoid, (f"{geoid.name}, the datum taken for the geoid", OTHER_STEP_M)
     step, operation = found
-    return step, geoid, (f"{geoid.name}, after {operation} ({step:+.3f} m)", KNOWN_STEP_M)
+    return step, geoid, (f"{geoid.name}, after {operation} ({step:+.2f} m)", KNOWN_STEP_M)
 
 
 def _step(vertical: int, area: Bounds | None) -> tuple[float, str] | None:
-    """Metres from a datum's heights to European ones in the middle of an area, by the EPSG register; and by which entry."""
+    """Metres from a datum's heights to European ones in the middle of an area, whole centimetres; by the EPSG register, and by which entry."""
     if area is None:
         return None
     lon, lat = (area[0] + area[2]) / 2, (area[1] + area[3]) / 2
@@ -177,7 +177,7 @@ def _step(vertical: int, area: Bounds | None) -> tuple[float, str] | None:
         if operation is not None:
             step = operation.transform(lon, lat, 0.0)[2]
             if math.isfinite(step):
-                return float(step), operation.description
+                return round(float(step), 2), operation.description
     return None
 
 

@@ -67,10 +67,9 @@ class CitySource:
         yield from self.walk.begin()
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
-        """What a finished task sets free."""
+        """What a finished task sets free; what it says is learned at once."""
         self.city.learn(record)
-        if not outlines_are_missing(record):
-            yield from self.walk.ended((task.stage, task.unit))
+        return iter(()) if outlines_are_missing(record) else self.walk.ended((task.stage, task.unit))
 
     def expected_units(self) -> dict[str, int | None]:
         """Tasks per stage as far as one can know now, in the order of the flow; None where the buildings decide and nobody knows them yet.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import create_model
 
+from cityflow.evaluation.changes import ChangeParameters
 from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.survey.survey_parameters import ExecutionParameters, StageLimits, SurveyParameters
 
@@ -23,4 +24,5 @@ else:
 class CityParameters(SurveyParameters):
     """All parameters of a run, by stage."""
 
+    changes: ChangeParameters = ChangeParameters()
     execution: Execution = Execution()

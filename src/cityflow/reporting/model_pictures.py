@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def model_pictures(
 ) -> Iterator[Picture]:
     """Hulls over the terrain, `most` of them; nothing where no unit has a hull."""
     middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings)}
-    hulls = hull_files(records)
+    hulls = hull_files(records, middles)
     known = {u: middles[u] for u in sorted(hulls) if u in middles}
     if not known:
         return
@@ -75,10 +75,10 @@ def _noun(word: str, count: int) -> str:
     return word if count == 1 else f"{word}s"
 
 
-def hull_files(records: CurrentRecords) -> dict[str, str]:
-    """Unit → the file of its hull."""
+def hull_files(records: CurrentRecords, units: Iterable[str]) -> dict[str, str]:
+    """Unit → the file of its hull, of some units."""
     good = (Status.DONE, Status.DEGRADED)
-    return {r.unit: p for r in records.of(reconstruct.NAME) if r.status in good for p in _hull(r)}
+    return {r.unit: p for r in records.some(reconstruct.NAME, units) if r.status in good for p in _hull(r)}
 
 
 def _shells(building: Building) -> Iterator[Polyhedron]:

@@ -58,7 +58,7 @@ def outline_pictures(
 
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> tuple[Grid, ByteArray] | None:
     whole = survey.lattice.product_grid
-    if not bounds_meet(whole.bounds, bounds):
+    if not bounds_meet(survey.lattice.bounds, bounds):
         return None
     names = ("ortho", "ortho_seen") if survey.source.kind == IMAGES else ("dsm",)
     window, found = read_layers(store.zarr_store(ZARR), whole, bounds, names)

@@ -11,7 +11,7 @@ from cityflow.core.building import Building
 from cityflow.flow.store import Store
 from cityflow.io.city_models.cityjson import read_feature
 from cityflow.reporting.atlas_cell_faces import atlas_cell_files, read_atlas_cells
-from cityflow.reporting.model_pictures import hull_files, model_pictures, nearest
+from cityflow.reporting.model_pictures import densest_spot, hull_files, model_pictures, nearest
 from cityflow.reporting.outline_pictures import outline_pictures
 from cityflow.reporting.raster_pictures import city_rasters, frame_pictures
 from cityflow.reporting.side_pictures import Spot, ground_m, side_pictures, viewed_spot
@@ -30,7 +30,8 @@ def run_pictures(
     store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords, parameters: ReportParameters
 ) -> tuple[Picture, ...]:
     """Models, views from four sides, outlines, surface, ortho, classes, terrain, oblique orthos; none where no tile has a surface yet."""
-    rasters = city_rasters(store, survey, records)
+    middles = [u.rings[0].mean(axis=0) for u in units if len(u.rings)]
+    rasters = city_rasters(store, survey, records, densest_spot(np.array(middles)) if middles else None)
     if rasters is None:
         return ()
     models = model_pictures(store, units, records, rasters, parameters.models)
@@ -43,7 +44,7 @@ def _sides(
     store: Store, survey: Survey, units: Sequence[UnitRow], records: CurrentRecords, across_m: float
 ) -> Iterator[Picture]:
     """The densest spot of what has textures, else of all models."""
-    hulls = hull_files(records)
+    hulls = hull_files(records, [u.id for u in units if len(u.rings)])
     middles = {u.id: u.rings[0].mean(axis=0) for u in units if len(u.rings) and u.id in hulls}
     sizes = {u.id: float(np.hypot(*np.ptp(u.rings[0], axis=0))) for u in units if u.id in middles}
     atlas_cell_of = _atlas_cells(records)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid
+from cityflow.flow.row import Row
 from cityflow.flow.store import Store
-from cityflow.flow.task import Record
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.runs.current import CurrentRecords
 from cityflow.stages import frame, ortho, surface
@@ -35,6 +35,8 @@ from cityflow.viewer.relief import (
 from cityflow.viewer.relief_gaps import without_specks
 
 MOST_FRAMES, FRAME_PIXELS = 4, 700
+MOST_TILES = 256
+"""In a picture of rasters: of a larger city those around its densest spot, since every tile is read."""
 Layers = dict[str, NDArray[Any]]
 Raster = tuple[Grid, Float32Array]
 """Grid, and (bands, rows, cols) values; NaN unknown."""
@@ -92,9 +94,11 @@ class CityRasters:
         yield from _heights("Terrain (DTM)", "Without buildings and vegetation", self.dtm)
 
 
-def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityRasters | None:
-    """None where no tile has a surface yet."""
-    made, coloured = (tiles_made(survey, records.of(stage)) for stage in (surface.NAME, ortho.NAME))
+def city_rasters(
+    store: Store, survey: Survey, records: CurrentRecords, spot: FloatArray | None = None
+) -> CityRasters | None:
+    """None where no tile has a surface yet; of a large city what is around a spot (x, y)."""
+    made, coloured = (_around(tiles_made(survey, records.rows(s)), spot) for s in (surface.NAME, ortho.NAME))
     if survey.source.kind == RASTERS and "ortho" in survey.catalog.rasters:
         coloured = made
     if not made:
@@ -113,10 +117,20 @@ def city_rasters(store: Store, survey: Survey, records: CurrentRecords) -> CityR
     )
 
 
-def tiles_made(survey: Survey, records: Iterable[Record]) -> tuple[Bounds, ...]:
+def tiles_made(survey: Survey, rows: Iterable[Row]) -> tuple[Bounds, ...]:
     """Bounds of the ground tiles whose task left a result."""
-    good = (r.unit for r in records if r.status in (Status.DONE, Status.DEGRADED))
+    good = sorted(r.unit for r in rows if r.status in (Status.DONE, Status.DEGRADED))
     return tuple(survey.lattice.tiles[name].bounds for name in good if name in survey.lattice.tiles)
+
+
+def _around(tiles: tuple[Bounds, ...], spot: FloatArray | None) -> tuple[Bounds, ...]:
+    """The nearest to a spot, or to the middle of all, as many as are shown."""
+    if len(tiles) <= MOST_TILES:
+        return tiles
+    bounds = np.array(tiles)
+    middles = (bounds[:, :2] + bounds[:, 2:]) / 2
+    away = np.hypot(*(middles - (middles.mean(axis=0) if spot is None else spot)).T)
+    return tuple(tiles[k] for k in sorted(np.argsort(away, kind="stable")[:MOST_TILES].tolist()))
 
 
 def _fitting(store: Store, survey: Survey, made: tuple[Bounds, ...]) -> Part:

@@ -26,13 +26,15 @@ from cityflow.reporting.image_figures import image_figures
 from cityflow.reporting.listed_city import listed_city, problems_of
 from cityflow.reporting.pictures import run_pictures
 from cityflow.reporting.raster_pictures import tiles_made
+from cityflow.reporting.summed_city import SummedCity
 from cityflow.reporting.texture_figures import texture_figures
 from cityflow.reporting.unit_crops import THUMB_PX, Crops, thumbnail
 from cityflow.reporting.unit_pages import chosen_units, write_pages
 from cityflow.reporting.unit_rows import whole_city
 from cityflow.reporting.unused_edits import unused_edits
 from cityflow.reporting.view import write_run_view
-from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.asked import read_asked
+from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.differences import changed
 from cityflow.runs.overrides import read_overrides
 from cityflow.runs.prepare import Prepared
@@ -72,7 +74,7 @@ PRODUCTS = {
         "LAZ with LAS classes, colour, reference image and precision, one file per ground tile",
     ),
     "products/catalog.json": ("STAC", "The products as a catalog"),
-    "surface.zarr": ("Zarr", "All surface layers, opens with xarray"),
+    "surface.zarr": ("Zarr", "All surface layers, one chunk per ground tile; docs/formats.md says how xarray opens it"),
 }
 
 
@@ -114,19 +116,20 @@ def _write_files(run: Prepared, records: CurrentRecords, named: str) -> ReportDa
         survey.learn(record)
     data = replace(report_data(run, records), run=named, view=f"{VIEW}/index.html")
     chosen = chosen_units(data.units, parameters)
+    addresses = chosen.addresses
     if data.whole is not None:
         ended = (n for status, n in data.whole.status.items() if status != Status.DONE)
         chosen = replace(chosen, left_out=max(sum(ended) - sum(u.status is not Status.DONE for u in chosen.units), 0))
-    crops = Crops(run.store, survey, tiles_made(survey, records.of(surface.NAME)))
+    crops = Crops(run.store, survey, tiles_made(survey, records.rows(surface.NAME)))
     small = {
         u.id: p
         for u in listed_units(data.units, parameters.listed)
         if (p := thumbnail(replace(crops, most_px=THUMB_PX), u)) is not None
     }
-    newest = {r.unit: r for r in records.of(reconstruct.NAME) if r.unit in chosen.addresses}
+    newest = {r.unit: r for r in records.some(reconstruct.NAME, addresses)}
     looks = {s.unit.id: s.reason for s in review_list(data.units)}
     write_pages(run.store, survey, chosen, newest, crops, data, looks)
-    data = replace(data, crops=small, pages=chosen.addresses, pages_left_out=chosen.left_out)
+    data = replace(data, crops=small, pages=addresses, pages_left_out=chosen.left_out)
     page_json, page_html = write_report(data, parameters)
     run.store.write_bytes("report.json", page_json)
     run.store.write_bytes("report.html", page_html)
@@ -143,7 +146,7 @@ def print_report(url: str, settings: Sequence[str], console: Console) -> None:
     """
     run = with_settings(open_run(url), settings)
     with uncollected(), Ledger.open(run.store) as ledger:
-        page = write_run_report(run, current_records(run, ledger), url)
+        page = write_run_report(run, known_records(run, ledger, read_asked(run.store, ledger)), url)
     console.print(page, markup=False, highlight=False, soft_wrap=True)
 
 
@@ -168,7 +171,8 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
     unit_stages = (reconstruct.NAME,)
     survey = run.source().survey
     large = len(records.units(reconstruct.NAME)) > run.workflow.city.report.rows
-    city = listed_city(run, records, survey) if large else whole_city(run, records)
+    summed = SummedCity.read(run, records)
+    city = listed_city(run, records, survey, summed) if large else whole_city(run, records)
     return ReportData(
         title=run.catalog.title,
         workflow=run.workflow.name,
@@ -185,6 +189,7 @@ def report_data(run: Prepared, records: CurrentRecords) -> ReportData:
         changed=_changed(run),
         waiting=city.waiting,
         whole=city.figures,
+        districts=summed.rows() if large or summed.has_districts else (),
         pictures=run_pictures(run.store, survey, city.shown, records, run.workflow.city.report),
         images=image_figures(survey, records, run.area),
         checkpoints=checkpoint_rows(run.store),
@@ -211,7 +216,7 @@ def _overrides(run: Prepared) -> dict[str, dict[str, Any]]:
 def _placing(run: Prepared, survey: Survey) -> dict[str, str | float]:
     """How the city stands on the globe; nothing for a local frame, or if unknown."""
     try:
-        globe = globe_of(run.catalog.reference, survey.lattice.grid.bounds)
+        globe = globe_of(run.catalog.reference, survey.lattice.bounds)
     except CityflowError as error:
         return {"horizontal_operation": "nowhere", "geoid": str(error)}
     return {} if globe is None else dict(globe.placing.as_metadata())

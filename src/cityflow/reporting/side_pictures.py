@@ -163,7 +163,7 @@ def _bare(surfaces: Surfaces) -> _Part:
 def _ground(store: Store, survey: Survey, bounds: Bounds) -> Iterator[_Part]:
     """The terrain, a part for each tile, under the tile's ortho without its roofs where the export has made one."""
     for name, tile in sorted(survey.lattice.tiles.items()):
-        if not bounds_meet(tile.bounds, bounds) or not bounds_meet(survey.lattice.grid.bounds, tile.bounds):
+        if not bounds_meet(tile.bounds, bounds):
             continue
         # one cell further, so that no gap is left between tiles
         grid, found = read_layers(

@@ -64,7 +64,7 @@ class Crops:
         bounds = grown((float(x[0]), float(x[1]), float(y[0]), float(y[1])), MARGIN_M)
         whole = self.survey.lattice.product_grid
         large = max(bounds[2] - bounds[0], bounds[3] - bounds[1]) > MOST_CELLS * whole.cell
-        if large or not any(bounds_meet(t, bounds) for t in self.tiles) or not bounds_meet(whole.bounds, bounds):
+        if large or not any(bounds_meet(t, bounds) for t in self.tiles):
             return []
         coloured = self.survey.reads_own_orthos or (
             self.survey.source.kind == RASTERS and "ortho" in self.survey.catalog.rasters

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,7 @@ from cityflow.io.points.las_header import opened
 from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.reporting.view_frame import PageFrame
 from cityflow.runs.current import CurrentRecords
-from cityflow.stages import ingest, split, surface
+from cityflow.stages import ingest, surface
 from cityflow.survey.survey import Survey
 from cityflow.viewer.report_rows import UnitRow
 from cityflow.viewer.view_arrays import Relief, encode_points, thinned
@@ -34,6 +35,8 @@ MOST_POINTS = 12_000_000
 """Of the whole city: 190 MB. In a larger city every tile has fewer of them."""
 MOST_RELIEF_CELLS = 200
 """Along the edge of a tile."""
+MOST_CELLS = 8_000_000
+"""Of the whole city. In a larger one every tile has fewer of them."""
 POINTS_VERSION, RELIEF_VERSION = 2, 1
 CUT_FIGURES = ("vertical", "sloped", "height_step_m", "gap_m", "confidence")
 CUT_FIELDS = ("outline", "kind", "accepted", "from", "to", *CUT_FIGURES)
@@ -116,14 +119,24 @@ def _cloud(data: bytes, name: str) -> tuple[FloatArray, ByteArray | None, ByteAr
 
 def relief_sources(records: CurrentRecords) -> list[TileSource]:
     """The surface of every ground tile that has one."""
-    good = (r for r in records.of(surface.NAME) if r.status in (Status.DONE, Status.DEGRADED))
-    return [TileSource(r.unit, (), digest_of([RELIEF_VERSION, r.result.get("digest", r.digest)])) for r in good]
+    good = [r for r in records.of(surface.NAME) if r.status in (Status.DONE, Status.DEGRADED)]
+    most = most_relief_cells(len(good))
+    return [TileSource(r.unit, (), digest_of([RELIEF_VERSION, most, r.result.get("digest", r.digest)])) for r in good]
 
 
-def relief_of(store: Store, survey: Survey, tile: str, frame: PageFrame) -> Relief | None:
-    """A tile's surface and one row and column of its neighbours, so that tiles meet; None where nothing is known."""
+def most_relief_cells(tiles: int) -> int:
+    """Along the edge of a tile, of so many tiles.
+
+    >>> most_relief_cells(10), most_relief_cells(2000)
+    (200, 63)
+    """
+    return min(MOST_RELIEF_CELLS, math.isqrt(MOST_CELLS // max(tiles, 1)))
+
+
+def relief_of(store: Store, survey: Survey, tile: str, most: int, frame: PageFrame) -> Relief | None:
+    """A tile's surface on at most `most` cells along its edge, and one row and column of its neighbours, so that tiles meet; None where nothing is known."""
     x_min, y_min, x_max, y_max = survey.lattice.tiles[tile].bounds
-    step = max(1, -(-round((x_max - x_min) / survey.lattice.cell_m) // MOST_RELIEF_CELLS))
+    step = max(1, -(-round((x_max - x_min) / survey.lattice.cell_m) // most))
     reach = step * survey.lattice.cell_m
     bounds: Bounds = (x_min, y_min - reach, x_max + reach, y_max)
     grid, layers = read_layers(store.zarr_store(survey.source.zarr), survey.lattice.grid, bounds, ("dsm_filled",))
@@ -171,9 +184,9 @@ class Ridges:
         return float(self.heights[found if len(found) else [self.tree.nearest(line)]].max())
 
 
-def cut_lines(store: Store, records: CurrentRecords, ridges: Ridges, ground: float, frame: PageFrame) -> Json:
+def cut_lines(store: Store, records: Iterable[Record], ridges: Ridges, ground: float, frame: PageFrame) -> Json:
     """Lines that outlines were cut along, and candidates that were not taken, above the higher roof beside them."""
-    made = [(r, p) for r in records.of(split.NAME) for p in r.outputs if p.endswith("split.json")]
+    made = [(r, p) for r in records for p in r.outputs if p.endswith("split.json")]
     files = dict(store.read_many([p for _, p in made]))
     rows = [row for r, p in made for row in _cut_rows(r, decode_splitting(files[p]), ridges, ground, frame)]
     return {"fields": CUT_FIELDS, "rows": rows}

@@ -1,9 +1,8 @@
-"""Data of buildings for the page: an index of all of them, and a file for each ground tile."""
+"""Data of buildings for the page: of each ground tile a table and all that is known, and an index over the tables."""
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import asdict
 from typing import Any
 from urllib.parse import quote
@@ -22,20 +21,57 @@ from cityflow.viewer.report_rows import UnitRow
 
 Json = Any
 FIELDS = ("id", "tile", "status", "verdict", "nmad", "rmse", "place", "size")
-NO_TILE = "_"
-"""Stands for the tile of what belongs to none: refused outlines."""
+IDS_AT_ONCE = 4096
+"""Ids in a part of the sorted table of all: a page that looks for one reads one part."""
+DIRECTIONS = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
+_WAYS = np.column_stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
+_REACH = 0.45
+"""Of the size of a building, from its middle to its ends."""
 SCORE_DIGITS = 5
 SCALE_SHARE, LEAST_SCALE_M = 95, 0.05
 """The colours of quality end at this percentile of all buildings, and never below this."""
 
 
-def index_table(units: Sequence[UnitRow], frame: PageFrame, heights: Mapping[str, tuple[float, float]]) -> Json:
-    """Every building that is a polygon: where it is, how it ended, how well it fits; `heights` of floor and ridge by unit."""
+def table_of(units: Sequence[UnitRow], tile: str, frame: PageFrame, heights: Mapping[str, tuple[float, float]]) -> Json:
+    """Every building of a tile that is a polygon: where it is, how it ended, how well it fits; `heights` of floor and ridge by unit."""
     rows = [
-        [u.id, u.tile or NO_TILE, str(u.status), u.verdict, _short(u.nmad), _short(u.rmse), *_place(u, frame, heights)]
+        [u.id, tile, str(u.status), u.verdict, _short(u.nmad), _short(u.rmse), *_place(u, frame, heights)]
         for u in units if u.rings
     ]  # fmt: skip
     return finite({"fields": FIELDS, "rows": rows})
+
+
+def id_key(unit: str) -> bytes:
+    """Ids are sorted by this, as a browser compares texts in lower case."""
+    return unit.lower().encode("utf-16-be", "surrogatepass")
+
+
+def id_parts(tiles: Mapping[str, Iterable[str]]) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """The sorted table of all buildings, in parts: the first id of a part in lower case, and (id, tile) of each; `tiles`: tile → its buildings."""
+    rows = sorted(((u, t) for t, found in tiles.items() for u in found), key=lambda row: (id_key(row[0]), row))
+    for start in range(0, len(rows), IDS_AT_ONCE):
+        part = rows[start : start + IDS_AT_ONCE]
+        yield part[0][0].lower(), part
+
+
+def ends_of(rows: Sequence[Sequence[Json]]) -> list[list[float]]:
+    """Places that the rows of a table end at, in all directions of the compass, in the page's frame; of each direction the farthest."""
+    if not rows:
+        return []
+    places, sizes = np.array([row[-2] for row in rows], np.float64), np.array([row[-1] for row in rows], np.float64)
+    best = np.argmax(places[:, :2] @ _WAYS.T + _REACH * sizes[:, None], axis=0)
+    found = places[best]
+    found[:, :2] += _REACH * sizes[best, None] * _WAYS
+    return np.round(found, 2).tolist()
+
+
+def farthest(ends: Sequence[Sequence[Sequence[float]]]) -> list[list[float]]:
+    """Of the `ends_of` several tables those of the whole."""
+    known = np.array([e for e in ends if e], np.float64)
+    if not len(known):
+        return []
+    best = np.argmax((known[..., :2] * _WAYS).sum(axis=-1), axis=0)
+    return known[best, np.arange(len(_WAYS))].tolist()
 
 
 def _place(unit: UnitRow, frame: PageFrame, heights: Mapping[str, tuple[float, float]]) -> tuple[list[float], float]:
@@ -57,31 +93,27 @@ def heights_of(units: Sequence[UnitRow], ground: float) -> dict[str, tuple[float
     return found
 
 
-def scale_of(units: Sequence[UnitRow], name: str) -> float:
+def scale_of(values: Sequence[float]) -> float:
     """Where the colours of a measure of quality end, metres."""
-    known = [v for u in units if (v := getattr(u, name)) is not None and np.isfinite(v)]
-    return round(max(float(np.percentile(known, SCALE_SHARE)), LEAST_SCALE_M), 3) if known else LEAST_SCALE_M
+    return round(max(float(np.percentile(values, SCALE_SHARE)), LEAST_SCALE_M), 3) if len(values) else LEAST_SCALE_M
 
 
-def unit_files(
+def known_units(
     units: Sequence[UnitRow], records: CurrentRecords, atlas_cells: Mapping[str, str], pages: Set[str] = frozenset()
-) -> Iterator[tuple[str, Json]]:
-    """Ground tile → what is known of its units by their ids; `leaves` of the atlas by unit, `pages` are those that the report has."""
+) -> Json:
+    """All that is known of the units of a tile, by id; `atlas_cells` by unit, `pages` are those that the report has."""
     good = (Status.DONE, Status.DEGRADED)
-    textured = {r.unit: dict(r.result) for r in records.of(texture.NAME) if r.status in good}
     rows = {unit.id: unit for unit in units}
-    by_tile: dict[str, dict[str, Json]] = defaultdict(dict)
-    for record in records.of(reconstruct.NAME):
-        if (unit := rows.get(record.unit)) is None:
-            continue
-        entry = _known(unit, record, textured.get(unit.id))
-        if unit.id in atlas_cells:
-            entry["leaf"] = atlas_cells[unit.id]
-        if page_path(unit.id) in pages:
-            entry["page"] = quote(page_path(unit.id))
-        by_tile[unit.tile or NO_TILE][unit.id] = entry
-    for tile, known in sorted(by_tile.items()):
-        yield tile, finite(known)
+    textured = {r.unit: dict(r.result) for r in records.some(texture.NAME, rows) if r.status in good}
+    found = {}
+    for record in records.some(reconstruct.NAME, rows):
+        entry = _known(rows[record.unit], record, textured.get(record.unit))
+        if record.unit in atlas_cells:
+            entry["leaf"] = atlas_cells[record.unit]
+        if page_path(record.unit) in pages:
+            entry["page"] = quote(page_path(record.unit))
+        found[record.unit] = entry
+    return finite(found)
 
 
 def _known(unit: UnitRow, record: Record, textured: Json) -> dict[str, Json]:

@@ -109,6 +109,13 @@ def noted_records(asked: Asked, ledger: Ledger) -> CurrentRecords:
     return CurrentRecords({s: StoredRecords(ledger, s, units) for s, units in found.items() if units})
 
 
+def known_records(wanted: Prepared, ledger: Ledger, asked: Asked | None) -> CurrentRecords:
+    """What a note names, where it counts and nothing is out of date; else the graph is followed."""
+    if asked is None or asked.is_at_work or asked.stale:
+        return current_records(wanted, ledger)
+    return noted_records(asked, ledger)
+
+
 def walked(
     source: CitySource, ledger: Ledger, visit: Callable[[Task, Record], None] = lambda _task, _record: None
 ) -> CurrentRecords:

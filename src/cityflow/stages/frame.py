@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from cityflow.core.arrays import Float32Array
 from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
+from cityflow.core.local_frame import LocalFrame
 from cityflow.core.parameters import Parameters
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.store import Store
@@ -25,13 +26,15 @@ from cityflow.surface.fuse import Fused, FuseParameters, fill_steps, fuse
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.true_ortho import OrthoParameters, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs, digest_of_views
-from cityflow.survey.depths import depth_maps, depths_over, matches_over, reach_of
+from cityflow.survey.colours import ColourSources, colour_sources
+from cityflow.survey.depths import DepthSources, depth_sources, flight_tiles_over, matches_over, reach_of
+from cityflow.survey.recipe import Recipe, draft_by, task_by
+from cityflow.survey.results import Results
 from cityflow.survey.surface_source import FRAMES, IMAGES
 from cityflow.survey.survey import Survey
 
 NAME = "frame"
-VERSION = 4
+VERSION = 5
 EMPTY = "no image of this direction has depths here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
 
@@ -50,7 +53,7 @@ class FrameInputs(TaskInputs):
     Attributes
     ----------
     bounds : of the tile, metres in the local frame
-    grid : of the whole local frame
+    grid : of the whole lattice of the local frame
     colours : the images that show it, oriented in the world
     """
 
@@ -61,39 +64,66 @@ class FrameInputs(TaskInputs):
     colours: ColourInputs
 
 
-def task(survey: Survey, unit: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class FrameRecipe(Recipe):
+    """One tile of one local frame.
+
+    Attributes
+    ----------
+    seen : flight tile of this direction over it → its reference image and partners
+    colours : of all these that may be shown
+    frame, bounds, grid : as in `FrameInputs`
+    """
+
+    depths: DepthSources
+    seen: Mapping[str, tuple[str, ...]]
+    colours: ColourSources
+    frame: LocalFrame
+    bounds: Bounds
+    grid: Grid
+
+    @property
+    def reads(self) -> list[Node]:
+        return [*self.depths.reads, *(("ingest", n) for n in self.colours.digests)]
+
+    def task(self, results: Results) -> Task:
+        maps = self.depths.maps(results)
+        own = {u: images for u, images in self.seen.items() if u in maps}
+        inputs, depths = self.depths.inputs(results, own.__contains__)
+        # a small cluster's images may be reference images for a larger one that looks nearly the same way
+        shown_here = {*self.frame.images, *(images[0] for images in own.values())}
+        seen = sorted({n for images in own.values() for n in images} & shown_here)
+        colours = self.colours.inputs(results, seen)
+        given = as_json(FrameInputs(depths, self.frame, self.bounds, self.grid, colours))
+        return replace(
+            self.base,
+            inputs={
+                **inputs, "wanted": digest_of(sorted(own)),
+                **{f"image {n}": results.digest_of("ingest", n) for n in colours.names},
+                "views": digest_of(self.colours.digests_of(colours.names)),
+                "frame": digest_of([given["frame"], self.grid.bounds, self.grid.cell]),
+            },
+            arguments=given,
+        )  # fmt: skip
+
+
+def recipe(survey: Survey, unit: str) -> FrameRecipe:
     """One tile of one local frame, from the depth maps of its direction over the ground tiles that it looks at."""
-    place = survey.images.tilted.tiles[unit]
-    own = {
-        u: m
-        for u, m in depth_maps(survey, place.ground_tiles).items()
-        if survey.images.flight_tile(u).direction == place.frame.name
-    }
-    inputs, depths = depths_over(survey, ground_around(survey, unit), own.__contains__)
-    bases = sorted({survey.images.flight_tile(u).reference for u in own})
-    seen = sorted(
-        {n for u in own for n in (survey.images.flight_tile(u).reference, *survey.images.flight_tile(u).partners)}
-    )
-    # a small cluster's images may be reference images for a larger one that looks nearly the same way
-    shown_here = {*place.frame.images, *bases}
-    colours, views = colour_inputs(survey, (n for n in seen if n in shown_here))
-    grid = survey.images.tilted.grid(place.frame)
-    given = as_json(FrameInputs(depths, place.frame, place.tile.bounds, grid, colours))
+    images = survey.images
+    place = images.tilted.tiles[unit]
+    own = [images.flight_tile(u) for u in flight_tiles_over(survey, place.ground_tiles)]
+    seen = {f.name: (f.reference, *f.partners) for f in own if f.direction == place.frame.name}
+    shown_here = {*place.frame.images, *(names[0] for names in seen.values())}
+    shown = sorted({n for names in seen.values() for n in names} & shown_here)
+    colours, views = colour_sources(survey, shown)
     asked = FrameParameters(fuse=survey.parameters.image_surface.fuse, ortho=survey.parameters.ortho)
-    return Task(
+    base = Task(
         NAME, unit, "cityflow.stages.frame:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit, asked)),
-        inputs={
-            **inputs, "wanted": digest_of(sorted(own)),
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.names},
-            "views": digest_of(digest_of_views(survey, colours.names)),
-            "frame": digest_of([given["frame"], grid.bounds]),
-        },
-        arguments=given,
-        limits=survey.limits(NAME),
-        in_place=True,
+        parameters=as_json(survey.parameters_of(NAME, unit, asked)), limits=survey.limits(NAME), in_place=True,
         shared={views.path: views.text},
     )  # fmt: skip
+    depths = depth_sources(survey, ground_around(survey, unit))
+    return FrameRecipe(base, depths, seen, colours, place.frame, place.tile.bounds, images.tilted.grid(place.frame))
 
 
 def ground_around(survey: Survey, unit: str) -> list[str]:
@@ -120,7 +150,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         for i in given.colours.opened(workspace.store)
     ]
     made = true_ortho(core, whole_surface[part], BlockingSurface(wide, whole_surface), images, parameters.ortho)
-    zarr, whole = f"{FRAMES}/{frame.name}", given.grid.bounds
+    zarr, whole = f"{FRAMES}/{frame.name}", given.grid
     digest = store_layers(workspace, zarr, whole, core, _layers(fused, whole_surface, part))
     digest += store_ortho(workspace, zarr, whole, core, made)
     return workspace.outcome(
@@ -160,7 +190,8 @@ STAGE = Stage(
     unit="tile of a local reference frame",
     text="depth maps of one cluster of oblique views → tilted DSM, true oblique ortho, on the frame's own grid",
     needs=(_depth_maps,),
-    task=lambda city, unit: task(city.survey, unit),
+    task=task_by(recipe),
+    draft=draft_by(recipe),
     starts=_starts,
     parameters=(FrameParameters,),
     cost=Cost(10.0, 1500.0, 20.0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from cityflow.handover.fused import UNMATCHED, encode_fused
 from cityflow.surface.fuse import FuseParameters
 from cityflow.surface.fused_tile import fused_tile
 from cityflow.survey.city import City
-from cityflow.survey.depths import depths_over, matches_over, reach_of, unmatched
+from cityflow.survey.depths import MATCH, DepthSources, depth_sources, flight_tiles_over, matches_over, reach_of
+from cityflow.survey.recipe import Recipe, draft_by, task_by
+from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "fuse"
@@ -44,20 +46,42 @@ class FuseInputs(TaskInputs):
     factor: int
 
 
-def task(survey: Survey, name: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class FuseRecipe(Recipe):
+    """The fused surface of one tile; `own` are the flight tiles over it, `place` names the lattice, the rest is as in `FuseInputs`."""
+
+    depths: DepthSources
+    own: tuple[str, ...]
+    place: str
+    bounds: Bounds
+    cell_m: float
+    factor: int
+
+    @property
+    def reads(self) -> list[Node]:
+        return self.depths.reads
+
+    def task(self, results: Results) -> Task:
+        inputs, depths = self.depths.inputs(results)
+        failed = tuple(u for u in self.own if results.has_failed(MATCH, u))
+        return replace(
+            self.base,
+            inputs={**inputs, **{f"failed {u}": "missing" for u in failed}, "grid": self.place},
+            arguments=as_json(FuseInputs(depths, self.bounds, failed, self.cell_m, self.factor)),
+        )
+
+
+def recipe(survey: Survey, name: str) -> FuseRecipe:
     """The fused surface of one tile, from the depth maps of the tile and of those around whose points it needs."""
-    inputs, depths = depths_over(survey, _tiles_around(survey, name))
-    failed = unmatched(survey, [name])
-    return Task(
+    base = Task(
         NAME, name, "cityflow.stages.fuse:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)),
-        inputs={
-            **inputs, **{f"failed {u}": "missing" for u in failed}, "grid": survey.lattice.place,
-        },
-        arguments=as_json(
-            FuseInputs(depths, survey.lattice.tiles[name].bounds, tuple(failed), survey.lattice.product_grid.cell, survey.source.factor)
-        ),
-        limits=survey.limits(NAME),
+        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)), limits=survey.limits(NAME),
+    )  # fmt: skip
+    own = tuple(flight_tiles_over(survey, [name]))
+    lattice = survey.lattice
+    return FuseRecipe(
+        base, depth_sources(survey, _tiles_around(survey, name)), own, lattice.place, lattice.tiles[name].bounds, lattice.product_grid.cell,
+        survey.source.factor,
     )  # fmt: skip
 
 
@@ -92,7 +116,8 @@ STAGE = Stage(
         "precision and colour"
     ),
     needs=(_depth_maps,),
-    task=lambda city, name: task(city.survey, name),
+    task=task_by(recipe),
+    draft=draft_by(recipe),
     parameters=(FuseParameters,),
     cost=Cost(10.0, 1500.0, 10.0),
 )

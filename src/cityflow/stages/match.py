@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ from cityflow.handover.depth_map_files import encode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.survey.city import City
+from cityflow.survey.recipe import Recipe, draft_by, task_by
+from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "match"
@@ -67,24 +69,39 @@ class MatchInputs(TaskInputs):
     level: int
 
 
-def task(survey: Survey, unit: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class MatchRecipe(Recipe):
+    """The match of one reference image; `images` are its name and those of its partners, `level` as in `MatchInputs`."""
+
+    place: MatchPlace
+    images: tuple[str, ...]
+    level: int
+
+    @property
+    def reads(self) -> list[Node]:
+        return [("ingest", n) for n in self.images]
+
+    def task(self, results: Results) -> Task:
+        read = {n: results.tiled_image(n) for n in self.images}
+        pixels = {n: path for n, path in read.items() if path is not None}
+        unread = tuple(n for n in self.images if n not in pixels)
+        given = as_json(MatchInputs(self.place, self.images[0], pixels, unread, self.level))
+        digests = {f"image {n}": results.digest_of("ingest", n) for n in self.images}
+        return replace(self.base, inputs={**digests, "place": digest_of(given["place"])}, arguments=given)
+
+
+def recipe(survey: Survey, unit: str) -> MatchRecipe:
     """The depth map of one reference image over one ground tile."""
     flight_tile = survey.images.flight_tile(unit)
-    names = [flight_tile.reference, *flight_tile.partners]
-    read = {n: survey.results.tiled_image(n) for n in names}
-    pixels = {n: path for n, path in read.items() if path is not None}
+    names = (flight_tile.reference, *flight_tile.partners)
     cells, view = flight_tile.cells, survey.images.flown[flight_tile.reference]
     images = tuple(survey.images.flown[n].image for n in names)
     place = MatchPlace(cells.tile, cells.cell_m, cells.chosen, view.heights, images)
-    unread = tuple(n for n in names if n not in pixels)
-    given = as_json(MatchInputs(place, flight_tile.reference, pixels, unread, survey.parameters.images.level))
-    return Task(
+    base = Task(
         NAME, unit, "cityflow.stages.match:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)),
-        inputs={**{f"image {n}": survey.results.digest_of("ingest", n) for n in names}, "place": digest_of(given["place"])},
-        arguments=given,
-        limits=survey.limits(NAME),
+        parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)), limits=survey.limits(NAME),
     )  # fmt: skip
+    return MatchRecipe(base, place, names, survey.parameters.images.level)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -148,7 +165,8 @@ STAGE = Stage(
     unit="flight tile: one reference image over one ground tile",
     text="windows of the reference image and its partners → depth map with precision, agreeing partners and colour",
     needs=(_images,),
-    task=lambda city, unit: task(city.survey, unit),
+    task=task_by(recipe),
+    draft=draft_by(recipe),
     parameters=(MatchParameters,),
     cost=Cost(10.0, 1500.0, 10.0),
     limits=Limits(1800, 6000),

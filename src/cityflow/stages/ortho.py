@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,12 +22,14 @@ from cityflow.io.rasters.surface_dataset import read_layers
 from cityflow.surface.ortho_visibility import BlockingSurface, block_maxima
 from cityflow.surface.true_ortho import Ortho, OrthoParameters, completed, true_ortho
 from cityflow.survey.city import City
-from cityflow.survey.colours import colour_inputs, digest_of_views
+from cityflow.survey.colours import ColourSources, colour_sources
+from cityflow.survey.recipe import Recipe, draft_by, task_by
+from cityflow.survey.results import Results
 from cityflow.survey.surface_source import IMAGES, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "ortho"
-VERSION = 5
+VERSION = 6
 UNSEEN = "no image over this tile could be read"
 
 
@@ -49,25 +51,49 @@ class OrthoInputs(TaskInputs):
     crs: str
 
 
-def task(survey: Survey, name: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class OrthoRecipe(Recipe):
+    """The ortho of one tile; `ring` are the tiles whose surfaces it reads, `place` names the lattice, the rest is as in `OrthoInputs`."""
+
+    ring: tuple[str, ...]
+    colours: ColourSources
+    slanting: frozenset[str]
+    place: str
+    bounds: Bounds
+    surfaces: Surfaces
+    crs: str
+
+    @property
+    def reads(self) -> list[Node]:
+        return [*(("surface", t) for t in self.ring), *(("ingest", n) for n in self.colours.digests)]
+
+    def task(self, results: Results) -> Task:
+        colours = self.colours.inputs(results, self.colours.digests)
+        slanting = tuple(n for n in colours.names if n in self.slanting)
+        return replace(
+            self.base,
+            inputs={
+                **{f"surface {t}": results.digest_of("surface", t) for t in self.ring},
+                **{f"image {n}": results.digest_of("ingest", n) for n in colours.names},
+                "views": digest_of([self.colours.digests_of(colours.names), slanting]), "grid": self.place,
+            },
+            arguments=as_json(OrthoInputs(self.bounds, self.surfaces, colours, slanting, self.crs)),
+        )  # fmt: skip
+
+
+def recipe(survey: Survey, name: str) -> OrthoRecipe:
     """The ortho of one tile, from its surface, that of its ring, and the views of it that look down steepest; slanting ones colour what is left."""
-    tile, ring = survey.lattice.tiles[name], survey.lattice.ring(name)
-    colours, views = colour_inputs(survey, survey.images.ortho_images(tile))
-    slanting = tuple(n for n in colours.names if survey.images.is_slanting(n))
-    given = as_json(OrthoInputs(tile.bounds, survey.surfaces, colours, slanting, survey.catalog.reference.code))
-    return Task(
+    tile = survey.lattice.tiles[name]
+    colours, views = colour_sources(survey, survey.images.ortho_images(tile))
+    base = Task(
         NAME, name, "cityflow.stages.ortho:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)),
-        inputs={
-            **{f"surface {t}": survey.results.digest_of("surface", t) for t in ring},
-            **{f"image {n}": survey.results.digest_of("ingest", n) for n in colours.names},
-            "views": digest_of([digest_of_views(survey, colours.names), slanting]), "grid": survey.lattice.place,
-        },
-        arguments=given,
-        limits=survey.limits(NAME),
-        in_place=True,
+        parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.ortho)), limits=survey.limits(NAME), in_place=True,
         shared={views.path: views.text},
     )  # fmt: skip
+    slanting = frozenset(n for n in colours.digests if survey.images.is_slanting(n))
+    crs = survey.catalog.reference.code
+    ring = tuple(survey.lattice.ring(name))
+    return OrthoRecipe(base, ring, colours, slanting, survey.lattice.place, tile.bounds, survey.surfaces, crs)
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -84,7 +110,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     own = surface[wide.slices(grid)]
     images = given.colours.opened(workspace.store)
     made = _ortho(grid, own, blocking, images, frozenset(given.slanting), parameters)
-    digest = store_ortho(workspace, ZARR, whole.bounds, grid, made)
+    digest = store_ortho(workspace, ZARR, whole, grid, made)
     publish_rasters(workspace, task.unit, given.crs, grid, {"ortho": with_alpha(made)})
     surveyed = np.isfinite(own)
     return workspace.outcome(
@@ -128,7 +154,8 @@ STAGE = Stage(
     unit="ground tile",
     text="DSM of the tile and its ring, images → true ortho",
     needs=(_surfaces_and_images,),
-    task=lambda city, name: task(city.survey, name),
+    task=task_by(recipe),
+    draft=draft_by(recipe),
     starts=_starts,
     parameters=(OrthoParameters,),
     cost=Cost(5.0, 1000.0, 20.0),

@@ -48,7 +48,7 @@ from cityflow.texture.planes import face_planes
 from cityflow.texture.unit import Surroundings, TextureParameters, texture_unit
 
 NAME = STAGE_TEXTURE
-VERSION = 10
+VERSION = 11
 TEXTURE = "texture.cfa"
 ORTHO_MARGIN_M = 8.0
 """The widest eaves and a little more; set by hand."""
@@ -94,7 +94,7 @@ def task(survey: Survey, unit: UnitEntry, around: Sequence[UnitEntry], known: Se
 
     Where a neighbour has failed, its block stands there, as in the export.
     """
-    colours, _ = colour_inputs(survey, known, views)
+    colours = colour_inputs(survey, known, views)
     blocks = {u.id: u for u in around if u.id in unit.neighbours and _is_block(survey, u.id)}
     tiles = sorted(
         {*surfaces_around(survey, unit), *(t for u in blocks.values() for t in survey.lattice.tiles_under(u))}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cityflow.core.grid import Bounds, grown
 from cityflow.flow.stage import Cost, Node, Stage
@@ -14,7 +14,9 @@ from cityflow.handover.depth_reader import DepthInputs, DepthReader
 from cityflow.handover.wall_point_files import encode_walls
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
 from cityflow.survey.city import City
-from cityflow.survey.depths import depths_over, matches_over, reach_of
+from cityflow.survey.depths import DepthSources, depth_sources, matches_over, reach_of
+from cityflow.survey.recipe import Recipe, draft_by, task_by
+from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "walls"
@@ -30,17 +32,33 @@ class WallInputs(TaskInputs):
     bounds: Bounds
 
 
-def task(survey: Survey, name: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class WallRecipe(Recipe):
+    """The wall points of one tile within `bounds`."""
+
+    depths: DepthSources
+    bounds: Bounds
+
+    @property
+    def reads(self) -> list[Node]:
+        return self.depths.reads
+
+    def task(self, results: Results) -> Task:
+        inputs, depths = self.depths.inputs(results)
+        return replace(self.base, inputs=inputs, arguments=as_json(WallInputs(depths, self.bounds)))
+
+
+def recipe(survey: Survey, name: str) -> WallRecipe:
     """The wall points of one tile, from the depth maps of the tile, its rim, and what else looks there."""
-    wanted = survey.wall_parameters
-    inputs, depths = depths_over(survey, survey.lattice.near(name, reach_of(survey, wanted.halo_m)))
-    return Task(
+    base = Task(
         NAME, name, "cityflow.stages.walls:run", VERSION,
-        parameters=as_json(survey.parameters_of(NAME, name, wanted)),
-        inputs=inputs,
-        arguments=as_json(WallInputs(depths, survey.lattice.tiles[name].bounds)),
-        limits=survey.limits(NAME),
+        parameters=as_json(survey.parameters_of(NAME, name, survey.wall_parameters)), limits=survey.limits(NAME),
     )  # fmt: skip
+    return WallRecipe(base, depth_sources(survey, _tiles_around(survey, name)), survey.lattice.tiles[name].bounds)
+
+
+def _tiles_around(survey: Survey, name: str) -> list[str]:
+    return survey.lattice.near(name, reach_of(survey, survey.wall_parameters.halo_m))
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
@@ -54,8 +72,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 
 def _depth_maps(city: City, name: str) -> Iterable[Node]:
-    survey = city.survey
-    return matches_over(survey, survey.lattice.near(name, reach_of(survey, survey.wall_parameters.halo_m)))
+    return matches_over(city.survey, _tiles_around(city.survey, name))
 
 
 STAGE = Stage(
@@ -63,7 +80,8 @@ STAGE = Stage(
     unit="ground tile",
     text="depth maps → points on façades, with the side that they are seen from",
     needs=(_depth_maps,),
-    task=lambda city, name: task(city.survey, name),
+    task=task_by(recipe),
+    draft=draft_by(recipe),
     parameters=(WallPointParameters,),
     cost=Cost(10.0, 1500.0, 2.0),
 )

@@ -35,6 +35,10 @@ class Area:
     def meets(self, bounds: Bounds) -> bool:
         return self.shape is None or bool(self.shape.intersects(shapely.box(*bounds)))
 
+    def covers(self, bounds: Bounds) -> bool:
+        """Whether all of a rectangle is inside."""
+        return self.shape is None or bool(self.shape.covers(shapely.box(*bounds)))
+
     def holds(self, point: tuple[float, float]) -> bool:
         return self.shape is None or bool(shapely.intersects_xy(self.shape, *point))
 

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from shapely import MultiPoint
 
-from cityflow.core.grid import Bounds, Grid, Tile, grid_over, tiles_over
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, lattice_grid, tiles_over
 from cityflow.core.local_frame import LocalFrame
 from cityflow.orientation.views import View, gsd
 from cityflow.survey.survey_parameters import FRAME_HALO_M, nearest_cell
@@ -78,16 +78,22 @@ class FrameTiles:
         return found
 
     def grid(self, frame: LocalFrame) -> Grid:
-        """The grid over all tiles of a frame; its cell is what the frame's images resolve."""
-        return self._grids[frame.name]
+        """The grid over the whole lattice of a frame; its cell is what the frame's images resolve."""
+        extent, tile_m = self._extents[frame.name]
+        return lattice_grid(tile_m, extent.cell)
+
+    def extent(self, frame: LocalFrame) -> Grid:
+        """The grid over all tiles of a frame."""
+        return self._extents[frame.name][0]
 
     @cached_property
-    def _grids(self) -> dict[str, Grid]:
+    def _extents(self) -> dict[str, tuple[Grid, float]]:
+        """Frame → grid over its tiles, and their edge."""
         tiles: dict[str, list[Tile]] = {}
         for frame_tile in self.tiles.values():
             tiles.setdefault(frame_tile.frame.name, []).append(frame_tile.tile)
         cells = {f.name: float(np.median([gsd(self._images.flown[n]) for n in f.images])) for f in self.frames}
-        return {name: grid_over(of, nearest_cell(cells[name])) for name, of in tiles.items()}
+        return {name: (grid_over(of, nearest_cell(cells[name])), of[0].size) for name, of in tiles.items()}
 
     def _over(self, frame: LocalFrame, tile: Tile) -> list[Tile]:
         """Tiles of a frame that a ground tile with all that stands on it falls on."""

@@ -61,6 +61,7 @@ class ImageSurvey:
         self._units: dict[str, FlightTile] = {}
         self._texts: dict[str, tuple[str, str]] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
+        self._ortho: dict[str, list[str]] = {}
 
     @cached_property
     def frames(self) -> tuple[LocalFrame, ...]:
@@ -198,6 +199,11 @@ class ImageSurvey:
 
     def ortho_images(self, tile: Tile) -> list[str]:
         """For every few metres of a ground tile those that look down on it steepest, of slanting images and of the others; names, sorted."""
+        if tile.name not in self._ortho:
+            self._ortho[tile.name] = self._ortho_images(tile)
+        return self._ortho[tile.name]
+
+    def _ortho_images(self, tile: Tile) -> list[str]:
         near = self._views_over(tile.bounds)
         slanting = [v for v in near if self.is_slanting(v.name)]
         chosen = self._steepest([v for v in near if not self.is_slanting(v.name)], tile) | self._steepest(

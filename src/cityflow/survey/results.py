@@ -59,7 +59,6 @@ class Results:
         self.recall = recall
         self._left: dict[str, dict[str, Left]] = {}
         self._refused: dict[Node, dict[str, str]] = {}
-        self._given_outlines: dict[str, dict[str, str]] = {}
 
     def learn(self, record: Record) -> None:
         """Keep what later tasks ask of a record."""
@@ -74,14 +73,20 @@ class Results:
         self._refused.pop(node, None)
         if refused := record.result.get("refused"):
             self._refused[node] = {str(unit): str(reason) for unit, reason in refused}
-        if record.stage == "outline":
-            self._given_outlines[record.unit] = {p: d for p, d in sorted(record.inputs.items()) if _holds_outlines(p)}
 
     def forget(self, stage: str, units: Iterable[str]) -> None:
         """Drop what nobody will ask for again."""
         found = self._left.get(stage, {})
         for unit in units:
             found.pop(unit, None)
+
+    def part(self, nodes: Iterable[Node]) -> Results:
+        """What some tasks have left, and no more: it travels."""
+        found = Results()
+        for stage, unit in nodes:
+            if (left := self.of(stage, unit)) is not None:
+                found._left.setdefault(stage, {})[unit] = left
+        return found
 
     def of(self, stage: str, unit: str) -> Left | None:
         """What a task has left; None where it has not ended."""
@@ -152,8 +157,7 @@ class Results:
 
     def outlines_of(self, stage: str, tile: str) -> dict[str, str]:
         """Path → digest of the file that holds the outlines or the units of a tile, as the stage ``outline`` or ``units`` left them; none where it has none."""
-        own = {p: d for p, d in sorted(self.outputs_of(stage, tile).items()) if _holds_outlines(p)}
-        return own or (self._given_outlines.get(tile, {}) if stage == "outline" else {})
+        return {p: d for p, d in sorted(self.outputs_of(stage, tile).items()) if p.endswith(".jsonl")}
 
     def split_files(self, tile: str) -> dict[str, str]:
         """Path → digest of the file that says how the outlines of a tile were split."""
@@ -178,7 +182,3 @@ class Results:
         given = ("ingest", "outlines")
         others = [(stage, tile) for stage in ("outline", "units") for tile in sorted(self.of_stage(stage))]
         return [given, *others] if given in self else others
-
-
-def _holds_outlines(path: str) -> bool:
-    return path.endswith(".jsonl")

@@ -193,13 +193,15 @@ class Survey:
     @property
     def date(self) -> str:
         """Of the newest survey, YYYY-MM-DD; empty where none is known."""
-        return max((a.date or "" for a in self.source.assets_over()), default="")
+        return self._date_over(None)
 
-    @property
-    def product_metadata(self) -> ProductMetadata:
-        """What products say of the survey as a whole; part of the digest of whatever writes it."""
+    def _date_over(self, bounds: Bounds | None) -> str:
+        return max((a.date or "" for a in self.source.assets_over(bounds)), default="")
+
+    def product_metadata(self, bounds: Bounds | None = None) -> ProductMetadata:
+        """What products say of the survey, as a whole or over a tile; part of the digest of whatever writes it."""
         c = self.catalog
-        return ProductMetadata(c.reference.code, c.title, self.date, c.licence, c.attribution)
+        return ProductMetadata(c.reference.code, c.title, self._date_over(bounds), c.licence, c.attribution)
 
     def source_attributes(self, bounds: Bounds) -> dict[str, str | None]:
         """What is known of the data that a unit was made from."""

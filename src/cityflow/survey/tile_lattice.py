@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from cityflow.core.grid import Bounds, Grid, Tile, grid_over, grown, tiles_over
+from cityflow.core.grid import Bounds, Grid, Tile, grid_over, grown, lattice_grid, tiles_over
 from cityflow.flow.task import digest_of
 from cityflow.survey.surface_source import Source
 from cityflow.survey.unit_entry import UnitEntry
@@ -31,13 +31,22 @@ class Lattice:
 
     @cached_property
     def grid(self) -> Grid:
-        """The grid on which terrain, classes and outlines stand: all tiles, so that one chunk is one tile."""
-        return grid_over(self.tiles.values(), self.cell_m)
+        """The grid on which terrain, classes and outlines stand: the whole lattice, so that no cell moves when the survey grows."""
+        return lattice_grid(self.tile_m, self.cell_m)
 
     @cached_property
     def product_grid(self) -> Grid:
-        """The grid of the DSM, DTM and ortho that are delivered: as fine as the source is."""
-        return grid_over(self.tiles.values(), self.source.cell_m)
+        """The grid of the DSM, DTM and ortho that are delivered: as fine as the source is, over the whole lattice, too."""
+        return lattice_grid(self.tile_m, self.source.cell_m)
+
+    @cached_property
+    def bounds(self) -> Bounds:
+        """Of all ground tiles, metres."""
+        return self.extent(self.cell_m).bounds
+
+    def extent(self, cell_m: float) -> Grid:
+        """The grid over all ground tiles."""
+        return grid_over(self.tiles.values(), cell_m)
 
     @cached_property
     def cell_m(self) -> float:
@@ -46,8 +55,8 @@ class Lattice:
 
     @cached_property
     def place(self) -> str:
-        """Digest of the grid, which decides on the chunk that is a tile's, and of its CRS, which is written into every raster."""
-        return digest_of([list(self.grid.bounds), self._crs])
+        """Digest of tiles and cells, which decide on the chunk that is a tile's, and of the CRS, which is written into every raster."""
+        return digest_of([self.tile_m, self.cell_m, self.source.cell_m, self._crs])
 
     def ring(self, name: str) -> list[str]:
         """The tile and those of its eight neighbours that exist."""

@@ -74,6 +74,31 @@ class StageRow:
 
 
 @dataclass(frozen=True, slots=True)
+class DistrictRow:
+    """A part of a large city: a square of ground tiles, or a tile.
+
+    Attributes
+    ----------
+    bounds : x_min, y_min, x_max, y_max, world metres
+    tiles : that are exported;  buildings : on them
+    good, look, poor : by verdict;  degraded, failed, refused : by how they ended
+    nmad_median : metres, None where none was measured
+    """
+
+    name: str
+    bounds: tuple[float, float, float, float]
+    tiles: int
+    buildings: int
+    good: int
+    look: int
+    poor: int
+    degraded: int
+    failed: int
+    refused: int
+    nmad_median: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class ProblemRow:
     """A task, not of a building, that did not end as asked."""
 
@@ -147,6 +172,7 @@ class ReportData:
     run : where the run lies, as commands name it
     waiting : rings of outlines that are not processed yet, by id
     view : address of the page that shows the city in a browser, relative to the report; empty where there is none
+    districts : of a large city
     whole : figures of all buildings, where `units` are those of a large city that a person shall see; its failed units are among the `problems`
     """
 
@@ -176,4 +202,5 @@ class ReportData:
     run: str = "RUN"
     waiting: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     view: str = ""
+    districts: tuple[DistrictRow, ...] = ()
     whole: UnitFigures | None = None

@@ -40,6 +40,7 @@ def report_figures(data: ReportData) -> dict[str, Any]:
         "workflow": data.workflow,
         "reference": {"crs": data.crs, "vertical_datum": data.vertical_datum},
         "summary": {**summary(found), **_progress(data)},
+        "districts": [asdict(d) for d in data.districts],
         "stages": [asdict(s) for s in data.stages],
         "problems": problem_groups(data),
         "unused_edits": [asdict(e) for e in data.unused_edits],

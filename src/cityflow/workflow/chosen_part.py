@@ -29,10 +29,6 @@ class Selection:
     stage: str = ""
     units: tuple[str, ...] = ()
 
-    @property
-    def is_empty(self) -> bool:
-        return not (self.failed or self.stage or self.units)
-
     def is_met_by(self, row: Row) -> bool:
         """Whether a unit of the stage is among them."""
         statuses = (Status.FAILED, Status.DEGRADED) if self.degraded else (Status.FAILED,)

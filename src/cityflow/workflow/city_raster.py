@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,8 +72,8 @@ def write_city_raster(
     if in_json:
         print_json(tree)
         return
-    for name, value in tree.items():
-        console.print(f"{name}: {value}", markup=False, highlight=False, soft_wrap=True)
+    for line in _lines(tree):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def _surface(run: str) -> xr.Dataset:
@@ -160,3 +160,19 @@ def _figures(raster: xr.DataArray, cell: float, out: Path) -> dict[str, Any]:
         "nmad": found.nmad,
     }
     return tree | {f"{name}_m": round(value, 3) for name, value in figures.items()}
+
+
+def _lines(tree: Mapping[str, Any]) -> Iterator[str]:
+    """The figures for a person."""
+    rows, cols = tree["cells"]
+    yield f"Written: {tree['written']}"
+    yield f"{rows:,} × {cols:,} cells of {tree['cell_m']:g} m, {100 * tree['known_share']:.1f} % of them known"
+    words = {
+        "lowest_m": "lowest",
+        "highest_m": "highest",
+        "mean_m": "mean",
+        "median_m": "median",
+        "nmad_m": "robust deviation (NMAD)",
+    }
+    if figures := [f"{word} {tree[name]:.2f}" for name, word in words.items() if name in tree]:
+        yield f"Metres: {', '.join(figures)}"

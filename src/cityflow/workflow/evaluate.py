@@ -72,11 +72,12 @@ def evaluate_run(run_url: str, checkpoints: str, console: Console, in_json: bool
 def evaluated(store: Store, survey: Survey, points: Checkpoints, reference: Reference) -> Evaluation:
     """Residuals of every point: measured surface minus point, and where the ortho shows it minus where it is."""
     grid = survey.lattice.product_grid
-    surface = _sampled(store, grid, points.xyz)
+    covered = survey.lattice.extent(grid.cell)
+    surface = _sampled(store, grid, points.xyz, covered.bounds)
     height = surface - points.xyz[:, 2]
     if not np.isfinite(height).any():
         raise CatalogError(
-            f"none of {len(height)} points has a measured surface under it; the surface covers {_extent(grid.bounds)}, "
+            f"none of {len(height)} points has a measured surface under it; the surface covers {_extent(covered.bounds)}, "
             f"the points {_extent((*points.xyz[:, :2].min(axis=0), *points.xyz[:, :2].max(axis=0)))}",
             remedy="check the points' CRS and the order of X and Y",
         )
@@ -84,23 +85,23 @@ def evaluated(store: Store, survey: Survey, points: Checkpoints, reference: Refe
     place = np.full((len(height), 2), np.nan)
     if centres is not None:
         place = ortho_shift(points.xyz, height, centres)
-    return Evaluation(points, height, place, centres is not None, tuple(_notes(height, grid, points, reference)))
+    return Evaluation(points, height, place, centres is not None, tuple(_notes(height, covered, points, reference)))
 
 
-def _sampled(store: Store, grid: Grid, xyz: FloatArray) -> FloatArray:
+def _sampled(store: Store, grid: Grid, xyz: FloatArray, covered: Bounds) -> FloatArray:
     """(N,) bilinear heights of the DSM as measured, block by block."""
     found = np.full(len(xyz), np.nan)
     margin = AROUND_CELLS * grid.cell
     if not store.exists(f"{ZARR}/zarr.json"):
         raise RunError("no surface here yet", where=store.root, remedy="run the workflow first")
-    for bounds, chosen in _blocks(xyz, grid, margin):
+    for bounds, chosen in _blocks(xyz, covered, margin):
         window, layers = read_layers(store.zarr_store(ZARR), grid, bounds, ["dsm"])
         found[chosen] = heights_at(layers["dsm"], window, xyz[chosen, :2])
     return found
 
 
-def _blocks(xyz: FloatArray, grid: Grid, margin: float) -> Iterable[tuple[Bounds, list[int]]]:
-    x_min, y_min, x_max, y_max = grid.bounds
+def _blocks(xyz: FloatArray, covered: Bounds, margin: float) -> Iterable[tuple[Bounds, list[int]]]:
+    x_min, y_min, x_max, y_max = covered
     groups: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
     for k, (x, y) in enumerate(xyz[:, :2].tolist()):
         if x_min <= x < x_max and y_min <= y < y_max:

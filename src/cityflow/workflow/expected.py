@@ -17,6 +17,11 @@ def costs_of(ledger: Ledger | None) -> dict[str, Cost]:
     return {s.name: _measured(s, ledger) if ledger else s.cost for s in PIPELINE}
 
 
+def usual_mb(ledger: Ledger) -> dict[str, float]:
+    """Memory that a task of each stage asks for before more is known, MB."""
+    return {stage: cost.memory_mb for stage, cost in costs_of(ledger).items()}
+
+
 def _measured(stage: Stage[City], ledger: Ledger) -> Cost:
     cost = stage.cost
     return Cost(

@@ -21,6 +21,7 @@ from cityflow.survey.surface_source import FRAMES, IMAGES, LIDAR, ZARR
 from cityflow.survey.survey import Survey
 from cityflow.workflow.expected import expected_tasks
 from cityflow.workflow.retired import standing
+from cityflow.workflow.stray_chunks import remove_strays
 
 TOLD_EVERY_S, NOTED_EVERY_S = 1.0, 5.0
 
@@ -51,6 +52,7 @@ class FollowedCity:
     def initial(self) -> Iterator[Task]:
         self.begin()
         self.city = self.wanted.source()
+        self.city.walk.ahead = True
         _prepare_surface(self.wanted, self.city.survey)
         self._under = circumstances(self.wanted.store)
         self._tell()
@@ -58,7 +60,10 @@ class FollowedCity:
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
         self._seen[task.stage].append(task.unit)
-        yield from self.city.after(task, standing(record, self.ledger))
+        return self._told(self.city.after(task, standing(record, self.ledger)))
+
+    def _told(self, following: Iterator[Task]) -> Iterator[Task]:
+        yield from following
         now = time.monotonic()
         if now >= self._next_told:
             self._tell()
@@ -92,18 +97,26 @@ def _later(begun: float, every_s: float) -> float:
 
 
 def _prepare_surface(wanted: Prepared, survey: Survey) -> None:
-    """The run's Zarr store, empty: made once, before tasks write their chunks; anew where the grid has changed."""
+    """The run's Zarr store, empty: made once, before tasks write their chunks; anew where tile or cell have changed."""
 
-    def made(zarr: str, grid: Grid, layers: Mapping[str, Layer] = LAYERS) -> None:
+    def made(zarr: str, grid: Grid, extent: Grid, layers: Mapping[str, Layer] = LAYERS) -> None:
         chunk = round(survey.parameters.tiles.tile_m / grid.cell)
-        create(wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True)
+        create(
+            wanted.store.zarr_store(zarr), grid, chunk, wanted.catalog.reference, layers, replace=True, extent=extent
+        )
 
     if survey.source.kind != LIDAR:
         # the root comes first: making it anew clears all groups below
         kind = survey.ortho_kind
-        made(ZARR, survey.lattice.product_grid, image_layers(*kind))
+        made(ZARR, survey.lattice.product_grid, survey.lattice.extent(survey.source.cell_m), image_layers(*kind))
     if survey.source.kind == IMAGES:
         create_group(wanted.store.zarr_store(FRAMES))
         for frame in survey.images.tilted.frames:
-            made(f"{FRAMES}/{frame.name}", survey.images.tilted.grid(frame), frame_layers(*kind))
-    made(survey.source.zarr, survey.lattice.grid)
+            made(
+                f"{FRAMES}/{frame.name}",
+                survey.images.tilted.grid(frame),
+                survey.images.tilted.extent(frame),
+                frame_layers(*kind),
+            )
+    made(survey.source.zarr, survey.lattice.grid, survey.lattice.extent(survey.lattice.cell_m))
+    remove_strays(wanted.store, survey)

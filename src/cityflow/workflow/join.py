@@ -90,19 +90,16 @@ def join_run(url: str, out: str, tiles: Sequence[str], console: Console) -> None
 
     Parameters
     ----------
+    out : ends in one of `WRITERS`
     tiles : names of ground tiles; none: all
 
     Raises
     ------
     RunError
-        The file's ending is neither, the run has no such tile, or its exports have not been merged yet.
+        The run has no such tile, or its exports have not been merged yet.
     """
     path = Path(out).expanduser()
-    write = next((w for ending, w in WRITERS.items() if path.name.endswith(ending)), None)
-    if write is None:
-        raise RunError("no such format", where=out, remedy=f"end the name of the file in {' or '.join(WRITERS)}")
-    if not path.absolute().parent.is_dir():
-        raise RunError("there is no such folder", where=str(path.absolute().parent), remedy="make it first")
+    write = next(w for ending, w in WRITERS.items() if path.name.lower().endswith(ending))
     store = Store.open(url)
     with Ledger.open(store) as ledger, _replacing(path) as made:
         known = tiles_of(ledger, url)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from rich.console import Console
 
@@ -14,74 +14,119 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.stage import Node
 from cityflow.flow.talk import Talk
 from cityflow.io.catalog.stac_outside import refuse_outside
+from cityflow.pipeline.city_part import Chosen
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import in_flow_order
 from cityflow.runs.current import CurrentRecords, current_records
 from cityflow.runs.known_keys import nearest
 from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrides, write_overrides
+from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.runs.settings import parse_setting
 from cityflow.stages import outline, units
 from cityflow.workflow.chosen_part import Selection, part_of
-from cityflow.workflow.run import execute
-from cityflow.workflow.run_part import execute_part
+from cityflow.workflow.run import Extras, execute
+from cityflow.workflow.run_part import Where, execute_part
 from cityflow.workflow.trust import refuse_untrusted
 from cityflow.workflow.unit_names import named_in
 
 UNITS_NAMED = 5
 
 
+@dataclass(frozen=True, slots=True)
+class Rerun:
+    """What is asked for.
+
+    Attributes
+    ----------
+    settings, clear : parameters for the chosen units; forget earlier ones
+    trust : import functions that the RUN alone names
+    allow_outside : the catalog may name files elsewhere
+    """
+
+    selection: Selection
+    settings: tuple[str, ...] = ()
+    clear: bool = False
+    trust: bool = False
+    allow_outside: bool = False
+
+
 def rerun_units(
-    url: str, selection: Selection, settings: Sequence[str], clear: bool, scheduler: str, workers: int, console: Console,
-    talk: Talk = Talk.NORMAL, *, trust: bool = False, allow_outside: bool = False,
+    url: str, asked: Rerun, scheduler: str, workers: int, console: Console, talk: Talk = Talk.NORMAL, *, request: str = ""
 ) -> None:  # fmt: skip
-    """Run the chosen units, named or by unique parts of their names, again; functions that the RUN alone names are imported where `trust` says so.
+    """Run the chosen units, named or by unique parts of their names, again.
+
+    Parameters
+    ----------
+    request : of the command, where Dask may start several drivers for it; empty: one of its own
 
     Raises
     ------
     RunError
-        Nothing is chosen, a stage or a unit is not known, or the RUN cannot be used.
+        A stage or a unit is not known, or the RUN cannot be used.
     """
     wanted = open_run(url)
-    if not allow_outside:
-        refuse_outside(wanted.catalog)
     with Ledger.open(wanted.store) as ledger:
-        selection = replace(selection, units=tuple(named_in(url, selection.units, ledger)))
-        _refuse_nothing(ledger, selection)
-        part = part_of(wanted.source().city, ledger, selection)
-        chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
-        if not trust:
-            refuse_untrusted(wanted, settings, of_the_run=True, cleared=chosen if clear else frozenset())
-        refuse_foreign(settings, chosen, lambda: current_records(wanted, ledger), wanted.store.root)
-        if not chosen:
-            console.print("Nothing to run again: no unit is of that kind.")
+        found = chosen_units(wanted, ledger, asked)
+        if not found.nodes:
+            console.print(f"Nothing to run again: {why_nothing(asked.selection)}.", markup=False, soft_wrap=True)
             return
-        kept = {} if clear else read_overrides(wanted.store)
-        values = overrides_for(chosen, settings, kept, wanted.workflow.city)
+        kept = {} if asked.clear else read_overrides(wanted.store)
+        values = overrides_for(found.nodes, asked.settings, kept, wanted.workflow.city)
 
         def begin() -> None:
-            if clear:
-                clear_overrides(wanted.store, chosen)
+            if asked.clear:
+                clear_overrides(wanted.store, found.nodes)
             write_overrides(wanted.store, values)
 
-        console.print(f"Running again: {counted(len(chosen), 'task')}, then what depends on it", markup=False)
-        if part is not None:
-            execute_part(wanted, ledger, part, begin, scheduler, workers, console, talk)
+        console.print(f"Running again: {counted(len(found.nodes), 'task')}, then what depends on it", markup=False)
+        if found.part is not None:
+            execute_part(wanted, ledger, found.part, begin, Where(scheduler, workers, request), console, talk)
             return
     execute(
-        wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in chosen, talk=talk
-    )
+        wanted, scheduler, workers, console, begin, redo=lambda task, _: (task.stage, task.unit) in found.nodes, talk=talk,
+        extras=Extras(request=request),
+    )  # fmt: skip
 
 
-def _refuse_nothing(ledger: Ledger, selection: Selection) -> None:
-    """Raise RunError where nothing is chosen, or a stage that the run has not."""
-    if selection.is_empty:
-        raise RunError("nothing chosen", where="rerun", remedy="give --failed, --degraded, --stage S or --unit ID")
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Stage and unit of what is chosen, and its part of the city; None where the whole city has to be gone through."""
+
+    nodes: AbstractSet[Node]
+    part: Chosen | None
+
+
+def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
+    """What is chosen, and may run again. Raises RunError, WorkflowError."""
+    if not asked.allow_outside:
+        refuse_outside(wanted.catalog)
+    selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
+    _refuse_unknown_stage(ledger, selection)
+    part = part_of(wanted.source().city, ledger, selection)
+    chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
+    if not asked.trust:
+        refuse_untrusted(wanted, asked.settings, of_the_run=True, cleared=chosen if asked.clear else frozenset())
+    refuse_foreign(asked.settings, chosen, lambda: current_records(wanted, ledger), wanted.store.root)
+    return Found(chosen, part)
+
+
+def _refuse_unknown_stage(ledger: Ledger, selection: Selection) -> None:
+    """Raise RunError where a stage is chosen that the run has not."""
     stages = in_flow_order(ledger.stages())
     if selection.stage and selection.stage not in stages:
         raise RunError(
             f"no stage '{selection.stage}' in this run", where="--stage", remedy=f"known: {', '.join(stages)}"
         )
+
+
+def why_nothing(selection: Selection) -> str:
+    """Why nothing is chosen, where all that was asked for is known."""
+    if not selection.failed:
+        return "no unit is of that kind"
+    of = f" of the stage {selection.stage}" if selection.stage else ""
+    named = " of those named" if selection.units else ""
+    return f"no unit{of}{named} has failed" + (" or is degraded" if selection.degraded else "")
 
 
 def select(records: CurrentRecords, selection: Selection) -> set[Node]:

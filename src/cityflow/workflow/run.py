@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import astuple, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -16,24 +17,25 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.damage import DamagedFileError
-from cityflow.flow.executor import never, run_tasks
+from cityflow.flow.executor import run_tasks
 from cityflow.flow.heartbeat import NEWS_EVERY_S, Heartbeat
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.performance import performance_saved
 from cityflow.flow.progress import watcher
 from cityflow.flow.row import Row
 from cityflow.flow.run_news import RunNews
-from cityflow.flow.run_page import TOLD_EVERY_S, page_address, publisher
+from cityflow.flow.run_page import TOLD_EVERY_S, page_address, pages_told, publisher
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
+from cityflow.flow.task_source import never
 from cityflow.io.catalog.stac_outside import refuse_outside
 from cityflow.reporting.run_report import write_run_report
-from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.prepare import Prepared, prepared
 from cityflow.runs.run_folder import check_run, describe_run
 from cityflow.stages import reconstruct, texture
 from cityflow.survey.survey import Survey
-from cityflow.workflow.expected import costs_of
+from cityflow.workflow.expected import costs_of, usual_mb
 from cityflow.workflow.followed import FollowedCity
 from cityflow.workflow.note_asked import note_asked
 from cityflow.workflow.passes import Passes
@@ -173,13 +175,14 @@ def execute(
         while True:
             survey = _undamaged(drive, passes, talk)
             remove_stale_products(wanted.store, ledger, survey)
-            records = current_records(wanted, ledger)
+            asked = note_asked(wanted, ledger)
+            records = known_records(wanted, ledger, asked)
             try:
                 report = write_run_report(wanted, records)
                 break
             except DamagedFileError as error:
                 console.print(passes.spoil(error, ledger), markup=False, soft_wrap=True)
-        standing = standing_of(wanted.store, note_asked(wanted, ledger), ledger, wanted.store.root)
+        standing = standing_of(wanted.store, asked, ledger, wanted.store.root)
         failed = _failed(records)
     if talk is not Talk.QUIET:
         print_summary(standing, report, console)
@@ -202,19 +205,32 @@ class _Drive:
         self.describe()
 
 
+def _begin(drive: _Drive, progress: RunNews) -> None:
+    """Nobody else drives this RUN: it is prepared, and whoever looks on is told where to look."""
+    drive.begin()
+    progress.message(pages_told(drive.client, drive.wanted.store.root))
+
+
 def _undamaged(drive: _Drive, passes: Passes, talk: Talk) -> Survey:
     """Pass after pass, until nothing was read that is not what was written; what the run knows in the end."""
     wanted, client, ledger = drive.wanted, drive.client, drive.ledger
     limit, root = wanted.workflow.city.execution.max_in_flight, wanted.store.root
     while True:
         with closing(RunNews(watcher(talk=talk))) as progress:
-            source = FollowedCity(wanted, drive.begin, costs_of(ledger), progress, threads_of(client), ledger)
+            begin = partial(_begin, drive, progress)
+            source = FollowedCity(wanted, begin, costs_of(ledger), progress, threads_of(client), ledger)
             progress.places = TilePlaces(source)
             progress.tell_to(publisher(client, root), TOLD_EVERY_S)
             progress.tell_to(drive.beat.hear, NEWS_EVERY_S)
-            progress.message(f"This run: {page_address(client, root)} (Dask's pages: {client.dashboard_link})")
             summary = run_tasks(
-                source, client, wanted.store, ledger, redo=passes.redo, progress=progress, max_in_flight=limit
+                source,
+                client,
+                wanted.store,
+                ledger,
+                redo=passes.redo,
+                progress=progress,
+                max_in_flight=limit,
+                usual_mb=usual_mb(ledger),
             )
             if summary.interrupted:
                 raise KeyboardInterrupt

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 from uuid import uuid4
 
 from rich.console import Console
@@ -17,6 +17,7 @@ from cityflow.core.building import Status
 from cityflow.core.verdicts import VERDICT_KEY
 from cityflow.flow.cluster import connect, threads_of
 from cityflow.flow.damage import DamagedFileError
+from cityflow.flow.erred_leaves import others_kept
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.heartbeat import NEWS_EVERY_S, Heartbeat
 from cityflow.flow.ledger import Ledger
@@ -24,7 +25,7 @@ from cityflow.flow.progress import watcher
 from cityflow.flow.progress_counts import Expected
 from cityflow.flow.row import first_line, row_of
 from cityflow.flow.run_news import RunNews
-from cityflow.flow.run_page import TOLD_EVERY_S, page_address, publisher
+from cityflow.flow.run_page import TOLD_EVERY_S, page_address, pages_told, publisher
 from cityflow.flow.stage import Cost
 from cityflow.flow.talk import Talk
 from cityflow.flow.task import Record, Task
@@ -33,11 +34,11 @@ from cityflow.reporting.run_report import write_run_report
 from cityflow.runs.asked import Asked, read_asked
 from cityflow.runs.current import noted_records
 from cityflow.runs.prepare import Prepared
-from cityflow.workflow.expected import costs_of
+from cityflow.workflow.expected import costs_of, usual_mb
 from cityflow.workflow.note_asked import note_asked, note_part
 from cityflow.workflow.passes import Passes
 from cityflow.workflow.retired import remove_replaced_products, standing
-from cityflow.workflow.run import OF_A_BUILDING, execute, print_summary, refuse_success
+from cityflow.workflow.run import OF_A_BUILDING, Extras, execute, print_summary, refuse_success
 from cityflow.workflow.status import standing_of
 from cityflow.workflow.verdict_words import verdict_of
 
@@ -49,18 +50,20 @@ TASKS_NAMED = 12
 
 @dataclass
 class FollowedPart:
-    """The tasks of a part; the RUN is made ready when the first is asked for."""
+    """The tasks of a part; the RUN is made ready when the first is asked for, and `begun` is called."""
 
     wanted: Prepared
     chosen: Chosen
     begin: Callable[[], object]
     ledger: Ledger
     beat: Heartbeat
+    begun: Callable[[], object] = field(default=lambda: None)
     part: CityPart = field(init=False)
 
     def initial(self) -> Iterator[Task]:
         self.beat.begin()
         self.begin()
+        self.begun()
         self.part = CityPart(self.wanted.source(), self.chosen, self.ledger)
         yield from self.part.initial()
 
@@ -80,8 +83,16 @@ class PartNews(RunNews):
             self.ran.append(record)
 
 
+class Where(NamedTuple):
+    """Address of a scheduler, or number of local workers; `request` of the command, where Dask may start several drivers for it."""
+
+    scheduler: str
+    workers: int
+    request: str = ""
+
+
 def execute_part(
-    wanted: Prepared, ledger: Ledger, chosen: Chosen, begin: Callable[[], object], scheduler: str, workers: int, console: Console,
+    wanted: Prepared, ledger: Ledger, chosen: Chosen, begin: Callable[[], object], where: Where, console: Console,
     talk: Talk = Talk.NORMAL,
 ) -> None:  # fmt: skip
     """Run the chosen tasks again, then what depends on them. What is unfinished or out of date elsewhere stays so.
@@ -97,8 +108,8 @@ def execute_part(
     passes = Passes(lambda task, _: (task.stage, task.unit) in chosen.nodes, wanted.store.root)
     try:
         with (
-            connect(scheduler or None, workers or os.cpu_count() or 1) as client,
-            Heartbeat(wanted.store, uuid4().hex, page_address(client, wanted.store.root)) as beat,
+            connect(where.scheduler or None, where.workers or os.cpu_count() or 1) as client,
+            Heartbeat(wanted.store, where.request or uuid4().hex, page_address(client, wanted.store.root)) as beat,
         ):
             followed = FollowedPart(wanted, chosen, begin, ledger, beat)
             news, damaged = _followed(followed, client, passes, talk)
@@ -116,7 +127,8 @@ def execute_part(
                 console.print(line, markup=False, highlight=False, soft_wrap=True)
     except DamagedFileError as error:
         console.print(f"{error.where} {error.problem}: the whole run is gone through", markup=False, soft_wrap=True)
-        execute(wanted, scheduler, workers, console, lambda: None, passes.redo, talk)
+        again = Extras(request=where.request)
+        execute(wanted, where.scheduler, where.workers, console, lambda: None, passes.redo, talk, extras=again)
         return
     rows = [row_of(record) for record in news.ran]
     refuse_success(wanted, [row for row in rows if row.status is Status.FAILED and row.stage not in OF_A_BUILDING])
@@ -127,11 +139,14 @@ def _followed(source: FollowedPart, client: Any, passes: Passes, talk: Talk) -> 
     wanted, ledger = source.wanted, source.ledger
     root, limit = wanted.store.root, wanted.workflow.city.execution.max_in_flight
     with closing(PartNews(watcher(talk=talk))) as news:
+        source.begun = lambda: news.message(pages_told(client, root))
         news.expect(_expected(source.chosen, costs_of(ledger)), threads_of(client))
         news.tell_to(publisher(client, root), TOLD_EVERY_S)
         news.tell_to(source.beat.hear, NEWS_EVERY_S)
-        news.message(f"This run: {page_address(client, root)} (Dask's pages: {client.dashboard_link})")
-        summary = run_tasks(source, client, wanted.store, ledger, redo=passes.redo, progress=news, max_in_flight=limit)
+        with others_kept(client, root, lambda: {(r.stage, r.unit) for r in news.ran}):
+            summary = run_tasks(
+                source, client, wanted.store, ledger, redo=passes.redo, progress=news, max_in_flight=limit, usual_mb=usual_mb(ledger)
+            )  # fmt: skip
         if summary.interrupted:
             raise KeyboardInterrupt
         news.expect({}, 1)

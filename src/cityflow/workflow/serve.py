@@ -19,7 +19,8 @@ from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.reporting.run_report import report_data
 from cityflow.reporting.view import CITY, state_of, write_run_view
-from cityflow.runs.current import CurrentRecords, current_records
+from cityflow.runs.asked import read_asked
+from cityflow.runs.current import CurrentRecords, known_records
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.stages import reconstruct
@@ -101,7 +102,7 @@ def bring_up_to_date(url: str, console: Console) -> None:
         console.print(f"Note: shown as it was when it was last written; {error}", markup=False, soft_wrap=True)
         return
     with Ledger.open(run.store) as ledger:
-        _write_anew(run, current_records(run, ledger), before, console)
+        _write_anew(run, known_records(run, ledger, read_asked(run.store, ledger)), before, console)
 
 
 def _write_anew(run: Prepared, records: CurrentRecords, before: dict[str, Any], console: Console) -> None:

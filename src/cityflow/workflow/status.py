@@ -260,7 +260,7 @@ def _next(
     """What to do, the most urgent first."""
     run = shlex.quote(named)
     if at_work:
-        yield "a run is active here: ask again later; cityflow view shows the finished part"
+        yield f"a run is active here: cityflow status {run} --watch follows it; cityflow view {run} shows the finished part"
         return
     if any(p.status == Status.FAILED for p in problems):
         yield f"fix the cause of the failures, or set other parameters: cityflow rerun {run} --failed"

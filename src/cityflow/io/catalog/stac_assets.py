@@ -52,7 +52,7 @@ class OutlineAsset:
     name, href, checksum, size, date : as in `LidarAsset`
     bounds : metres, in the catalog's CRS
     count : number of features
-    id_column, id_format, layer : how to read it, see `io.tables.vector.read_outlines`
+    id_column, id_format, layer : how to read it, see `io.tables.outline_file.read_outlines`
     crs_in_file : name of the file's own CRS, empty where it has none
     """
 

@@ -11,7 +11,7 @@ import rasterio
 from rasterio.errors import RasterioError
 
 from cityflow.core.credentials import without_credentials
-from cityflow.core.object_store import s3_endpoint
+from cityflow.core.object_store import raster_tries, s3_endpoint
 from cityflow.errors import CatalogError
 from cityflow.io.fetch import CONNECT_S, READ_S, local_file
 
@@ -25,7 +25,6 @@ READING = {
     "GDAL_HTTP_CONNECTTIMEOUT": str(round(CONNECT_S)),
     "GDAL_HTTP_LOW_SPEED_TIME": str(round(READ_S)),
     "GDAL_HTTP_LOW_SPEED_LIMIT": "1000",
-    "GDAL_HTTP_MAX_RETRY": "3",
     "GDAL_HTTP_RETRY_DELAY": "1",
 }
 
@@ -73,12 +72,12 @@ def _gives_parts(name: str, endpoint: str) -> bool:
 
 
 def _store() -> dict[str, str]:
-    """Where the object store is, unless it is Amazon's own."""
-    endpoint = s3_endpoint()
+    """How often a request is made again, and where the object store is, unless it is Amazon's own."""
+    endpoint, tries = s3_endpoint(), {"GDAL_HTTP_MAX_RETRY": str(raster_tries())}
     if not endpoint:
-        return {}
+        return tries
     parts = urlsplit(endpoint)
-    return {
+    return tries | {
         "AWS_S3_ENDPOINT": parts.netloc + parts.path.rstrip("/"),
         "AWS_HTTPS": "YES" if parts.scheme == "https" else "NO",
         "AWS_VIRTUAL_HOSTING": "FALSE",

@@ -12,49 +12,76 @@ import zarr
 from numpy.typing import NDArray
 
 from cityflow.core.grid import Bounds, Grid
-from cityflow.io.rasters.surface_zarr import LAYERS, StoreLike, window_of
+from cityflow.errors import RunError
+from cityflow.io.rasters.surface_zarr import CRS_VARIABLE, LAYERS, StoreLike, window_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 KEPT = 8
-"""Datasets that a process keeps open: the surface, its overview, and local reference frames. Each holds its coordinates, no cells."""
+"""Datasets that a process keeps open: the surface, its overview, and local reference frames. They hold no cells."""
 
 
 def read_layers(
     store: StoreLike, grid: Grid, bounds: Bounds, names: Sequence[str] = tuple(LAYERS)
 ) -> tuple[Grid, dict[str, NDArray[Any]]]:
-    """Windows of layers over `bounds`, cut at the edge of `grid` (that of all tiles): ([bands,] rows, cols), as stored.
+    """Windows of layers over `bounds`, whatever the survey covers of them: ([bands,] rows, cols), as stored; elsewhere no data.
+
+    Parameters
+    ----------
+    grid : of all tiles that there can be
 
     Raises
     ------
-    ValueError
-        `bounds` do not meet the grid.
     FileNotFoundError
         There is no surface.
+    RunError
+        It is one of an earlier version.
     """
     window = window_of(grid, bounds)
     rows, cols = grid.slices(window)
-    variables = open_surface(store).variables
+    variables = _kept(_Opened(store)).variables
     return window, {name: np.asarray(variables[name][..., rows, cols]) for name in names}
 
 
-def open_surface(store: StoreLike) -> xr.Dataset:
-    """The layers with their coordinates, values as stored; nothing is read before it is asked for. Opened once per process.
+def chunked_surface(store: StoreLike) -> xr.Dataset:
+    """The survey's part of the layers: Dask arrays with one chunk per ground tile, coordinates, and the CRS (`.rio.crs`).
 
     Raises
     ------
     FileNotFoundError
         There is no surface.
+    RunError
+        It is one of an earlier version.
     """
-    return _kept(_Opened(store))
-
-
-def chunked_surface(store: StoreLike) -> xr.Dataset:
-    """As `open_surface`, of Dask arrays with one chunk per ground tile, with the CRS (`.rio.crs`). Raises FileNotFoundError."""
     import rioxarray  # noqa: F401 - gives arrays their `.rio`
 
-    return _dataset(store, chunks={})
+    whole = _dataset(store)
+    lattice, grid = _grids(whole)
+    rows, cols = lattice.slices(grid)
+    tile = int(whole.attrs["chunk_cells"])
+    part = whole.isel(y=rows, x=cols).chunk(y=tile, x=tile)
+    placed = part.assign_coords(y=("y", grid.y_centres(), _axis("y")), x=("x", grid.x_centres(), _axis("x")))
+    placed[CRS_VARIABLE].attrs.pop("GeoTransform")  # that of the whole lattice
+    return placed
+
+
+def grids_of(store: StoreLike) -> tuple[Grid, Grid]:
+    """The grid of all tiles that there can be, and that of the survey. Raises as `chunked_surface`."""
+    return _grids(_kept(_Opened(store)))
+
+
+def _grids(surface: xr.Dataset) -> tuple[Grid, Grid]:
+    about = surface.attrs
+    x_min, y_max, rows, cols = about["lattice"]
+    own = Grid(about["x_min"], about["y_max"], about["cell"], about["rows"], about["cols"])
+    return Grid(x_min, y_max, about["cell"], rows, cols), own
+
+
+def _axis(name: str) -> dict[str, str]:
+    return {
+        "standard_name": f"projection_{name}_coordinate", "long_name": f"{name} coordinate of cell centres", "units": "m", "axis": name.upper()
+    }  # fmt: skip
 
 
 class _Opened:
@@ -77,7 +104,7 @@ def _kept(opened: _Opened) -> xr.Dataset:
 
 
 def _version(store: StoreLike) -> Hashable:
-    """Changes when the arrays are made anew, for another extent or tile, in a process that goes on."""
+    """Changes when the arrays are made anew, for another cell or tile, in a process that goes on."""
     if isinstance(store, str):
         found = os.stat(f"{store}/zarr.json")
         return found.st_mtime_ns, found.st_size, found.st_ino
@@ -85,9 +112,15 @@ def _version(store: StoreLike) -> Hashable:
     return str(store.fs.to_json()), str(group.metadata)
 
 
-def _dataset(store: StoreLike, chunks: dict[str, int] | None = None) -> xr.Dataset:
+def _dataset(store: StoreLike) -> xr.Dataset:
     import xarray as xr  # only where a surface is read: it takes half a second, and brings pandas
 
-    return xr.open_dataset(
-        store, engine="zarr", chunks=chunks, mask_and_scale=False, decode_times=False, decode_coords="all", cache=False
+    found = xr.open_dataset(
+        store, engine="zarr", chunks=None, mask_and_scale=False, decode_times=False, decode_coords="all", cache=False
     )
+    if "lattice" not in found.attrs:
+        raise RunError(
+            "surface.zarr is of an earlier version, whose arrays end with the survey", where=str(store),
+            remedy="repeat the command of the run (cityflow run … --out RUN): it makes the surfaces again",
+        )  # fmt: skip
+    return found

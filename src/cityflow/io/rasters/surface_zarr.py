@@ -1,6 +1,9 @@
 """``surface.zarr``: the rasters of a run as one Zarr v3 group, one chunk per ground tile, for xarray and rioxarray.
 
-The driver creates the arrays once; after that every tile writes its own chunk of each layer and no other.
+The driver creates the arrays once; after that every tile writes its own chunk of each layer and no other. Arrays reach over the whole
+lattice of tiles (`core.grid.lattice_grid`), so the chunk of a tile is the same for any survey, and only chunks that were written take room.
+Where the survey stands in them is an attribute: it grows in any direction without touching a chunk. A coordinate of every cell would take
+gigabytes, so `surface_dataset` makes those of the survey.
 """
 
 from __future__ import annotations
@@ -81,41 +84,52 @@ def create(
     reference: Reference,
     layers: Mapping[str, Layer] = LAYERS,
     replace: bool = False,
+    *,
+    extent: Grid | None = None,
 ) -> bool:
     """Make the group and its empty arrays unless they are there already; True where something was made.
 
     Parameters
     ----------
-    grid : all tiles;  chunk_cells : edge of a tile in cells
+    grid : of all tiles that there can be;  chunk_cells : edge of a tile in cells
     replace : start anew where the arrays there have another grid, chunk or CRS
+    extent : the part where the survey stands, that whoever opens the store is shown; noted anew where it has grown. All without it
 
     Raises
     ------
     RunError
         Such arrays are there, and `replace` is not set.
     """
+    rows, cols = grid.slices(extent or grid)
     described: dict[str, Any] = {
-        "x_min": grid.x_min, "y_max": grid.y_max, "cell": grid.cell, "rows": grid.rows, "cols": grid.cols,
-        "chunk_cells": chunk_cells, "crs": reference.code, "vertical_datum": vertical_datum(reference),
+        "lattice": [grid.x_min, grid.y_max, grid.rows, grid.cols], "cell": grid.cell, "chunk_cells": chunk_cells, "crs": reference.code,
+        "vertical_datum": vertical_datum(reference),
+    }  # fmt: skip
+    shown = extent or grid
+    place: dict[str, Any] = {
+        "x_min": shown.x_min, "y_max": shown.y_max, "row": rows.start, "rows": shown.rows, "col": cols.start, "cols": shown.cols
     }  # fmt: skip
     found = _attributes(store)
-    if found is not None and any(found.get(key) != value for key, value in described.items()) and not replace:
+    if found is not None and not _has(found, described) and not replace:
         raise RunError(
-            "surface.zarr was made for another extent, cell, tile or CRS",
+            "surface.zarr was made for another lattice, cell, tile or CRS",
             where=str(store),
             remedy="use another RUN folder, or remove surface.zarr",
         )
-    fresh = found is None or any(found.get(key) != value for key, value in described.items())
+    fresh = found is None or not _has(found, described)
     group = zarr.open_group(store, mode="w" if fresh else "a", zarr_format=3, use_consolidated=False)
-    made = [_coordinate(group, "x", grid.x_centres()), _coordinate(group, "y", grid.y_centres())]
-    made += [_crs_variable(group, grid, reference)]
     bands = max(layer.bands for layer in layers.values())
+    made = [_crs_variable(group, grid, reference)]
     made += [_bands(group, bands)] if bands else []
     made += [_layer(group, name, layer, grid, chunk_cells) for name, layer in layers.items()]
-    if fresh or any(made):
-        group.attrs.update(described)
+    if fresh or any(made) or not _has(found or {}, place):
+        group.attrs.update({**described, **place})
         _consolidate(group)
     return fresh or any(made)
+
+
+def _has(attributes: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
+    return all(attributes.get(key) == value for key, value in wanted.items())
 
 
 def create_group(store: StoreLike) -> None:
@@ -124,7 +138,7 @@ def create_group(store: StoreLike) -> None:
 
 
 def write_tile(store: StoreLike, grid: Grid, tile: Grid, layers: Mapping[str, NDArray[Any]]) -> None:
-    """Write one tile's chunk of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles.
+    """Write one tile's chunk of each of `layers`, each ([bands,] rows, cols) of `tile`; `grid` is that of all tiles that there can be.
 
     Raises
     ------
@@ -206,20 +220,6 @@ def _layer(group: zarr.Group, name: str, layer: Layer, grid: Grid, chunk_cells: 
     shape, chunks = (*bands, *grid.shape), (*bands, chunk_cells, chunk_cells)
     dimensions = ("band", "y", "x") if bands else ("y", "x")
     return _array(group, name, shape, chunks, layer.dtype, layer.fill, attributes, dimensions)
-
-
-def _coordinate(group: zarr.Group, name: str, values: NDArray[np.float64]) -> bool:
-    attributes = {
-        "standard_name": f"projection_{name}_coordinate",
-        "long_name": f"{name} coordinate of cell centres",
-        "units": "m",
-        "axis": name.upper(),
-    }
-    if not _array(group, name, values.shape, values.shape, "float64", 0.0, attributes, (name,)):
-        return False
-    array: Any = group[name]
-    array[:] = values
-    return True
 
 
 def _bands(group: zarr.Group, count: int) -> bool:

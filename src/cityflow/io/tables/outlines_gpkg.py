@@ -39,6 +39,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "cut_lines": "Lines that part an outline into units, used or not, with evidence and confidence; steps and gaps in metres",
     "units": "Buildings with all attributes; names end in their unit; nmad, rmse, bias and le95 are of vertical distances of points from the roof",
     "overhangs": "Edges beyond which a roof stands out: reach and standard deviation in metres, share seen",
+    "changes": "New, gone and altered buildings of an update: differences after minus before, names end in their unit; significance in standard deviations",
     "status": "How every unit ended: done, degraded, failed or refused, with the reason",
 }
 """What the layers hold, as a GIS shows it beside their names."""

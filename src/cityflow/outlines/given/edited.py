@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from cityflow.core.arrays import BoolArray
+from cityflow.core.arrays import BoolArray, FloatArray
 from cityflow.core.building import Outline, OutlineEdge
 from cityflow.core.edits import DrawnOutline, Edits
 from cityflow.geometry.ring_vertices import on_lattice, with_vertices
@@ -65,6 +65,55 @@ def apply_to_outlines(outlines: Sequence[Outline], edits: Edits) -> tuple[list[O
     ]
     new = [_as_outline(d, standing[heirs[k]] if k in heirs else None) for k, d in enumerate(drawn)]
     return _tied(left, with_ids(new)), refusals
+
+
+@dataclass(frozen=True, slots=True)
+class Edited:
+    """What edits make of the outlines of a whole file.
+
+    Attributes
+    ----------
+    numbers : of the outlines that were looked at; all others stay as they are
+    instead : what stands in their place;  refused : what does not stand any more
+    """
+
+    numbers: list[int]
+    instead: list[Outline]
+    refused: list[Refusal]
+
+
+def apply_to_many(
+    names: Sequence[str], bounds: FloatArray, read: Callable[[list[int]], list[Outline]], edits: Edits
+) -> Edited:
+    """The same as `apply_to_outlines` of all, with only those in memory that edits concern, and those that touch these.
+
+    Parameters
+    ----------
+    names, bounds : (N,) ids and (N, 4) boxes in metres of all outlines
+    read : numbers → outlines
+    """
+    numbers = _concerned(bounds, edits)
+    number_of = {name: i for i, name in enumerate(names)} if len(edits) else {}
+    while True:
+        before = read(numbers)
+        kept, refused = apply_to_outlines(before, edits)
+        fresh = {o.id for o in kept} - {o.id for o in before}
+        repeated = {number_of[name] for name in fresh if name in number_of}
+        if not repeated:
+            return Edited(numbers, kept, refused)
+        numbers = sorted({*numbers, *repeated})
+
+
+def _concerned(bounds: FloatArray, edits: Edits) -> list[int]:
+    """Outlines under edits, by their boxes, and those beside them: a trimmed one ties its neighbours."""
+    places = [d.polygon for d in edits.outlines] + list(edits.rejected)
+    if not places or not len(bounds):
+        return []
+    tree = shapely.STRtree(shapely.box(*bounds.T))
+    for _ in range(2):
+        numbers = np.unique(tree.query(places, predicate="dwithin", distance=_ON_EDGE_M)[1])
+        places = [*places, *tree.geometries[numbers]]
+    return numbers.tolist()
 
 
 def rejected(polygons: Sequence[Polygon], edits: Edits, by_points: bool = True) -> BoolArray:

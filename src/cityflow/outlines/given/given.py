@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from cityflow.core.arrays import FloatArray
 from cityflow.core.building import Outline
 from cityflow.core.parameters import Parameters
-from cityflow.outlines.identity import numbered_where_repeated, with_ids
+from cityflow.outlines.identity import Settled, geometry_key, places_of, settled
 from cityflow.outlines.noded.rings import Rings, on_lattice
 
 
@@ -58,16 +58,45 @@ def clean_outlines(
     ----------
     raw : outlines of any quality; their ``polygon`` may also be a MultiPolygon, a collection, empty or None
     """
-    chosen = parameters or CleaningParameters()
+    mended, refused = mended_outlines(raw, parameters)
+    ids, keys = [o.id for o in mended], [geometry_key(o.polygon) for o in mended]
+    found = settled(ids, places_where_nameless(mended), keys)
+    twins = [twin(mended[i], found, i) for i in found.twin_of]
+    return [renamed(o, found, i) for i, o in enumerate(mended) if i not in found.twin_of], refused + twins
+
+
+def mended_outlines(
+    raw: Sequence[Outline], parameters: CleaningParameters | None = None
+) -> tuple[list[Outline], list[Refusal]]:
+    """The same without a look at other outlines: names may be missing or repeated, and polygons, too. See `identity.settled`."""
     kept: list[Outline] = []
     refused: list[Refusal] = []
-    for outline, repaired in zip(raw, _repaired(raw, chosen), strict=True):
+    for outline, repaired in zip(raw, _repaired(raw, parameters or CleaningParameters()), strict=True):
         if repaired.parts:
             kept.extend(_as_outlines(outline, repaired))
         else:
             refused.append(Refusal(outline.id, repaired.remark, outline.polygon))
-    unique, duplicates = _without_duplicates(with_ids(kept))
-    return unique, refused + duplicates
+    return kept, refused
+
+
+def places_where_nameless(outlines: Sequence[Outline]) -> list[str]:
+    """See `identity.places_of`; empty for outlines that have an id."""
+    found = iter(places_of([o.polygon for o in outlines if not o.id]))
+    return ["" if o.id else next(found) for o in outlines]
+
+
+def twin(outline: Outline, found: Settled, number: int) -> Refusal:
+    """An outline whose polygon came before, refused."""
+    return Refusal(found.first[number], f"same polygon as {found.first[found.twin_of[number]]}", outline.polygon)
+
+
+def renamed(outline: Outline, found: Settled, number: int) -> Outline:
+    """An outline under its final name, with a remark where it had another one."""
+    first, name = found.first[number], found.names[number]
+    if name == outline.id:
+        return outline
+    twice = f"id {first} given twice" if name != first else ""
+    return replace(outline, id=name, remark="; ".join(text for text in (outline.remark, twice) if text))
 
 
 def _repaired(raw: Sequence[Outline], parameters: CleaningParameters) -> Iterator[_Repaired]:
@@ -193,25 +222,3 @@ def _as_outlines(outline: Outline, repaired: _Repaired) -> Iterator[Outline]:
     for number, polygon in enumerate(repaired.parts, 1):
         suffix = f"-{number}" if several and outline.id else ""
         yield replace(outline, id=f"{outline.id}{suffix}", polygon=polygon, remark=remark)
-
-
-def _without_duplicates(outlines: Sequence[Outline]) -> tuple[list[Outline], list[Refusal]]:
-    """The same polygon twice: the first stays. The same id for two polygons: the second is renamed."""
-    first_with: dict[bytes, str] = {}
-    kept, refused = [], []
-    for outline in outlines:
-        key = shapely.to_wkb(shapely.normalize(outline.polygon))
-        if key in first_with:
-            refused.append(Refusal(outline.id, f"same polygon as {first_with[key]}", outline.polygon))
-        else:
-            first_with[key] = outline.id
-            kept.append(outline)
-    names = numbered_where_repeated([o.id for o in kept])
-    return [_renamed(o, name) for o, name in zip(kept, names, strict=True)], refused
-
-
-def _renamed(outline: Outline, name: str) -> Outline:
-    if name == outline.id:
-        return outline
-    remark = "; ".join(text for text in (outline.remark, f"id {outline.id} given twice") if text)
-    return replace(outline, id=name, remark=remark)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
 from cityflow.core.arrays import IntArray
 from cityflow.core.building import Outline
-from cityflow.outlines.given.given import Refusal
 from cityflow.outlines.noded.adjacency import shared_boundaries
+from cityflow.outlines.noded.chains import chains
 from cityflow.outlines.noded.planar_partition import LATTICE_M, partition
 from cityflow.outlines.noded.rings import Rings, on_lattice
 from cityflow.outlines.noded.snapping import snapped
@@ -33,18 +33,23 @@ def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> lis
     an outline depends only on those that a chain of steps within the tolerance connects to it. A group of outlines that
     the tolerance would spoil is noded with a smaller one, which its remarks say.
 
-    An outline that its smaller neighbours cover wholly is missing from the result; one that they cut in two appears as
-    ``id-1`` and ``id-2``.
+    An outline that its smaller neighbours cover wholly is missing from the result (see `noded_parts`); one that they cut in two appears as
+    ``id-1`` and ``id-2``, less numbers that another outline of the chain has in its name.
 
     Parameters
     ----------
     outlines : valid polygons, see `given.clean_outlines`
     tolerance_m : metres
     """
+    return [new for parts in noded_parts(outlines, tolerance_m) for new in parts]
+
+
+def noded_parts(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> list[list[Outline]]:
+    """The same, with what is left of each outline: nothing, itself or parts of it."""
     if not outlines:
         return []
     polygons = [outline.polygon for outline in outlines]
-    group = _groups(polygons, tolerance_m)
+    group = chains(polygons, tolerance_m)
     rings = Rings.of(polygons)
     rings = snapped(rings.moved(on_lattice(rings.xy)), group, tolerance_m)
     noded = rings.to_polygons()
@@ -53,7 +58,10 @@ def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> lis
     for members in _groups_to_mend(polygons, noded, group, tolerance_m):
         for index, (kept, note) in zip(members, _mended_group(outlines, members, tolerance_m), strict=True):
             parts[index], notes[index] = kept, note
-    return [new for i, o in enumerate(outlines) for new in _as_outlines(o, parts[i], notes[i])]
+    taken: dict[int, set[str]] = defaultdict(set)
+    for outline, chain in zip(outlines, group.tolist(), strict=True):
+        taken[chain].add(outline.id)
+    return [_as_outlines(o, parts[i], notes[i], taken[int(group[i])]) for i, o in enumerate(outlines)]
 
 
 def neighbours(outlines: Sequence[Outline]) -> dict[str, dict[str, float]]:
@@ -64,20 +72,6 @@ def neighbours(outlines: Sequence[Outline]) -> dict[str, dict[str, float]]:
         found.setdefault(one, {})[other] = shared.length
         found.setdefault(other, {})[one] = shared.length
     return {name: dict(sorted(beside.items())) for name, beside in found.items()}
-
-
-def vanished(before: Sequence[Outline], after: Sequence[Outline]) -> list[Refusal]:
-    """The outlines that noding has left nothing of, because smaller ones cover them."""
-    left = {outline.id for outline in after} | {outline.id.rpartition("-")[0] for outline in after}
-    return [Refusal(o.id, "covered by smaller outlines", o.polygon) for o in before if o.id not in left]
-
-
-def _groups(polygons: Sequence[Polygon], tolerance: float) -> IntArray:
-    """(polygons,) number of the group that a chain of neighbours within the tolerance forms."""
-    every = np.asarray(polygons, dtype=object)
-    a, b = shapely.STRtree(every).query(every, predicate="dwithin", distance=tolerance)
-    links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(len(every), len(every)))
-    return np.asarray(connected_components(links, directed=False)[1], np.int64)
 
 
 def _groups_to_mend(
@@ -156,9 +150,11 @@ def _nothing_vanished(before: Sequence[Polygon], parts: Sequence[Sequence[Polygo
     return abs(left - united) <= tolerance * sum(p.length for p in before) + _KEPT_PART_M2
 
 
-def _as_outlines(outline: Outline, parts: Sequence[Polygon], note: str) -> list[Outline]:
+def _as_outlines(outline: Outline, parts: Sequence[Polygon], note: str, taken: Collection[str]) -> list[Outline]:
+    """What is left of an outline; parts get numbers that make no name which another outline of the chain has."""
     remark = "; ".join(text for text in (outline.remark, note) if text)
     if len(parts) <= 1:
         return [replace(outline, polygon=p, remark=remark) for p in parts]
     remark = "; ".join(text for text in (remark, f"cut into {len(parts)} by its neighbours") if text)
-    return [replace(outline, id=f"{outline.id}-{k}", polygon=p, remark=remark) for k, p in enumerate(parts, 1)]
+    names = (name for k in count(1) if (name := f"{outline.id}-{k}") not in taken)
+    return [replace(outline, id=name, polygon=p, remark=remark) for p, name in zip(parts, names, strict=False)]

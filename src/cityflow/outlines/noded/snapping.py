@@ -10,7 +10,7 @@ from cityflow.core.arrays import BoolArray, FloatArray, IntArray
 from cityflow.core.kernels import njit
 from cityflow.outlines.noded.rings import Rings, on_lattice
 
-_ROUNDS = 8
+ROUNDS = 8
 """Every round brings the boundaries nearer; real data are at rest after two or three."""
 
 
@@ -23,7 +23,7 @@ def snapped(rings: Rings, group: IntArray, tolerance: float) -> Rings:
     group : (polygons,) polygons of different groups do not influence each other
     tolerance : metres
     """
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         before = rings
         rings = gather_vertices(rings, group, tolerance)
         rings = insert_t_vertices(rings, group, tolerance)

@@ -27,6 +27,7 @@ from cityflow.io.export_formats.formats import written
 from cityflow.io.export_formats.tile import CityTile
 from cityflow.reconstruction.party.party_walls import cut_party_walls, differing_walls, wall_areas
 from cityflow.stages.export import merge
+from cityflow.stages.export.placing import said_inputs
 from cityflow.stages.export.table import table_of, table_path
 from cityflow.stages.export.terrain import Draped, DrapeInputs, drape, plans_of, terrain_of
 from cityflow.stages.export.textures import texture_sets, with_texture_figures
@@ -42,7 +43,7 @@ from cityflow.survey.texture_inputs import atlas_cells_of, tiles_around, windows
 from cityflow.survey.unit_entry import UnitEntry
 
 NAME = EXPORT
-VERSION = 12
+VERSION = 13
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ class ExportInputs(TaskInputs):
 
     Attributes
     ----------
-    bounds : of the tile, metres
+    bounds : of the tile;  city : of all tiles, metres
     own : units that the tile owns;  hulls : of these and of those that share walls with them
     outlines : RUN-relative paths of the units' outlines, of the tile and those around it
     textures : whether there are any;  leaves : RUN-relative paths of what the atlas has left;  bare : unit → why it has none
@@ -61,6 +62,7 @@ class ExportInputs(TaskInputs):
     """
 
     bounds: Bounds
+    city: Bounds
     surfaces: Surfaces
     metadata: ProductMetadata
     own: tuple[str, ...]
@@ -82,34 +84,33 @@ def task(
     parent: str = COLLECTION,
 ) -> Task:  # fmt: skip
     """Export the units `own` of a tile; `units` are these and the neighbours that share walls with them, `atlas_cells` hold their textures.
-
-    Parameters
-    ----------
-    parent : path of the catalog that the tile's item hangs on
+    The tile's item hangs on the catalog `parent`.
     """
     ring = survey.lattice.ring(name)
     tiles = sorted({*ring, *(u.tile for u in units)})
     outlines = {p: d for t in tiles for p, d in survey.unit_files(t).items()}
+    # by tile, not by path: a file that was written again with the same outlines changes nothing
+    lines = {f"outlines {t}": digest_of(list(found.values())) for t in tiles if (found := survey.unit_files(t))}
     surfaces = {f"surface {t}": survey.results.digest_of("surface", t) for t in ring}
     pages = {atlas_cell: survey.results.outputs_of("atlas", atlas_cell) for atlas_cell in atlas_cells}
     hulls = {f"hull {u.id}": survey.results.digest_of_hull(u.id) for u in units}
     bare = {u: why for u in sorted(own) if (why := survey.results.failure_of("texture", u))}
     opened = _windows(survey, own)
     unseen = {u: why for u in sorted(own) if (why := survey.results.failure_of("windows", u))}
-    metadata = digest_of(as_json(survey.product_metadata))
+    said = survey.product_metadata(survey.lattice.tiles[name].bounds)
     others = _others(survey, name, pages)
     table = len(survey.lattice.tiles) > survey.parameters.export.join_up_to_tiles
     own_ortho = survey.lattice.product_grid if survey.reads_own_orthos else None
-    orthos = DrapeInputs(own_ortho, survey.ortho_inputs, survey.product_metadata.crs, survey.images.white)
+    orthos = DrapeInputs(own_ortho, survey.ortho_inputs, said.crs, survey.images.white)
     return Task(
         NAME, name, "cityflow.stages.export:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.export)),
-        inputs={**hulls, **outlines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), "said": metadata,
+        inputs={**hulls, **lines, **surfaces, **_textures(survey, name, pages), "own": digest_of(sorted(own)), **said_inputs(survey, said),
                 "others": digest_of(others), **({"parent": parent} if parent != COLLECTION else {}), **({"table": "units"} if table else {}),
                 **{what: digest_of(why) for what, why in (("without textures", bare), ("without windows", unseen)) if why},
                 **{f"windows {u}": digest for u, (_, digest) in opened.items()}},
         arguments=as_json(ExportInputs(
-            survey.lattice.tiles[name].bounds, survey.surfaces, survey.product_metadata, tuple(sorted(own)),
+            survey.lattice.tiles[name].bounds, survey.lattice.bounds, survey.surfaces, said, tuple(sorted(own)),
             {u: survey.results.hull(u) for u in sorted(u.id for u in units)},
             tuple(outlines), survey.textures, tuple(p for outputs in pages.values() for p in outputs if p.endswith(ATLAS_CELL)), bare,
             {u: path for u, (path, _) in opened.items()}, unseen, orthos, others, parent, table,
@@ -176,7 +177,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     tile = CityTile(
         task.unit, given.bounds, own, (terrain.vertices, terrain.triangles), connected_parts(terrain.vertices, terrain.triangles),
         resolve(metadata.crs), metadata.title, metadata.date, metadata.attribution,
-        city=given.surfaces.working.bounds, drape=draped.drape, openings=opened,
+        city=given.city, drape=draped.drape, openings=opened,
         **({"raw": sets["raw"], "rectified": sets["rectified"]} if given.textures else {}),
     )  # fmt: skip
     # all of them before the first is replaced: what fails here leaves the products of before as they are

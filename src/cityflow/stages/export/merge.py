@@ -23,6 +23,7 @@ from cityflow.io.globe import globe_of
 from cityflow.io.rasters.raster import write_vrt
 from cityflow.stages.export.items import PRODUCTS, item_of, source_of
 from cityflow.stages.export.joined import JoinInputs, Refused, write_joined
+from cityflow.stages.export.placing import said_inputs
 from cityflow.stages.export.table import index_of, index_path, refused_index, table_path
 from cityflow.survey.city import EXPORT as NAME
 from cityflow.survey.city import City
@@ -30,7 +31,7 @@ from cityflow.survey.districts import CITY
 from cityflow.survey.results import Results
 from cityflow.survey.survey_parameters import ExportParameters
 
-VERSION = 9
+VERSION = 10
 NOBODY = Refused({}, ())
 
 
@@ -42,7 +43,7 @@ class MergeInputs(TaskInputs):
     ----------
     parts : tile or district → RUN-relative path of its summary; empty where it left none
     tiles : those of the parts that are tiles: name → bounds, metres;  rasters : raster → those of them that have it
-    bounds : of the grid of all tiles, metres;  cell_m : of the rasters
+    bounds : of all tiles, metres;  cell_m : of the rasters
     ortho_bands, ortho_dtype : of the true ortho, without the band that says where it has a colour
     parent : path of the catalog that a district hangs on
     tables : RUN-relative paths of the tiles' tables of units; none in a small city
@@ -78,18 +79,20 @@ def task(city: City, unit: str) -> Task:
     tables = {t: d for t in tiles if (d := survey.results.outputs_of(NAME, t).get(table_path(t)))}
     joined, refused, once = _once(city) if unit == CITY else (None, NOBODY, "")
     parent, cell_m = parent_of(city, unit), survey.lattice.product_grid.cell
-    metadata = digest_of(as_json(survey.product_metadata))
+    metadata = survey.product_metadata()
     return Task(
         NAME, unit, "cityflow.stages.export.merge:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.export)),
         inputs={
-            **{f"part {name}": digest for name, (_, digest) in parts.items()}, "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), "said": metadata,
+            **{f"part {name}": digest for name, (_, digest) in parts.items()},
+            "rasters": digest_of([rasters, cell_m, *survey.ortho_kind]), **said_inputs(survey, metadata),
+            **({"bounds": digest_of(survey.lattice.bounds)} if unit == CITY else {}),
             **{what: digest for what, digest in (("tables", digest_of(tables) if tables else ""), ("once", once)) if digest},
             **({"parent": parent} if parent != COLLECTION else {}),
         },
         arguments=as_json(MergeInputs(
-            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.grid.bounds, cell_m,
-            *survey.ortho_kind, survey.product_metadata, parent, tuple(map(table_path, tables)), joined, refused,
+            {name: path for name, (path, _) in parts.items()}, tiles, rasters, survey.lattice.bounds, cell_m,
+            *survey.ortho_kind, metadata, parent, tuple(map(table_path, tables)), joined, refused,
         )),
         limits=survey.limits(NAME),
         in_place=True,

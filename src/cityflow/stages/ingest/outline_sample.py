@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import shapely
 
-from cityflow.core.grid import Bounds, grown
-from cityflow.handover.outline_lines import Standing, lines
+from cityflow.core.arrays import FloatArray, IntArray
+from cityflow.core.grid import Bounds
 from cityflow.outlines.under_eaves.facades_inside import LARGEST_M, NEAR_M
 
 SAMPLE = "sample.jsonl"
@@ -17,27 +17,30 @@ MOST = 400
 """So many outlines tell enough; set by hand."""
 
 
-def sampled(standings: Sequence[Standing], files: Mapping[str, Bounds]) -> tuple[str, bytes]:
-    """The file that most outlines stand in, and lines of some of these, by a hash of their names; empty where there is none."""
-    inside = {name: [standings[k] for k in numbers] for name, numbers in _inside(standings, files).items()}
-    name = min(inside, key=lambda n: (-len(inside[n]), n), default="")
-    if not name or not inside[name]:
-        return "", b""
-    chosen = sorted(inside[name], key=lambda s: hashlib.sha256(s.outline.id.encode()).hexdigest())[:MOST]
-    return name, lines(chosen)
+def sampled(names: Sequence[str], bounds: FloatArray, files: Mapping[str, Bounds]) -> tuple[str, list[int]]:
+    """The file that most outlines stand in, and numbers of some of these, by a hash of their names; none where there is no such file.
+
+    Parameters
+    ----------
+    names, bounds : (N,) ids and (N, 4) boxes of outlines, metres
+    files : LiDAR file → its bounds, metres
+    """
+    inside = _inside(bounds, files)
+    file = min(inside, key=lambda n: (-len(inside[n]), n), default="")
+    if not file or not len(inside[file]):
+        return "", []
+    chosen = sorted(inside[file].tolist(), key=lambda i: hashlib.sha256(names[i].encode()).hexdigest())[:MOST]
+    return file, sorted(chosen)
 
 
-def _inside(standings: Sequence[Standing], files: Mapping[str, Bounds]) -> dict[str, list[int]]:
+def _inside(bounds: FloatArray, files: Mapping[str, Bounds]) -> dict[str, IntArray]:
     """Numbers of the outlines of usual size that lie in each file with their surroundings."""
-    names, inside = sorted(files), {name: list[int]() for name in sorted(files)}
-    if not names or not standings:
-        return inside
-    outer = np.array([files[name] for name in names], np.float64)
-    inner = np.array([grown(s.outline.polygon.bounds, NEAR_M) for s in standings])
+    inner = bounds + NEAR_M * np.array([-1.0, -1.0, 1.0, 1.0])
     usual = np.flatnonzero(np.max(inner[:, 2:] - inner[:, :2], axis=1) <= LARGEST_M)
-    outline, file = shapely.STRtree(shapely.box(*outer.T)).query(shapely.box(*inner[usual].T))
-    low, high = outer[file, :2] <= inner[usual[outline], :2], outer[file, 2:] >= inner[usual[outline], 2:]
-    whole = low.all(axis=1) & high.all(axis=1)
-    for k, number in sorted(zip(usual[outline[whole]].tolist(), file[whole].tolist(), strict=True)):
-        inside[names[number]].append(k)
-    return inside
+    tree = shapely.STRtree(shapely.box(*inner[usual].T))
+    found = {}
+    for name in sorted(files):
+        over = usual[np.sort(tree.query(shapely.box(*files[name])))]
+        low, high = np.array(files[name][:2]) <= inner[over, :2], np.array(files[name][2:]) >= inner[over, 2:]
+        found[name] = over[low.all(axis=1) & high.all(axis=1)]
+    return found

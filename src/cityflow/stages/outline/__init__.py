@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,11 +12,12 @@ from cityflow.core.edits import edits_digest
 from cityflow.core.grid import Tile
 from cityflow.flow.stage import Cost, Node, Stage
 from cityflow.flow.store import Store
-from cityflow.flow.task import Outcome, Task
+from cityflow.flow.task import Json, Outcome, Task
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
-from cityflow.handover.outline_lines import decode_all, entries, lines, owned
+from cityflow.handover.outline_lines import Standing, decode_all, entries, lines, owned
+from cityflow.handover.outline_spool import decode_plain
 from cityflow.handover.refused_outlines import REFUSED, encode_refused
 from cityflow.handover.surfaces import Surfaces
 from cityflow.handover.wall_point_files import read_walls
@@ -26,24 +27,35 @@ from cityflow.outlines.given.edited import apply_to_outlines
 from cityflow.outlines.under_eaves.facades_inside import SeenHouses
 from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
 from cityflow.outlines.under_eaves.walls_in import WallsInParameters
+from cityflow.stages.outline import needs
 from cityflow.stages.outline import walls as outline_walls
-from cityflow.survey.city import INGEST, City
-from cityflow.survey.city import OUTLINES as OUTLINES_GIVEN
-from cityflow.survey.given_outlines import ACCURACY
+from cityflow.survey.city import City
+from cityflow.survey.given_outlines import NodedFile
+from cityflow.survey.recipe import Recipe, draft_by
+from cityflow.survey.results import Results
 from cityflow.survey.surface_source import LIDAR
 from cityflow.survey.survey import Survey
 from cityflow.survey.survey_parameters import OutlineParameters
 
 NAME = "outline"
-VERSION = 8
+VERSION = 9
 OUTLINES = "outlines.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
 class GivenInputs(TaskInputs):
-    """RUN-relative paths of a tile's given outlines, and of those of other tiles that touch them; `facades` where walls are looked for."""
+    """A tile's given outlines.
+
+    Attributes
+    ----------
+    outlines, others : RUN-relative paths of its own, and of those of other tiles that touch them
+    refused : of those that noding has left nothing of;  lost : unit → why outlines of it are missing
+    facades : where walls are looked for
+    """
 
     outlines: tuple[str, ...]
+    refused: tuple[str, ...] = ()
+    lost: Mapping[str, str] = field(default_factory=dict)
     others: tuple[str, ...] = ()
     facades: outline_walls.FacadeInputs | None = None
 
@@ -88,76 +100,133 @@ class FoundParameters(TaskInputs):
 
 def task(survey: Survey, name: str) -> Task:
     """The units of one tile."""
-    return _given_task(survey, name) if survey.outlines_given else _found_task(survey, name)
+    if survey.outlines_given:
+        return _given_task(survey, name)
+    return found_recipe(survey, name).task(survey.results)
 
 
 def _given_task(survey: Survey, name: str) -> Task:
-    mine = survey.given.of(name)
+    mine, refused, lost = survey.given.of(name), survey.given.refused_of(name), survey.given.lost(name)
+    inputs = {f.name: f.digest for f in (*mine, *refused)} | lost
+    given = GivenInputs(_paths(mine), _paths(refused), lost)
     if not mine or not outline_walls.are_looked_for(survey):
         return Task(
             NAME, name, "cityflow.stages.outline:run_given", VERSION,
-            inputs=mine, arguments=as_json(GivenInputs(tuple(mine))), limits=survey.limits(NAME),
+            inputs=inputs, arguments=as_json(given), limits=survey.limits(NAME),
         )  # fmt: skip
     others = survey.given.beside(name)
     asked = survey.parameters_of(NAME, name, survey.outline_parameters)
     return Task(
         NAME, name, "cityflow.stages.outline:run_walled", VERSION,
         parameters=as_json(WalledParameters(asked.walls_in, survey.outline_sigma_m)),
-        inputs={**mine, **others, **outline_walls.inputs_of(survey, name)},
-        arguments=as_json(GivenInputs(tuple(mine), tuple(others), outline_walls.facades_of(survey, name))),
+        inputs={**inputs, **{f.name: f.digest for f in others}, **outline_walls.inputs_of(survey, name)},
+        arguments=as_json(replace(given, others=_paths(others), facades=outline_walls.facades_of(survey, name))),
         limits=survey.limits(NAME),
     )  # fmt: skip
 
 
+def _paths(files: Iterable[NodedFile]) -> tuple[str, ...]:
+    return tuple(f.path for f in files)
+
+
 def run_given(workspace: Workspace, task: Task) -> Outcome:
-    """An index of the tile's given outlines: they were cleaned and noded with the whole city in view."""
-    units = [entry for path in task.arguments_as(GivenInputs).outlines for entry in entries(workspace.read(path), path)]
-    return workspace.outcome(result={"units": units})
+    """The tile's given outlines as they are noded."""
+    given = task.arguments_as(GivenInputs)
+    return _given_outcome(workspace, given, _read(workspace, given.outlines), {})
 
 
 def run_walled(workspace: Workspace, task: Task) -> Outcome:
     """The tile's given outlines, with walls moved in where they are rims of roofs and façades are known inside."""
     given, parameters = task.arguments_as(GivenInputs), task.parameters_as(WalledParameters)
     assert given.facades is not None
-    own, others = (
-        [s for path in paths for s in decode_all(workspace.read(path))] for paths in (given.outlines, given.others)
-    )
+    own, others = _read(workspace, given.outlines), _read(workspace, given.others)
     moved = outline_walls.moved_in(
         workspace.store, given.facades, own, others, parameters.walls_in, parameters.outline_sigma_m
     )
-    text = lines(moved)
-    workspace.write(OUTLINES, text)
     count = sum(
         a.outline.polygon is not b.outline.polygon and b.outline.roof is not None
         for a, b in zip(own, moved, strict=True)
     )
-    return workspace.outcome(result={"units": entries(text, workspace.path(OUTLINES)), "walls_moved_in": count})
+    return _given_outcome(workspace, given, moved, {"walls_moved_in": count})
 
 
-def _found_task(survey: Survey, name: str) -> Task:
-    asked = survey.parameters_of(NAME, name, survey.outline_parameters)
-    seen = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
-    walls = {p: d for t in seen for p, d in survey.results.outputs_of("walls", t).items()} if survey.sees_walls else {}
-    blind = {
-        f"walls {t}": survey.results.reason_of("walls", t)
-        for t in seen
-        if survey.sees_walls and survey.results.reason_of("walls", t)
-    }
-    around = survey.lattice.tiles[name].buffered(survey.parameters.outline.found.halo_m)
+def _read(workspace: Workspace, paths: Iterable[str]) -> list[Standing]:
+    found = [s for path in paths for s in decode_all(workspace.read(path))]
+    return sorted(found, key=lambda s: s.outline.id)
+
+
+def _given_outcome(
+    workspace: Workspace, given: GivenInputs, own: Sequence[Standing], figures: Mapping[str, Json]
+) -> Outcome:
+    """Outlines and refused ones, written; degraded where some may be missing."""
+    text = lines(own)
+    if own:
+        workspace.write(OUTLINES, text)
+    refused = [o for path in given.refused for o in decode_plain(workspace.read(path).splitlines())]
+    if refused:
+        workspace.write(REFUSED, encode_refused((o.id, o.polygon) for o in refused))
+    missing = "; ".join(f"without {unit}: {why}" for unit, why in given.lost.items())
+    told = {"refused": [[o.id, o.remark] for o in refused]} if refused else {}
+    return workspace.outcome(
+        Status.DEGRADED if missing else Status.DONE, missing,
+        {"units": entries(text, workspace.path(OUTLINES)), **told, **figures},
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class FoundRecipe(Recipe):
+    """Found outlines of one tile.
+
+    Attributes
+    ----------
+    given : without façades;  sees_walls : whether these are asked for
+    others : inputs that are neither surfaces nor façades
+    """
+
+    given: FoundInputs
+    sees_walls: bool
+    others: Mapping[str, str]
+
+    @property
+    def reads(self) -> list[Node]:
+        stages = ("surface", "walls") if self.sees_walls else ("surface",)
+        return [(stage, t) for stage in stages for t in self.given.tiles]
+
+    def task(self, results: Results) -> Task:
+        given, seen = self.given, self.given.tiles
+        if self.sees_walls:
+            walls = {p: d for t in seen for p, d in results.outputs_of("walls", t).items()}
+            blind = {f"walls {t}": why for t in seen if (why := results.reason_of("walls", t))}
+            given = replace(given, walls=tuple(walls), blind=blind)
+        else:
+            walls, blind = {}, {}
+        surfaces = {t: results.digest_of("surface", t) for t in seen}
+        return replace(self.base, inputs={**surfaces, **walls, **blind, **self.others}, arguments=as_json(given))
+
+
+def found_recipe(survey: Survey, name: str) -> FoundRecipe:
+    """Outlines of one tile, from surfaces and façades of the tile and around it. Of a laser, the files have to be read already."""
+    asked, halo_m = survey.parameters_of(NAME, name, survey.outline_parameters), survey.parameters.outline.found.halo_m
+    seen, around = survey.lattice.near(name, halo_m), survey.lattice.tiles[name].buffered(halo_m)
     reach = outline_walls.reach_of_found(survey, name)
     points = survey.index.over(reach) if reach else {}
     unread = {f"unread {f}": "missing" for f in survey.unread(reach)} if reach else {}
     edits = edits_digest(survey.edits, around)
-    return Task(
-        NAME, name, "cityflow.stages.outline:run_found", VERSION,
-        parameters=as_json(FoundParameters(asked.found, asked.walls_in)),
-        inputs={**{t: survey.results.digest_of("surface", t) for t in seen}, **walls, **blind, **points, **unread, **({"edits": edits} if edits else {})},
-        arguments=as_json(FoundInputs(
-            survey.lattice.tiles[name], tuple(seen), survey.surfaces, tuple(walls) if survey.sees_walls else None, blind,
-            tuple(points), survey.parameters.tiles.index_cell_m, survey.edits.within(around),
-        )),
-        limits=survey.limits(NAME),
+    given = FoundInputs(
+        survey.lattice.tiles[name], tuple(seen), survey.surfaces, None, {}, tuple(points), survey.parameters.tiles.index_cell_m,
+        survey.edits.within(around),
     )  # fmt: skip
+    base = Task(
+        NAME, name, "cityflow.stages.outline:run_found", VERSION,
+        parameters=as_json(FoundParameters(asked.found, asked.walls_in)), limits=survey.limits(NAME),
+    )  # fmt: skip
+    return FoundRecipe(base, given, survey.sees_walls, {**points, **unread, **({"edits": edits} if edits else {})})
+
+
+def _draft(city: City, name: str) -> Task | None:
+    """Given outlines, and what a laser shows, wait for the driver: it knows their files."""
+    survey = city.survey
+    return None if survey.outlines_given or survey.source.kind == LIDAR else draft_by(found_recipe)(city, name)
 
 
 def run_found(workspace: Workspace, task: Task) -> Outcome:
@@ -205,38 +274,16 @@ def _seen(store: Store, given: FoundInputs, outlines: Sequence[Outline], surface
     return outline_walls.scanned_houses(store, given.points, given.index_cell_m, outlines, surface.grid, terrain)
 
 
-def _sources(city: City, name: str) -> Iterable[Node]:
-    """Given outlines and what may show their walls, or the surfaces and façades that outlines are found in."""
-    survey = city.survey
-    if survey.outlines_given:
-        return [(INGEST, OUTLINES_GIVEN), *_walls_of_given(survey, name)]
-    near = survey.lattice.near(name, survey.parameters.outline.found.halo_m)
-    seen = [("walls", t) for t in near] if survey.sees_walls else []
-    reach = outline_walls.reach_of_found(survey, name)
-    files = survey.lidar.assets_over(reach) if reach else []
-    return [*(("surface", t) for t in near), *seen, *((INGEST, f.name) for f in files)]
-
-
-def _walls_of_given(survey: Survey, name: str) -> list[Node]:
-    """Where façades may tell that given outlines are rims of roofs: the points and façades around them."""
-    if not outline_walls.are_looked_for(survey):
-        return []
-    if survey.source.kind == LIDAR:
-        around = survey.lattice.tiles[name].buffered(outline_walls.REACH_M)
-        return [(INGEST, ACCURACY), *((INGEST, f.name) for f in survey.lidar.assets_over(around))]
-    near = survey.lattice.near(name, outline_walls.REACH_M)
-    return [*(("surface", t) for t in near), *(("walls", t) for t in near)]
-
-
 STAGE = Stage(
     name=NAME,
     unit="ground tile",
     text=(
-        "given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
+        "noded given outlines, or nDSM, classes and façades → found ones; a laser's points around them. Walls move in from rims of roofs where façades are "
         "known inside. Outlines of the tile: those whose representative point it holds"
     ),
-    needs=(_sources,),
+    needs=(needs.sources, needs.noding),
     task=lambda city, name: task(city.survey, name),
+    draft=_draft,
     parameters=(OutlineParameters,),
     cost=Cost(0.2, 400.0, 0.2),
 )

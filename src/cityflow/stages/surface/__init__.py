@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.building import Status
-from cityflow.core.grid import Bounds, grown
+from cityflow.core.grid import Bounds, Grid, grown
 from cityflow.flow.stage import START, Cost, Node, Stage
 from cityflow.flow.task import Outcome, Record, Task
 from cityflow.flow.typed import TaskInputs, as_json
@@ -22,11 +22,12 @@ from cityflow.stages.surface import rasters as surface_rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters
 from cityflow.surface.tile_surface import SurfaceParameters, TileSurface, surface_of_tile, tile_grid
 from cityflow.survey.city import City
+from cityflow.survey.recipe import draft_by
 from cityflow.survey.surface_source import IMAGES, LIDAR, RASTERS, ZARR
 from cityflow.survey.survey import UNREAD, Survey
 
 NAME = "surface"
-VERSION = 4
+VERSION = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +36,14 @@ class SurfaceInputs(TaskInputs):
 
     Attributes
     ----------
-    bounds : of the tile;  city : of the grid of all tiles, metres
+    bounds : of the tile, metres;  grid : of all tiles that there can be
     pieces : RUN-relative paths of index pieces;  unread : files whose points are missing
     dtm : address of the catalog's terrain; None where it has none
     crs : code of the survey's CRS
     """
 
     bounds: Bounds
-    city: Bounds
+    grid: Grid
     pieces: tuple[str, ...]
     unread: tuple[str, ...]
     dtm: str | None
@@ -63,7 +64,7 @@ def task(survey: Survey, name: str) -> Task:
             **({"dtm": dtm.checksum} if dtm else {}),
         },
         arguments=as_json(SurfaceInputs(
-            tile.bounds, survey.lattice.grid.bounds, tuple(pieces), tuple(unread), dtm.href if dtm else None, survey.catalog.reference.code
+            tile.bounds, survey.lattice.grid, tuple(pieces), tuple(unread), dtm.href if dtm else None, survey.catalog.reference.code
         )),
         limits=survey.limits(NAME),
         in_place=True,
@@ -103,7 +104,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _store(workspace: Workspace, tile: str, given: SurfaceInputs, surface: TileSurface) -> Outcome:
     layers = layers_of(surface)
-    digest = store_layers(workspace, ZARR, given.city, surface.grid, layers)
+    digest = store_layers(workspace, ZARR, given.grid, surface.grid, layers)
     publish_rasters(workspace, tile, given.crs, surface.grid, {name: layers[name] for name in ("dsm", "dtm")})
     figures = {
         "points": int(surface.count.sum()),
@@ -123,7 +124,15 @@ def layers_of(surface: TileSurface) -> dict[str, NDArray[Any]]:
     }  # fmt: skip
 
 
-_TASKS = {LIDAR: task, IMAGES: surface_images.task, RASTERS: surface_rasters.task}
+def _image_task(survey: Survey, name: str) -> Task:
+    return surface_images.recipe(survey, name).task(survey.results)
+
+
+def _draft(city: City, name: str) -> Task | None:
+    return draft_by(surface_images.recipe)(city, name) if city.survey.source.kind == IMAGES else None
+
+
+_TASKS = {LIDAR: task, IMAGES: _image_task, RASTERS: surface_rasters.task}
 _IS_MADE_ALIKE = {
     LIDAR: _is_made_alike, IMAGES: surface_images.is_made_alike, RASTERS: surface_rasters.is_made_alike,
 }  # fmt: skip
@@ -146,6 +155,7 @@ STAGE = Stage(
     ),
     needs=(_sources,),
     task=lambda city, name: _TASKS[city.survey.source.kind](city.survey, name),
+    draft=_draft,
     starts=lambda city, ended: city.tiles if ended == START else (),
     parameters=(
         SurfaceParameters,

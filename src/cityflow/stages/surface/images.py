@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from cityflow.core.building import Status
 from cityflow.core.grid import Bounds, Grid, grown, tiles_over
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.points import PointCloud
+from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
@@ -30,12 +31,14 @@ from cityflow.surface.fused_tile import side_by_side
 from cityflow.surface.image_rasters import ImageSurface, Rasters
 from cityflow.surface.image_surface import ImageSurfaceParameters, SeenEnough, surface_of_fused
 from cityflow.surface.point_classes import classify_points
-from cityflow.survey.depths import depths_over, reach_of
+from cityflow.survey.depths import DepthSources, depth_sources, reach_of
+from cityflow.survey.recipe import Recipe
+from cityflow.survey.results import Results
 from cityflow.survey.surface_source import OVERVIEW, ZARR
 from cityflow.survey.survey import Survey
 
 NAME = "surface"
-VERSION = 8
+VERSION = 9
 PIECE_SCALE_M = 0.001
 """Coordinates of the files are whole millimetres."""
 
@@ -103,28 +106,63 @@ class ImageSurfaceInputs(TaskInputs):
     crs: str
 
 
-def task(survey: Survey, name: str) -> Task:
+@dataclass(frozen=True, slots=True)
+class ImageSurfaceRecipe(Recipe):
+    """The surface of one tile.
+
+    Attributes
+    ----------
+    ring : tiles whose fused surfaces it reads;  place : names the lattice
+    dtm : address and checksum
+    the others : as in `ImageSurfaceInputs`
+    """
+
+    depths: DepthSources
+    ring: tuple[str, ...]
+    place: str
+    bounds: Bounds
+    surfaces: Surfaces
+    sights: Sights
+    index_cell_m: float
+    dtm: tuple[str, str] | None
+    crs: str
+
+    @property
+    def reads(self) -> list[Node]:
+        return [*(("fuse", t) for t in self.ring), *self.depths.reads]
+
+    def task(self, results: Results) -> Task:
+        fused = {p: d for t in self.ring for p, d in results.outputs_of("fuse", t).items()}
+        inputs, depths = self.depths.inputs(results)
+        missing = {t: results.reason_of("fuse", t) for t in self.ring if results.has_failed("fuse", t)}
+        href, checksum = self.dtm or (None, "")
+        given = as_json(ImageSurfaceInputs(
+            depths, self.bounds, self.surfaces, tuple(fused), tuple(missing), results.reason_of("fuse", self.base.unit), self.sights,
+            self.index_cell_m, href, self.crs,
+        ))  # fmt: skip
+        return replace(
+            self.base,
+            inputs={
+                **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(given["sights"]),
+                "grid": self.place, **({"dtm": checksum} if self.dtm else {}),
+            },
+            arguments=given,
+        )  # fmt: skip
+
+
+def recipe(survey: Survey, name: str) -> ImageSurfaceRecipe:
     """The surface of one tile, from what is fused of the tile and its ring; the points of the tile get their classes."""
-    ring = survey.lattice.near(name, survey.parameters.image_surface.context_m)
-    fused = {p: d for t in ring for p, d in survey.results.outputs_of("fuse", t).items()}
-    inputs, depths = depths_over(survey, survey.lattice.near(name, reach_of(survey, 0.0)))
-    sights = sights_of(survey, ring, survey.lattice.tiles[name].buffered(survey.parameters.image_surface.context_m))
+    lattice, context_m = survey.lattice, survey.parameters.image_surface.context_m
+    tile, ring = lattice.tiles[name], lattice.near(name, context_m)
     dtm = survey.catalog.rasters.get("dtm")
-    missing = {t: survey.results.reason_of("fuse", t) for t in ring if survey.results.has_failed("fuse", t)}
-    given = as_json(ImageSurfaceInputs(
-        depths, survey.lattice.tiles[name].bounds, survey.surfaces, tuple(fused), tuple(missing), survey.results.reason_of("fuse", name), sights,
-        survey.parameters.tiles.index_cell_m, dtm.href if dtm else None, survey.catalog.reference.code,
-    ))  # fmt: skip
-    return Task(
+    base = Task(
         NAME, name, "cityflow.stages.surface.images:run", VERSION,
-        parameters=parameters_of(survey, name),
-        inputs={
-            **fused, **inputs, **{f"missing {t}": why for t, why in missing.items()}, "sights": digest_of(given["sights"]),
-            "grid": survey.lattice.place, **({"dtm": dtm.checksum} if dtm else {}),
-        },
-        arguments=given,
-        limits=survey.limits(NAME),
-        in_place=True,
+        parameters=parameters_of(survey, name), limits=survey.limits(NAME), in_place=True,
+    )  # fmt: skip
+    return ImageSurfaceRecipe(
+        base, depth_sources(survey, lattice.near(name, reach_of(survey, 0.0))), tuple(ring), lattice.place, tile.bounds, survey.surfaces,
+        sights_of(survey, ring, tile.buffered(context_m)), survey.parameters.tiles.index_cell_m, (dtm.href, dtm.checksum) if dtm else None,
+        survey.catalog.reference.code,
     )  # fmt: skip
 
 
@@ -138,7 +176,7 @@ def sights_of(survey: Survey, tiles: Sequence[str], around: Bounds) -> Sights:
     return Sights(
         shapely.to_wkt(shapely.normalize(below), rounding_precision=3),
         survey.images.least_views,
-        survey.images.heights_over(survey.lattice.grid.bounds)[0],
+        survey.images.heights_over(around)[0],
         tuple(images[name] for name in sorted(images)),
         tuple(
             Matched(m.base.name, tuple(p.name for p in m.partners), m.cells.tile, m.cells.cell_m, m.cells.chosen)
@@ -167,7 +205,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     wide = side_by_side([read_fused(workspace.store, p) for p in given.fused], around, cell_m, factor)
     dtm = given_dtm(given.dtm, given.crs, Grid.covering(bounds, cell_m * factor))
     surface = surface_of_fused(wide, bounds, parameters, dtm, _seen_enough(given.sights))
-    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces.fine.bounds, surface)
+    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces, surface)
     points = _write_points(workspace, task.unit, given, surface)
     write_pieces(workspace, surface.thinned, bounds, given.index_cell_m)
     known = surface.seen
@@ -204,11 +242,11 @@ def _write_points(workspace: Workspace, tile: str, given: ImageSurfaceInputs, su
     return len(core)
 
 
-def write_rasters(workspace: Workspace, tile: str, crs: str, city: Bounds, surface: ImageSurface) -> str:
-    """A tile's chunks of the rasters of a city, and its DSM and DTM as GeoTIFF; digest of the contents."""
+def write_rasters(workspace: Workspace, tile: str, crs: str, grids: Surfaces, surface: ImageSurface) -> str:
+    """A tile's chunks of the rasters of a run, and its DSM and DTM as GeoTIFF; digest of the contents."""
     fine, coarse = surface.fine, surface.working
-    digest = store_layers(workspace, ZARR, city, fine.grid, {**_layers(fine), "sigma": fine.sigma})
-    digest += store_layers(workspace, OVERVIEW, city, coarse.grid, _layers(coarse))
+    digest = store_layers(workspace, ZARR, grids.fine, fine.grid, {**_layers(fine), "sigma": fine.sigma})
+    digest += store_layers(workspace, OVERVIEW, grids.working, coarse.grid, _layers(coarse))
     publish_rasters(workspace, tile, crs, fine.grid, {"dsm": fine.dsm, "dtm": fine.dtm})
     return digest_of(digest)
 

@@ -29,7 +29,7 @@ from cityflow.surface.image_surface import ImageSurfaceParameters, surface_of_fu
 from cityflow.survey.surface_source import ZARR
 from cityflow.survey.survey import Survey
 
-VERSION = 2
+VERSION = 3
 ASSUMED_SIGMA_CELLS = 0.5
 """Precision that a given DSM is credited with, in its own cells: it says none; set by hand."""
 
@@ -85,7 +85,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     wide = _given(given, fine_grid(grown(bounds, parameters.context_m), cell_m, factor))
     dtm = given_dtm(given.rasters.get("dtm"), given.crs, Grid.covering(bounds, cell_m * factor))
     surface = surface_of_fused(wide, bounds, parameters, dtm)
-    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces.fine.bounds, surface)
+    digest = write_rasters(workspace, task.unit, given.crs, given.surfaces, surface)
     if "ortho" in given.rasters:
         _write_ortho(workspace, task.unit, given, surface.fine.grid)
     write_pieces(workspace, surface.thinned, bounds, given.index_cell_m)
@@ -124,6 +124,6 @@ def _write_ortho(workspace: Workspace, tile: str, given: RasterSurfaceInputs, gr
         bands = given_colours(path, grid, reference)
     seen = np.asarray(np.isfinite(bands).all(axis=0))
     colour = np.clip(np.rint(np.nan_to_num(bands)), 0, 255).astype(np.uint8)
-    store_layers(workspace, ZARR, given.surfaces.fine.bounds, grid, {"ortho": colour, "ortho_seen": seen})
+    store_layers(workspace, ZARR, given.surfaces.fine, grid, {"ortho": colour, "ortho_seen": seen})
     alpha: NDArray[Any] = np.where(seen, 255, 0).astype(np.uint8)
     publish_rasters(workspace, tile, given.crs, grid, {"ortho": np.concatenate([colour, alpha[None]])})

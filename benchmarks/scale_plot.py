@@ -1,0 +1,68 @@
+"""Draws what `city_scale.py` and `rerun_one.py` have printed, log-log: ``python benchmarks/scale_plot.py PRINTED … --out FILE.png``.
+
+Slopes are those of straight lines through the points: 1 is linear.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from city_scale import OUTLINES_A_SIDE
+
+DRIVER = re.compile(r"^(\d+) buildings, .*: \d+ tasks, ([\d.]+) s of the driver, .* peak (\d+) MB", re.MULTILINE)
+TOWN = re.compile(r"^(\d+)² tiles,")
+TOTAL = re.compile(r"^part: [\d.]+ s, ([\d.]+) s of processor time")
+STEP = re.compile(r"^  (opening|status by its note|plan: a walk) +[\d.]+ s +([\d.]+) s")
+TITLES = {"opening": "opening, warm files", "status by its note": "status", "plan: a walk": "plan"}
+Curves = dict[str, list[tuple[int, float]]]
+
+
+def read(texts: list[str]) -> tuple[Curves, Curves]:
+    """Seconds of processor time, and megabytes: curve → buildings and value."""
+    seconds, memory = defaultdict(list), defaultdict(list)
+    for text in texts:
+        for buildings, spent, peak in DRIVER.findall(text):
+            seconds["driver: all tasks of a run"].append((int(buildings), float(spent)))
+            memory["driver, peak"].append((int(buildings), float(peak)))
+        town = 0
+        for line in text.splitlines():
+            if found := TOWN.match(line):
+                town = int(found[1]) ** 2 * OUTLINES_A_SIDE**2
+            elif found := TOTAL.match(line):
+                seconds["driver: rerun of one building"].append((town, float(found[1])))
+            elif found := STEP.match(line):
+                seconds[TITLES[found[1]]].append((town, float(found[2])))
+    return seconds, memory
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("printed", type=Path, nargs="+")
+    parser.add_argument("--out", type=Path, required=True)
+    given = parser.parse_args()
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.6))
+    parts = zip(axes, read([p.read_text() for p in given.printed]), ("processor time (s)", "memory (MB)"), strict=True)
+    for axis, curves, label in parts:
+        for name, points in curves.items():
+            at = np.array(sorted(set(points)))
+            slope = f", slope {np.polyfit(np.log(at[:, 0]), np.log(at[:, 1]), 1)[0]:.2f}" if len(at) > 1 else ""
+            axis.loglog(*at.T, "o-", label=f"{name}{slope}")
+        axis.set(xlabel="buildings", ylabel=label)
+        axis.grid(visible=True, which="both", alpha=0.25)
+        axis.legend(frameon=False, fontsize=8)
+    figure.tight_layout()
+    figure.savefig(given.out, dpi=110)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+"""The report of an update: what became of the buildings, as GeoPackage, JSON and page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
+
+from cityflow.core.building import Scalar
+from cityflow.evaluation.change_pairs import EpochUnit, pair_up
+from cityflow.evaluation.changes import Change, ChangeParameters, Changes, Figures, Kind, changes_of
+from cityflow.flow.task import digest_of
+from cityflow.handover.epoch_rows import EpochRow
+from cityflow.io.tables.outlines_gpkg import Layer, write_geopackage
+from cityflow.reporting.change_pictures import change_pictures
+from cityflow.reporting.epoch import epoch_rows
+from cityflow.runs.current import CurrentRecords
+from cityflow.runs.prepare import Prepared
+from cityflow.viewer.changes_page import ChangeRow, ChangesPage, changes_page
+
+PICTURED = 200
+"""Changes with pictures, of 50 kB each; the table has all."""
+LAYER, PAGE, FIGURES = "changes.gpkg", "changes.html", "changes.json"
+
+
+def write_change_report(
+    run: Prepared, records: CurrentRecords, former: Callable[[], Iterable[EpochRow]], said: ChangesPage, folder: str
+) -> ChangesPage:
+    """Compare with the former state and write all three.
+
+    Parameters
+    ----------
+    former : gives the buildings before, whenever it is called: only those that may have changed are held;  said : what the page says of the surveys
+    folder : of the RUN, for the files
+    """
+    parameters = run.workflow.city.changes
+    states, same = {row.id: _state(row) for row in former()}, set[str]()
+
+    def is_other(row: EpochRow) -> bool:
+        if states.get(row.id) == _state(row):
+            same.add(row.id)
+        return row.id not in same
+
+    after = [row for _, rows in epoch_rows(run, records, is_other) for row in rows]
+    before = [row for row in former() if row.id not in same]
+    changes = changes_of(pair_up([_unit(row) for row in before], [_unit(row) for row in after]), parameters)
+    tiles = {row.id: row.tile for row in (*before, *after)}
+    survey = run.source().survey
+    shown = tuple(
+        _row(c, tiles, tuple(change_pictures(run.store, survey, c)) if k < PICTURED else ())
+        for k, c in enumerate(changes.found)
+    )
+    page = ChangesPage(
+        said.title, said.former, said.catalog, said.dates, shown, changes.compared, len(same), changes.without_model,
+        changes.offset_m, changes.scatter_m, _rules(parameters),
+    )  # fmt: skip
+    run.store.write_bytes(f"{folder}/{LAYER}", write_geopackage([_layer(changes, shown)], run.catalog.reference))
+    run.store.write_bytes(f"{folder}/{FIGURES}", _json(page, parameters))
+    run.store.write_bytes(f"{folder}/{PAGE}", changes_page(page))
+    return page
+
+
+def _state(row: EpochRow) -> str:
+    """Digest of outline and model, as little memory as will do."""
+    return digest_of([row.digest, row.outline])
+
+
+def _unit(row: EpochRow) -> EpochUnit:
+    return EpochUnit(row.id, row.footprint, row.building, row.outline_sigma_m)
+
+
+def _row(change: Change, tiles: Mapping[str, str], pictures: tuple) -> ChangeRow:  # type: ignore[type-arg]
+    figures = {key: None if value is None else round(value, 3) for key, value in asdict(change.figures).items()}
+    after, before = (u.id if u is not None else "" for u in (change.after, change.before))
+    return ChangeRow(
+        change.kind.value, after, before, tiles[change.id], in_words(change.kind, change.figures), figures, pictures
+    )  # fmt: skip
+
+
+def in_words(kind: Kind, f: Figures) -> str:
+    """What has changed, most telling first.
+
+    >>> in_words(Kind.ALTERED, Figures(3.0, 2.9, 300.0, 0.0, 3.0, 3.0, 95.4, 0.0, 40.0))
+    'roof +3.0 m in the mean, altered over 95 m²'
+    """
+    if kind is not Kind.ALTERED:
+        return f"{abs(f.area_m2):,.0f} m²" + ("" if f.volume_m3 is None else f", {abs(f.volume_m3):,.0f} m³")
+    found = []
+    if f.roof_changed_m2 and f.roof_mean_m is not None:
+        found.append(f"roof {f.roof_mean_m:+.1f} m in the mean, altered over {f.roof_changed_m2:,.0f} m²")
+    if f.outline_changed_m2:
+        found.append(f"outline altered by {f.outline_changed_m2:,.0f} m²")
+    return "; ".join(found)
+
+
+def _rules(p: ChangeParameters) -> str:
+    return (
+        f"A building is altered where {p.least_area_m2:g} m² or more of its roof differ by at least {p.least_height_m:g} m and {p.sigmas:g} standard "
+        f"deviations of both models, or as much of its outline by {p.sigmas:g} of both outlines."
+    )
+
+
+def _layer(changes: Changes, rows: Iterable[ChangeRow]) -> Layer:
+    """Footprints as they are now, of what is gone as they were."""
+    shapes = [(c.after or c.before).footprint for c in changes.found]  # type: ignore[union-attr]
+    columns: list[dict[str, Scalar]] = [
+        {"kind": r.kind, "id": r.id, "before": r.before, "tile": r.tile, "what": r.what, **r.figures} for r in rows
+    ]
+    return Layer("changes", shapes, columns)
+
+
+def _json(page: ChangesPage, parameters: ChangeParameters) -> bytes:
+    tree = {
+        "in_short": page.in_short, "former": page.former, "catalog": page.catalog, "parameters": parameters.model_dump(mode="json"),
+        "compared": page.compared, "untouched": page.untouched, "without_model": list(page.without_model),
+        "offset_m": page.offset_m, "scatter_m": page.scatter_m,
+        "changes": [
+            {"kind": r.kind, "id": r.id, "before": r.before, "tile": r.tile, "what": r.what, **r.figures} for r in page.rows
+        ],
+    }  # fmt: skip
+    return (json.dumps(tree, indent=1, ensure_ascii=False) + "\n").encode()

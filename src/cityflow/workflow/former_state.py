@@ -1,0 +1,112 @@
+"""What an update keeps of a RUN, so that it can be compared afterwards, however often either of them is interrupted.
+
+``updates/N/former/TILE.ndjson`` holds the buildings, and ``updates/N/update.json``, written after them and before the RUN changes, says what is updated
+from which catalog to which. An update that did not end leaves a note that is not ``done``: the next one goes on from it, with the same former state.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+
+from cityflow.core.credentials import without_credentials
+from cityflow.errors import RunError
+from cityflow.flow.store import Store
+from cityflow.flow.task import digest_of
+from cityflow.handover.epoch_rows import EpochRow, decode_epoch, encode_epoch
+from cityflow.io.catalog.stac_assets import Catalog
+from cityflow.reporting.epoch import epoch_rows
+from cityflow.runs.current import CurrentRecords
+from cityflow.runs.prepare import Prepared
+
+UPDATES = "updates"
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """One update of a RUN.
+
+    Attributes
+    ----------
+    number : counts from 1
+    former, catalog : addresses of the catalogs before and after;  former_data, data : digests of what they name
+    former_title, former_date : of the survey before
+    done : all has run, and the comparison is written
+    """
+
+    number: int
+    former: str
+    former_data: str
+    catalog: str
+    data: str
+    former_title: str
+    former_date: str
+    done: bool = False
+
+    @property
+    def folder(self) -> str:
+        """Where all of it lies."""
+        return f"{UPDATES}/{self.number}"
+
+
+def last_update(store: Store) -> Update | None:
+    """The newest one; None where there was none yet.
+
+    Raises
+    ------
+    RunError
+        Its note is damaged.
+    """
+    numbers = sorted(int(n) for n in store.folders(UPDATES) if n.isdecimal() and store.exists(_note(int(n))))
+    if not numbers:
+        return None
+    path = _note(numbers[-1])
+    try:
+        return Update(**json.loads(store.read_bytes(path)))
+    except (ValueError, TypeError) as error:
+        remedy = "remove its folder: the next update compares with what is there now"
+        raise RunError(f"{path} is damaged: {error}", where=store.root, remedy=remedy) from error
+
+
+def begin_update(run: Prepared, records: CurrentRecords, new: Prepared, date: str) -> Update:
+    """Keep the former state of `run` for an update to `new`.
+
+    An unfinished update goes on with the state that it has kept, and one to the same data is done again.
+    """
+    store, last = run.store, last_update(run.store)
+    catalog, digest, now = without_credentials(new.catalog.href), _data(new.catalog), _data(run.catalog)
+    begun = last is not None and not last.done and not now == last.former_data != last.data
+    if last is not None and (begun or (last.done and last.data == digest)):
+        return note_update(store, replace(last, catalog=catalog, data=digest, done=False))
+    number = 1 if last is None else last.number + last.done
+    former = without_credentials(run.catalog.href)
+    update = Update(number, former, now, catalog, digest, run.catalog.title, date)
+    store.remove(update.folder)  # an earlier one that died before the RUN changed
+    for tile, rows in epoch_rows(run, records):
+        store.write_bytes(f"{update.folder}/former/{tile}.ndjson", encode_epoch(rows))
+    return note_update(store, update)
+
+
+def _data(catalog: Catalog) -> str:
+    """Digest of the contents of all files that a catalog names: it may be made again in its place."""
+    outlines = [catalog.outlines.checksum] if catalog.outlines is not None else []
+    surveyed = [a.checksum for a in catalog.lidar] + [a.checksum for a in catalog.images]
+    rasters = [a.checksum for a in catalog.rasters.values()]
+    return digest_of(sorted([*surveyed, *rasters, *outlines]))
+
+
+def note_update(store: Store, update: Update) -> Update:
+    """Write its note."""
+    store.write_bytes(_note(update.number), (json.dumps(asdict(update), indent=1, ensure_ascii=False) + "\n").encode(), durable=True)  # fmt: skip
+    return update
+
+
+def former_rows(store: Store, update: Update) -> Iterator[EpochRow]:
+    """The buildings before."""
+    for _, data in store.read_many(store.find(f"{update.folder}/former")):
+        yield from decode_epoch(data)
+
+
+def _note(number: int) -> str:
+    return f"{UPDATES}/{number}/update.json"
