@@ -83,6 +83,18 @@ def test_blocks_do_not_depend_on_what_was_asked_before() -> None:
     np.testing.assert_array_equal(known[128:, 256:], alone)
 
 
+def test_a_dropped_block_is_matched_again_to_the_same_and_counted() -> None:
+    found = lattice_of(heights=HEIGHTS)
+    once = found.disparity(0, (0, 1))
+    assert found.disparity(0, (0, 1)) is once
+    assert found.matched[0, (0, 1)] == 1
+    found.forget(0, (0, 1))
+    found.forget(0, (0, 1))
+    assert (0, (0, 1)) not in found.blocks
+    np.testing.assert_array_equal(found.disparity(0, (0, 1)), once)
+    assert found.matched[0, (0, 1)] == 2
+
+
 def test_positions_are_those_of_the_middles_of_the_pixels() -> None:
     x, y = positions((2, 4, 10, 13), 2)
     assert x[0].tolist() == [42.0, 46.0, 50.0]

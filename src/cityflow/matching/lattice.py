@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -49,6 +50,8 @@ class PairLattice:
     ----------
     heights : lowest ground and highest object in sight, metres
     coarsest : the level without a guide
+    ranges, blocks : what has been found so far, by level and block
+    matched : how often each block was matched; blocks that the partner does not see are not
     """
 
     pair: Rectification
@@ -58,6 +61,7 @@ class PairLattice:
     clock: SgmClock
     ranges: dict[tuple[int, Block], Range | None] = field(default_factory=dict)
     blocks: dict[tuple[int, Block], Float32Array] = field(default_factory=dict)
+    matched: Counter[tuple[int, Block]] = field(default_factory=Counter)
 
     @cached_property
     def coarsest(self) -> int:
@@ -91,6 +95,10 @@ class PairLattice:
             self.blocks[key] = self._matched(level, block)
         return self.blocks[key]
 
+    def forget(self, level: int, block: Block) -> None:
+        """Drop the disparities of a block; its range stays. Whoever asks for them again has it matched again."""
+        self.blocks.pop((level, block), None)
+
     def region(
         self, level: int, rows: tuple[int, int], cols: tuple[int, int], *, known_only: bool = False
     ) -> Float32Array:
@@ -113,6 +121,7 @@ class PairLattice:
         found = self.range(level, block)
         if found is None:
             return np.full((bottom - top, right - left), np.nan, np.float32)
+        self.matched[level, block] += 1
         low, count, halo = found[0], found[1] - found[0], self.parameters.halo_px
         shape = (bottom - top + 2 * halo, right - left + 2 * (halo + count))
         row, col = top - halo, left - halo - count
