@@ -127,7 +127,9 @@ def test_ctrl_c_ends_a_remote_run_within_seconds(cluster: Cluster, store: Store,
         start = time.monotonic()
         run.interrupt_group()
         assert run.end(within_s=60) == 130, run.errors
-        assert time.monotonic() - start < 15, "processes that do not end are waited for 30 s and more; a busy machine needs some seconds"
+        assert time.monotonic() - start < 15, (
+            "processes that do not end are waited for 30 s and more; a busy machine needs some seconds"
+        )
         assert "Traceback" not in run.errors
     with driver(store, cluster.address) as run:
         assert run.end() == 0, run.errors
