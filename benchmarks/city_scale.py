@@ -31,6 +31,7 @@ from cityflow.core.grid import Bounds
 from cityflow.flow.draft import Draft
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Record, Task
+from cityflow.handover.depth_map_files import depth_map_name
 from cityflow.handover.summary import SUMMARY
 from cityflow.io.catalog.stac_assets import Catalog, ImageAsset
 from cityflow.io.crs import resolve
@@ -103,6 +104,12 @@ def _files(*names: str) -> Callable[[Task], tuple[dict[str, str], dict[str, Any]
     return files
 
 
+def _depth_maps(task: Task) -> tuple[dict[str, str], dict[str, Any]]:
+    """One for each ground tile of a reference image."""
+    names = [tree["name"] for tree in task.arguments["place"]["tiles"]]
+    return _files(*(depth_map_name(name) for name in names))(task)
+
+
 def _outlines(kind: str) -> Callable[[Task], tuple[dict[str, str], dict[str, Any]]]:
     def outlines(task: Task) -> tuple[dict[str, str], dict[str, Any]]:
         outputs, _ = _files(*(("outlines.jsonl",) if kind == "outline" else ("splits.ndjson", "units.jsonl")))(task)
@@ -125,7 +132,7 @@ def _unit(tile: str, path: str, k: int) -> dict[str, Any]:
 
 
 ANSWERS: Mapping[str, Callable[[Task], tuple[dict[str, str], dict[str, Any]]]] = {
-    "ingest": _files("image.tif"), "match": _files("depth.cfd"), "fuse": _files("fused.cfa"), "walls": _files("walls.cfa"),
+    "ingest": _files("image.tif"), "match": _depth_maps, "fuse": _files("fused.cfa"), "walls": _files("walls.cfa"),
     "surface": _files("dsm.tif", "dtm.tif", "points.laz", *(f"layer{k}" for k in range(16))), "ortho": _files("ortho.tif", "a", "b"),
     "frame": _files("dsm", "ortho"), "outline": _outlines("outline"), "split": _files("split.json"), "units": _outlines("units"),
     "reconstruct": _files("candidates.city.jsonl", "hull.city.jsonl"), "texture": _files("texture.cfa"), "windows": _files("windows.json"),

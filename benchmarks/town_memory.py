@@ -3,8 +3,8 @@
     python benchmarks/town_memory.py --survey FOLDER --factor 4      # 1500 x 1000 becomes 24 megapixels; 10: 150 megapixels
 
 Pictures, poses and tie points are enlarged alike, so the ground sampling distance stays and a ground tile is as many pixels as it would be in a
-real frame of that size; disparities are as many times longer, which real ones are not. One flight tile is matched, with all its partners, under
-the limit that is asked for; beyond it the engine kills the task, and the run fails.
+real frame of that size; disparities are as many times longer, which real ones are not. One reference image is matched over all its ground, with
+all its partners, under the limit that is asked for; beyond it the engine kills the task, and the run fails.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ MOST_TILT = np.radians(20.0)
 class _OneMatch(CitySource):
     def initial(self):  # type: ignore[no-untyped-def]
         chosen = central_flight_tile(self.survey.images)
-        yield from self.walk.want([("match", chosen.name)])
+        yield from self.walk.want([("match", chosen.reference)])
 
 
 @dataclass(frozen=True, slots=True)
 class OneMatch(Prepared):
-    """A run of one flight tile and what it reads."""
+    """A run of one reference image and what it reads."""
 
     def source(self) -> CitySource:
         return _OneMatch(self.catalog, self.workflow.city, self.area, self.overrides)

@@ -9,7 +9,17 @@ import pytest
 
 from cityflow.core.camera import Camera
 from cityflow.core.ground_cells import GroundCells
-from cityflow.matching.needed import PART_PX, blocks_under, compute_blocks, parts_of_pair, parts_shape, window_of
+from cityflow.matching import block_use
+from cityflow.matching.block_use import BlockUse, squares_of
+from cityflow.matching.needed import (
+    PART_PX,
+    NeededParts,
+    blocks_under,
+    blocks_within,
+    parts_of,
+    parts_shape,
+    window_of,
+)
 from plain_scene import FLIGHT_M, FOCAL_PX, lattice_of, views
 
 TILE = (-100.0, -100.0, 100.0, 100.0)
@@ -66,33 +76,86 @@ def test_every_point_between_the_heights_is_in_the_window(distortion: tuple[floa
 
 
 def test_parts_are_counted_with_the_last_smaller_one() -> None:
-    assert parts_shape((64, 240, 128, 320)) == (3, 3)
-    assert parts_shape((0, 1, 0, 64)) == (1, 1)
+    assert parts_shape(views()[0].camera) == (4, 5)
+    assert parts_of((64, 240, 128, 320)) == np.s_[1:4, 2:5]
+
+
+def needed_by(keep: GroundCells, heights: tuple[float, float] = (1.0, 3.0)) -> NeededParts:
+    return NeededParts(views()[0], {"tile": keep}, heights, 0.0)
 
 
 def test_needed_parts_hold_every_pixel_of_the_cells_and_not_the_whole_image() -> None:
     """Points of the plain at height 2 in a cell of 4 m: 42 px. With the margins of the search, still not half of the image."""
-    lattice, window = lattice_of(heights=(1.0, 3.0)), (0, 240, 0, 320)
-    keep, reference = cells((0, 0)), views()[0]
-    shape = parts_shape(window)
-    needed = parts_of_pair(lattice, 1, window, np.ones(shape, bool), keep, 0.0)
+    lattice, keep, reference = lattice_of(heights=(1.0, 3.0)), cells((0, 0)), views()[0]
+    needed = needed_by(keep)
+    needed.of_tile["tile"][:] = True
+    left = needed.narrow([lattice], 1)
     xyz = np.random.default_rng(2).uniform((0, 0, 1.0), (4, 4, 3.0), (300, 3))
     uv, _ = reference.project(xyz)
     col, row = (uv // PART_PX).astype(int).T
-    assert needed[row, col].all()
-    assert needed.mean() < 0.5
-    none = parts_of_pair(lattice, 1, window, np.zeros(shape, bool), keep, 0.0)
-    assert not none.any()
-    compute_blocks(lattice, window, needed)
-    wanted = {(int(r) // 128, int(c) // 128) for c, r in uv}
-    assert wanted <= {block for level, block in lattice.blocks if level == 0}
+    assert left[row, col].all()
+    assert left.mean() < 0.5
+    np.testing.assert_array_equal(left, needed.of_any)
+    needed.of_tile["tile"][:] = False
+    assert not needed.narrow([lattice], 1).any()
+
+
+def test_a_part_of_the_picture_is_narrowed_by_itself() -> None:
+    lattice, whole, part = lattice_of(heights=(1.0, 3.0)), needed_by(cells((0, 0))), needed_by(cells((0, 0)))
+    before = part.of_any
+    part.narrow([lattice], 1, np.s_[0:2, 0:5])
+    whole.narrow([lattice], 1)
+    np.testing.assert_array_equal(part.of_any[:2], whole.of_any[:2])
+    np.testing.assert_array_equal(part.of_any[2:], before[2:])
+
+
+def test_what_a_tile_needs_does_not_depend_on_others() -> None:
+    grounds = {"here": cells((0, 0)), "beside": cells((-3, 1)), "unseen": cells((20, 20))}
+    both = NeededParts(views()[0], grounds, (1.0, 3.0), 0.0)
+    assert set(both.of_tile) == {"here", "beside"}
+    both.narrow([lattice_of(heights=(1.0, 3.0))], 1)
+    alone = needed_by(cells((0, 0)))
+    alone.narrow([lattice_of(heights=(1.0, 3.0))], 1)
+    np.testing.assert_array_equal(both.of_tile["here"], alone.of_tile["tile"])
+    assert (both.of_any & ~both.of_tile["here"]).any()
 
 
 def test_blocks_under_a_box_and_two_pixels_around_it() -> None:
     """Blocks of 128 px over 240 x 320; of level 1, whose pixels are two, 256 px."""
     lattice = lattice_of()
-    assert blocks_under(lattice, 0, np.array([10.0, 120.0]), np.array([10.0, 120.0])) == [(0, 0)]
-    assert blocks_under(lattice, 0, np.array([10.0, 126.0]), np.array([10.0, 20.0])) == [(0, 0), (0, 1)]
-    assert blocks_under(lattice, 1, np.array([10.0, 126.0]), np.array([10.0, 20.0])) == [(0, 0)]
-    assert blocks_under(lattice, 0, np.array([-900.0, -800.0]), np.array([0.0, 5.0])) == []
+
+    def under(level: int, x: list[float], y: list[float]) -> list[tuple[int, int]]:
+        (ends,) = blocks_under(lattice, level, np.array([x]), np.array([y])).tolist()
+        return blocks_within(ends)
+
+    assert under(0, [10.0, 120.0], [10.0, 120.0]) == [(0, 0)]
+    assert under(0, [10.0, 126.0], [10.0, 20.0]) == [(0, 0), (0, 1)]
+    assert under(1, [10.0, 126.0], [10.0, 20.0]) == [(0, 0)]
+    assert under(0, [-900.0, -800.0], [0.0, 5.0]) == []
+    assert under(0, [900.0, 990.0], [0.0, 5.0]) == []
     assert lattice.pair.focal == FOCAL_PX
+
+
+def test_blocks_are_matched_for_needed_parts_and_dropped_after_the_last_square(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Squares of 128 px in strips down the image, which is wider than high; the partner stands to the right, so blocks and squares have the same edges."""
+    monkeypatch.setattr(block_use, "SQUARE_PARTS", 2)
+    lattice, needed = lattice_of(), np.zeros((4, 5), bool)
+    needed[:, [0, 3]] = True
+    squares = squares_of(views()[0].camera, needed)
+    assert [s.window for s in squares] == [
+        (0, 128, 0, 128),
+        (128, 240, 0, 128),
+        (0, 128, 128, 256),
+        (128, 240, 128, 256),
+    ]
+    use, held = BlockUse(lattice, squares, needed, 4, 1), []
+    for number, square in enumerate(squares):
+        use.match(square, needed[square.parts])
+        held.append(sorted(block for level, block in lattice.blocks if level == 0))
+        use.drop(number)
+    left, right = [(0, 0), (1, 0)], [(0, 1), (0, 2), (1, 1), (1, 2)]
+    assert held == [left, left, right, right]
+    assert not any(level == 0 for level, _ in lattice.blocks)
+    assert any(level == 1 for level, _ in lattice.blocks), "the coarsest level is kept"
+    assert all(count == 1 for count in lattice.matched.values())
+    assert 0 < use.known <= use.matched == 240 * 320

@@ -12,6 +12,7 @@ import pytest
 import shapely
 
 from cityflow.core.building import Status
+from cityflow.core.grid import Bounds
 from cityflow.core.reference import Reference
 from cityflow.flow.draft import Draft
 from cityflow.flow.task import Record, Task
@@ -30,8 +31,8 @@ AREA = (1000.0, 2000.0, 1180.0, 2140.0)
 HEIGHTS = (10.0, 35.0)
 
 
-def catalog() -> Catalog:
-    flown = plan_flight(AREA, HEIGHTS[0], preset("five_cameras", width_px=1200, height_px=900, forward_overlap=0.6))
+def catalog(area: Bounds = AREA, cameras: str = "five_cameras") -> Catalog:
+    flown = plan_flight(area, HEIGHTS[0], preset(cameras, width_px=1200, height_px=900, forward_overlap=0.6))
     images = tuple(
         ImageAsset(i.name, f"{i.name}.jpg", f"{k:064d}", 1, footprint(View(i, HEIGHTS)).bounds, i, HEIGHTS)
         for k, i in enumerate(flown)
@@ -53,11 +54,20 @@ def record_of(task: Task, failed: Sequence[str] = ()) -> Record:
     if task.stage in ("outline", "units"):
         result["units"] = [_entry(task)]
     outputs = {f"work/{task.stage}/{task.unit}/out": f"{task.stage} {task.unit}"}
+    if task.stage == "match":
+        # what an image leaves of a tile does not depend on what else is asked for
+        name = task.arguments["reference"]
+        outputs = {f"work/match/{task.unit}/{t}.cfd": f"depths of {name} over {t}" for t in over(task)}
     status, reason = (Status.FAILED, "damaged") if task.name in failed else (Status.DONE, "")
     return Record(
         task.stage, task.unit, 1, task.digest, task.version, status, reason, {} if failed and status is Status.FAILED else outputs,
         result, task.parameters, task.inputs,
     )  # fmt: skip
+
+
+def over(task: Task) -> list[str]:
+    """Ground tiles that a reference image is matched over."""
+    return [tree["name"] for tree in task.arguments["place"]["tiles"]]
 
 
 def _entry(task: Task) -> dict[str, Any]:
@@ -72,8 +82,12 @@ def _entry(task: Task) -> dict[str, Any]:
 
 
 def run_through(source: CitySource, seed: int = 0, failed: Sequence[str] = ()) -> list[Task]:
-    order = np.random.default_rng(seed)
-    ready, ended = list(source.initial()), list[Task]()
+    return run_on(source, list(source.initial()), seed, failed)
+
+
+def run_on(source: CitySource, ready: list[Task], seed: int = 0, failed: Sequence[str] = ()) -> list[Task]:
+    """From what is ready to the end."""
+    order, ended = np.random.default_rng(seed), list[Task]()
     while ready:
         task = ready.pop(int(order.integers(len(ready))))
         ended.append(task)
@@ -117,7 +131,7 @@ def test_tasks_that_are_drafted_while_their_inputs_are_at_work_are_the_same(whol
 
 def test_tasks_that_are_drafted_know_what_has_failed(whole: list[Task]) -> None:
     area, tile = Area(shapely.box(1010, 2010, 1060, 2060)), "10_20"
-    match = next(t for t in whole if t.stage == "match" and t.unit.startswith(tile))
+    match = next(t for t in whole if t.stage == "match" and tile in over(t))
     failed = [f"ingest-{match.arguments['reference']}", f"fuse-{tile}", f"walls-{tile}"]
     plain = run_through(CitySource(CATALOG, parameters(), area), 0, failed)
     ended, _ = drafted_through(CitySource(CATALOG, parameters(), area), 1, failed)
@@ -163,6 +177,7 @@ def test_every_task_once_and_after_what_it_reads(whole: list[Task]) -> None:
     for stage in ("fuse", "frame", "walls"):
         for task in by_stage[stage]:
             read = [path.split("/")[2] for path in task.arguments["depths"]["maps"]]
+            assert read
             assert all(place["match", u] < place[stage, task.unit] for u in read)
     for task in by_stage["outline"]:
         assert all(place["walls", path.split("/")[2]] < place["outline", task.unit] for path in task.arguments["walls"])
@@ -217,7 +232,7 @@ def test_given_outlines_wait_for_the_facades_around_them() -> None:
 
 
 def test_every_tile_is_seen_from_all_five_directions(whole: list[Task]) -> None:
-    inner = [t for t in whole if t.stage == "match" and t.unit.split(".")[0] == "10_20"]
+    inner = [t for t in whole if t.stage == "match" and "10_20" in over(t)]
     heads = {t.arguments["reference"].rsplit("_", 1)[1] for t in inner}
     assert len(heads) == 5
     for task in inner:
@@ -234,7 +249,51 @@ def test_an_area_asks_for_the_same_tasks_as_the_whole_and_for_fewer(whole: list[
     digests = {t.name: t.digest for t in whole}
     some = run_through(CitySource(CATALOG, parameters(), Area(shapely.box(1010, 2010, 1060, 2060))))
     assert len(some) < len(whole)
-    assert all(digests[t.name] == t.digest for t in some if t.stage not in ("export",))
+    assert all(digests[t.name] == t.digest for t in some if t.stage not in ("match", "export"))
+
+
+WEST, MORE = Area(shapely.box(1010, 2010, 1060, 2060)), Area(shapely.box(1010, 2010, 1160, 2060))
+
+
+@pytest.fixture(scope="module")
+def strip() -> Catalog:
+    """A long flight of one camera: an area at its end needs a part of it."""
+    return catalog((1000.0, 2000.0, 1700.0, 2100.0), "nadir")
+
+
+def tiles_of_images(tasks: Sequence[Task]) -> list[tuple[str, str]]:
+    """Reference images and ground tiles that are matched."""
+    return [(t.arguments["reference"], name) for t in tasks if t.stage == "match" for name in over(t)]
+
+
+def test_a_larger_area_matches_images_again_and_makes_no_surface_again(strip: Catalog) -> None:
+    """What was made of an area stands where the area grows, since parts of depth maps keep their digests."""
+    tasks = [run_through(CitySource(strip, parameters(), area)) for area in (WEST, MORE, EVERYWHERE)]
+    found = [set(tiles_of_images(some)) for some in tasks]
+    assert found[0] < found[1] < found[2]
+    for some in tasks:
+        assert len(tiles_of_images(some)) == len(set(tiles_of_images(some))), "no tile of an image twice"
+        assert all(t.unit == t.arguments["reference"] for t in some if t.stage == "match"), "one task for each image"
+    for some, larger in ((tasks[0], tasks[1]), (tasks[1], tasks[2])):
+        digests = {t.name: t.digest for t in larger}
+        changed = {t.stage for t in some if digests.get(t.name) != t.digest}
+        assert changed == {"match", "export"}
+        assert {"fuse", "surface", "walls", "ortho"} <= {t.stage for t in some}
+
+
+def test_ground_that_is_asked_for_late_is_matched_by_tasks_of_its_own(strip: Catalog) -> None:
+    """As where a building at the edge of the area reaches over a tile that nobody could foresee."""
+    source = CitySource(strip, parameters(), WEST)
+    before = {t.name: t for t in run_through(source)}
+    tile = "15_20"
+    more = run_on(source, list(source.walk.want([("fuse", tile)])))
+    assert not {t.name for t in more} & set(before)
+    late = [t for t in more if t.stage == "match"]
+    assert late
+    assert all(t.unit == f"{name}.{t.arguments['reference']}" for t in late for name in over(t))
+    assert not set(tiles_of_images(late)) & set(tiles_of_images(list(before.values())))
+    digests = {t.name: t.digest for t in run_through(CitySource(strip, parameters()))}
+    assert [t.digest for t in more if t.stage == "fuse"] == [digests[f"fuse-{tile}"]]
 
 
 def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> None:
@@ -244,7 +303,13 @@ def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> 
         return {tuple(tree["name"] for tree in t.arguments["place"]["images"]) for t in tasks if t.stage == "match"}
 
     cells = [
-        {(t.arguments["reference"], *c) for t in tasks if t.stage == "match" for c in t.arguments["place"]["chosen"]}
+        {
+            (t.arguments["reference"], *c)
+            for t in tasks
+            if t.stage == "match"
+            for tree in t.arguments["place"]["tiles"]
+            for c in tree["chosen"]
+        }
         for tasks in (whole, small)
     ]
     assert pairs(small) <= pairs(whole)
@@ -302,9 +367,8 @@ def test_a_frame_is_coloured_by_all_that_is_matched_for_it_also_by_the_images_of
     survey = source.survey.images
     assert any(len(f.images) < 5 for f in survey.frames)
     joined = {n for f in survey.frames if len(f.images) < 5 for n in f.images}
-    bases = {path.split("/")[2].split(".", 1)[1] for t in frames for path in t.arguments["depths"]["wanted"]}
+    bases = {path.split("/")[2] for t in frames for path in t.arguments["depths"]["wanted"]}
     assert joined & bases
     for task in frames:
-        assert {path.split("/")[2].split(".", 1)[1] for path in task.arguments["depths"]["wanted"]} <= set(
-            task.arguments["colours"]["pixels"]
-        )
+        wanted = {path.split("/")[2] for path in task.arguments["depths"]["wanted"]}
+        assert wanted <= set(task.arguments["colours"]["pixels"])

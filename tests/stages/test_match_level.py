@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cityflow.core.depth_map import points_of
+from cityflow.core.depth_map import joined, points_of
 from cityflow.flow.store import Store
 from cityflow.flow.task import Task
 from cityflow.handover.depth_map_files import decode_depth_map
@@ -43,11 +43,10 @@ def test_half_size_gives_the_same_heights_in_coarser_cells(tmp_path: Path) -> No
     store = Store.open(str(tmp_path / "run"))
     task = first_match(half, store)
     outcome = outcome_of(store, task)
-    (path,) = outcome.outputs
-    found = decode_depth_map(store.read_bytes(path))
     base = half.survey.images.flown[task.arguments["reference"]].image
     assert base.camera.width * 2 == half.survey.images.views[base.name].image.camera.width
-    points = points_of(found, base)
+    points = joined([points_of(decode_depth_map(store.read_bytes(path)), base) for path in outcome.outputs])
+    assert len(points) == outcome.result["points"]
     known = truth()
     col = np.floor((points.xyz[:, 0] - known.grid.bounds[0]) / known.grid.cell).astype(int)
     row = np.abs(points.xyz[:, 1, None] - known.grid.y_centres()[None]).argmin(axis=1)

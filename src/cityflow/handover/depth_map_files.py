@@ -11,6 +11,11 @@ from cityflow.core.depth_map import DepthMap
 from cityflow.handover.array_file import decode_arrays, encode_arrays
 
 
+def depth_map_name(tile: str) -> str:
+    """Name of the file in which a match task leaves the depths of a ground tile."""
+    return f"{tile}.cfd"
+
+
 def encode_depth_map(depth_map: DepthMap) -> bytes:
     """The same depth map gives the same bytes."""
     # an expected precision needs no more than three digits

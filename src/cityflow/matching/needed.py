@@ -1,19 +1,81 @@
-"""Parts of a reference image that can show the requested ground cells."""
+"""Parts of a reference image that can show the requested ground cells, for each ground tile by itself."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, FloatArray, IntArray
-from cityflow.core.camera import OrientedImage
+from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.ground_cells import GroundCells
-from cityflow.matching.lattice import MARGIN_PX, PairLattice
+from cityflow.matching.lattice import MARGIN_PX, Block, PairLattice
 
 PART_PX = 64
 """Edge of the squares of the reference image that are looked at or left out; set by hand."""
 
 Window = tuple[int, int, int, int]
 """First row, end row, first column, end column of the reference image; multiples of PART_PX but at the end of the image."""
+
+
+class NeededParts:
+    """Which parts of a reference image may have a point in the cells of which ground tile.
+
+    What is found for a tile depends on no other tile.
+
+    Parameters
+    ----------
+    grounds : name of each ground tile → its cells
+    heights : lowest ground and highest object, world metres
+    margin : ground around the cells that counts as theirs, metres
+
+    Attributes
+    ----------
+    of_tile : name of each tile that the image can show → (rows, cols) of all parts of the image
+    """
+
+    def __init__(
+        self, reference: OrientedImage, grounds: Mapping[str, GroundCells], heights: tuple[float, float], margin: float
+    ) -> None:
+        self._grounds, self._margin = grounds, margin
+        self.shape = parts_shape(reference.camera)
+        self.of_tile: dict[str, BoolArray] = {}
+        for name, keep in grounds.items():
+            window = window_of(reference, keep, heights, margin)
+            if window is not None:
+                self.of_tile[name] = np.zeros(self.shape, bool)
+                self.of_tile[name][parts_of(window)] = True
+
+    @property
+    def of_any(self) -> BoolArray:
+        """(rows, cols) of the parts that any tile needs."""
+        return np.logical_or.reduce([np.zeros(self.shape, bool), *self.of_tile.values()])
+
+    def narrow(
+        self, lattices: Sequence[PairLattice], level: int, window: tuple[slice, slice] = np.s_[:, :]
+    ) -> BoolArray:
+        """Leave out the parts of a window of them where no pair searches at a level over the cells; (rows, cols) of what any tile still needs in the window."""
+        tiles = {name: mask[window] for name, mask in self.of_tile.items() if mask[window].any()}
+        left = np.zeros(self.shape, bool)[window]
+        rows, cols = np.nonzero(np.logical_or.reduce([left, *tiles.values()]))
+        first = window[0].start or 0, window[1].start or 0
+        boxes = [ground_boxes(lattice, level, rows + first[0], cols + first[1]) for lattice in lattices]
+        for name, mask in tiles.items():
+            own = np.flatnonzero(mask[rows, cols])
+            found = [self._grounds[name].meets(box[own], self._margin) for box in boxes]
+            mask[rows[own], cols[own]] = np.logical_or.reduce(found)
+            left |= mask
+        return left
+
+
+def parts_shape(camera: Camera) -> tuple[int, int]:
+    return -(-camera.height // PART_PX), -(-camera.width // PART_PX)
+
+
+def parts_of(window: Window) -> tuple[slice, slice]:
+    """Rows and columns of the parts of a window."""
+    top, bottom, left, right = window
+    return np.s_[top // PART_PX : -(-bottom // PART_PX), left // PART_PX : -(-right // PART_PX)]
 
 
 def window_of(
@@ -59,71 +121,59 @@ def _aligned(uv: FloatArray, height: int, width: int) -> Window | None:
     return window if window[0] < window[1] and window[2] < window[3] else None
 
 
-def parts_shape(window: Window) -> tuple[int, int]:
-    return -(-(window[1] - window[0]) // PART_PX), -(-(window[3] - window[2]) // PART_PX)
+def ground_boxes(lattice: PairLattice, level: int, rows: IntArray, cols: IntArray) -> FloatArray:
+    """(N, 4) x_min, y_min, x_max, y_max around all points that the pair may find in parts, by what it searches at a level.
 
-
-def parts_of_pair(
-    lattice: PairLattice, level: int, window: Window, candidates: BoolArray, keep: GroundCells, margin: float
-) -> BoolArray:
-    """Which candidate parts of the window may have a point in the cells, by what this pair searches at a level.
-
-    A part's points lie in the hull of its corner rays between the depths that the ranges of its blocks allow.
+    A part's points lie in the hull of its corner rays between the depths that the ranges of its blocks allow. NaN where the partner does not see
+    the part, infinite where the hull is not bounded.
     """
-    needed = np.zeros_like(candidates)
-    rows, cols = np.nonzero(candidates)
-    normal = lattice.pair.reference.camera.undistort(_corners(window, rows, cols))
-    x, y = lattice.pair.rectified(normal)
-    found = np.array([_search_range(lattice, level, x[i], y[i]) for i in range(len(rows))]).reshape(-1, 2)
+    out = np.full((len(rows), 4), np.nan)
+    x, y = lattice.pair.rectified(lattice.pair.reference.camera.undistort(part_corners(lattice, rows, cols)))
+    under = blocks_under(lattice, level, x, y)
+    found = np.array([_search_range(lattice, level, ends) for ends in under.tolist()]).reshape(-1, 2)
     seen = np.isfinite(found[:, 0])
     x, y, found = x[seen], y[seen], found[seen]
     ends = [lattice.pair.world(x, y, lattice.pair.depths(x, y, found[:, i, None] + 0.0 * x)) for i in (0, 1)]
     hulls = np.concatenate(ends, axis=1)[..., :2]
-    needed[rows[seen], cols[seen]] = [not np.isfinite(hull).all() or _meets(keep, hull, margin) for hull in hulls]
-    return needed
+    boxes = np.concatenate([hulls.min(axis=1), hulls.max(axis=1)], axis=1)
+    boxes[~np.isfinite(hulls).all(axis=(1, 2))] = (-np.inf, -np.inf, np.inf, np.inf)
+    out[seen] = boxes
+    return out
 
 
-def _corners(window: Window, rows: IntArray, cols: IntArray) -> FloatArray:
-    """(N, 4, 2) image coordinates of the corners of parts."""
-    top, left = window[0] + rows * PART_PX, window[2] + cols * PART_PX
-    bottom, right = np.minimum(top + PART_PX, window[1]), np.minimum(left + PART_PX, window[3])
+def part_corners(lattice: PairLattice, rows: IntArray, cols: IntArray, more: int = 0) -> FloatArray:
+    """(N, 4, 2) image coordinates of the corners of parts, and of so many pixels of the image around them."""
+    camera = lattice.pair.reference.camera
+    top, left = np.maximum(rows * PART_PX - more, 0), np.maximum(cols * PART_PX - more, 0)
+    bottom = np.minimum((rows + 1) * PART_PX + more, camera.height)
+    right = np.minimum((cols + 1) * PART_PX + more, camera.width)
     corners = [(left, top), (right, top), (left, bottom), (right, bottom)]
     return np.stack([np.stack(c, axis=-1) for c in corners], axis=1).astype(np.float64)
 
 
-def compute_blocks(lattice: PairLattice, window: Window, needed: BoolArray) -> None:
-    """Match every block of level 0 that a needed part touches."""
-    rows, cols = np.nonzero(needed)
-    x, y = lattice.pair.rectified(lattice.pair.reference.camera.undistort(_corners(window, rows, cols)))
-    for block in sorted({b for i in range(len(rows)) for b in blocks_under(lattice, 0, x[i], y[i])}):
-        lattice.disparity(0, block)
-
-
-def blocks_under(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> list[tuple[int, int]]:
-    """Blocks of a level that the box around rectified positions of level 0 touches, two pixels of the level added."""
+def blocks_under(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> IntArray:
+    """(N, 4) first and end row, first and end column of the blocks of a level that boxes around (N, K) rectified positions of level 0 touch, two
+    pixels of the level added; no rows or columns where the lattice ends before."""
     edge = lattice.parameters.block_px * (1 << level)
     more = 2.0 * (1 << level) + 2.0
-    down, right = lattice.grid(level)
-    rows = range(max(int((y.min() - more) // edge), 0), min(int((y.max() + more) // edge) + 1, down))
-    cols = range(max(int((x.min() - more) // edge), 0), min(int((x.max() + more) // edge) + 1, right))
-    return [(i, j) for i in rows for j in cols]
+    ends = []
+    for at, size in zip((y, x), lattice.grid(level), strict=True):
+        first = np.clip(np.floor((at.min(axis=-1) - more) / edge), 0, size)
+        end = np.clip(np.floor((at.max(axis=-1) + more) / edge) + 1, first, np.maximum(first, size))
+        ends += [first, end]
+    return np.stack(ends, axis=-1).astype(np.int64)
 
 
-def _search_range(lattice: PairLattice, level: int, x: FloatArray, y: FloatArray) -> tuple[float, float]:
-    """Disparities of level 0 that can come out of the blocks under a part, with the margin that a finer level may add; NaN: none."""
-    ranges = [lattice.range(level, block) for block in blocks_under(lattice, level, x, y)]
+def blocks_within(ends: Sequence[int]) -> list[Block]:
+    """Blocks from a first to an end row and from a first to an end column."""
+    return [(i, j) for i in range(ends[0], ends[1]) for j in range(ends[2], ends[3])]
+
+
+def _search_range(lattice: PairLattice, level: int, ends: Sequence[int]) -> tuple[float, float]:
+    """Disparities of level 0 that can come out of blocks, with the margin that a finer level may add; NaN: none."""
+    ranges = [lattice.range(level, block) for block in blocks_within(ends)]
     known = [r for r in ranges if r is not None]
     if not known:
         return np.nan, np.nan
     step, margin = 1 << level, MARGIN_PX
     return (min(r[0] for r in known) - margin) * step, (max(r[1] for r in known) + margin) * step
-
-
-def _meets(keep: GroundCells, world: FloatArray, margin: float) -> bool:
-    """Whether the box around the points, widened by a margin, meets a chosen cell within the tile."""
-    (x_0, y_0), (x_1, y_1) = world.min(axis=0) - margin, world.max(axis=0) + margin
-    if x_1 < keep.tile[0] or y_1 < keep.tile[1] or x_0 > keep.tile[2] or y_0 > keep.tile[3]:
-        return False
-    cells = np.array(keep.chosen, np.float64) * keep.cell_m
-    across = (cells[:, 0] <= x_1) & (cells[:, 0] + keep.cell_m >= x_0)
-    return bool(np.any(across & (cells[:, 1] <= y_1) & (cells[:, 1] + keep.cell_m >= y_0)))

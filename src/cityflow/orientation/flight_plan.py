@@ -54,17 +54,18 @@ class FlightPlanParameters(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class FlightTile:
-    """One reference image over one ground tile: a unit of matching.
+    """One reference image over one ground tile: what a depth map is of.
 
     Attributes
     ----------
-    name : ground tile and reference image, unique in a survey
+    name : ground tile and reference image, unique in a survey;  tile : the ground tile
     reference : the reference image;  partners : images it is matched with, best first
     direction : name of the look direction for which it is reference image
     cells : the ground that it answers for
     """
 
     name: str
+    tile: str
     reference: str
     partners: tuple[str, ...]
     direction: str
@@ -186,12 +187,20 @@ class FlightPlan:
             self.reference_images(self._direction_of[k])
         return self._names_of_partners(k)
 
+    def cells_of(self, image: str) -> IntArray:
+        """(n, 2) column and row of the cells that a reference image answers for; none where it is none."""
+        k = self._index[image]
+        if k not in self._direction_of:
+            return np.empty((0, 2), np.int64)
+        found = self.reference_images(self._direction_of[k])
+        return found.cell[found.view == k]
+
     def flight_tiles(self, tile_name: str, bounds: Bounds) -> tuple[FlightTile, ...]:
-        """All units of matching over a ground tile, direction by direction, in the order of their reference images' names.
+        """The reference images of a ground tile, direction by direction, in the order of their names.
 
         Parameters
         ----------
-        tile_name : of the ground tile, for the units' names
+        tile_name : of the ground tile
         bounds : of the ground tile, world metres
         """
         cell_m = self.cell_m
@@ -203,7 +212,9 @@ class FlightPlan:
                 reference = self.around.views[k].name
                 cells = GroundCells(bounds, cell_m, chosen)
                 tiles.append(
-                    FlightTile(f"{tile_name}.{reference}", reference, self._names_of_partners(k), direction, cells)
+                    FlightTile(
+                        f"{tile_name}.{reference}", tile_name, reference, self._names_of_partners(k), direction, cells
+                    )
                 )
         return tuple(tiles)
 

@@ -15,6 +15,7 @@ from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.pipeline.parameters import CityParameters
 from cityflow.pipeline.pipeline import PIPELINE
 from cityflow.pipeline.walk import Walk
+from cityflow.stages import match
 from cityflow.survey.area import EVERYWHERE, Area
 from cityflow.survey.city import City, outlines_are_missing
 from cityflow.survey.kept_plans import Plans
@@ -44,6 +45,8 @@ class CitySource:
         self.city = City(catalog, parameters, area, overrides, plans)
         self.walk = Walk(PIPELINE, self.city)
         self._foreseen: Counter[str] = Counter()
+        if not area.is_everywhere:
+            self.survey.matches.foreseen = self._matched_tiles
 
     @property
     def survey(self) -> Survey:
@@ -86,6 +89,11 @@ class CitySource:
             if known != 0:
                 found[name] = known
         return found
+
+    def _matched_tiles(self) -> set[str]:
+        """Ground tiles whose depth maps are asked for by what follows from the catalog alone."""
+        units = (unit for stage, unit in self.walk.foreseen(self._under_outlines()) if stage == match.NAME)
+        return {self.survey.matches.flight_tiles(unit)[0].tile for unit in units}
 
     def _under_outlines(self) -> list[Node]:
         """The tasks that follow from the catalog alone: those for outlines of the tiles and of all that touch them."""

@@ -30,13 +30,13 @@ def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHE
     matched = records.of(match.NAME)
     read = {r.unit: r for r in records.of(ingest.NAME) if r.unit in survey.images.assets}
     left_out = tuple(u for u, r in read.items() if r.status in (Status.FAILED, Status.REFUSED))
-    used = {name for r in matched for name in (base_of(r), *_pairs(r))}
+    used = {name for r in matched for name in (survey.matches.reference_of(r.unit), *_pairs(r))}
     return ImageFigures(
         images=len(survey.images.assets),
         left_out=left_out,
         unused=len(survey.images.assets) - len(used | set(left_out)),
         directions=tuple(_directions(survey, matched, set(left_out))),
-        refused=tuple(_refused(matched)),
+        refused=tuple(_refused(survey, matched)),
         tiles=tuple(_tiles(records)),
         parallaxes_px=tuple(_parallaxes(matched, "parallax_px")),
         match_seconds=sum(r.seconds for r in matched),
@@ -44,11 +44,6 @@ def image_figures(survey: Survey, records: CurrentRecords, area: Area = EVERYWHE
         asked_m2=float(asked.area),
         shown_share=surveyed_share(survey, asked),
     )
-
-
-def base_of(record: Record) -> str:
-    """The reference image of a flight tile, whose name is that of the ground tile and the image's."""
-    return record.unit.split(".", 1)[1]
 
 
 def _pairs(record: Record) -> Pairs:
@@ -60,14 +55,15 @@ def _directions(survey: Survey, matched: Iterable[Record], left_out: set[str]) -
     """Every cluster of views; a reference image of a small cluster that joined another one still counts for its own."""
     by_name: dict[str, list[Record]] = defaultdict(list)
     for record in matched:
-        by_name[survey.images.frame_of[base_of(record)].name].append(record)
+        by_name[survey.images.frame_of[survey.matches.reference_of(record.unit)].name].append(record)
     for frame in survey.images.frames:
         own = by_name[frame.name]
         tilts = np.degrees([survey.images.views[n].image.tilt for n in frame.images])
         pairs = [p for r in own for p in _pairs(r).values()]
+        references = {survey.matches.reference_of(r.unit) for r in own}
         yield DirectionRow(
             frame.name, len(frame.images), len(left_out.intersection(frame.images)), float(tilts.mean()),
-            (float(tilts.min()), float(tilts.max())), len(own), sum(int(r.result.get("points") or 0) for r in own),
+            (float(tilts.min()), float(tilts.max())), len(references), sum(int(r.result.get("points") or 0) for r in own),
             len(pairs), sum(not p["used"] for p in pairs),
             _median(_parallaxes(own, "parallax_px")), _median(_parallaxes(own, "parallax_rest_px")),
         )  # fmt: skip
@@ -77,14 +73,14 @@ def _parallaxes(matched: Iterable[Record], name: str) -> list[float]:
     return [float(p[name]) for r in matched for p in _pairs(r).values() if p["used"] and p.get(name) is not None]
 
 
-def _refused(matched: Iterable[Record]) -> list[RefusedPairs]:
+def _refused(survey: Survey, matched: Iterable[Record]) -> list[RefusedPairs]:
     """Pairs not used by kind of reason, the most frequent first; reasons that differ in figures only are one kind."""
     kinds: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
     for record in matched:
         for partner, pair in sorted(_pairs(record).items()):
             if not pair["used"]:
                 reason = str(pair["reason"]) or "no reason given"
-                kinds[kind_of_reason(reason)].append((reason, base_of(record), partner))
+                kinds[kind_of_reason(reason)].append((reason, survey.matches.reference_of(record.unit), partner))
     rows = [
         RefusedPairs(found[0][0], len(found), tuple(sorted({(base, partner) for _, base, partner in found})))
         for found in kinds.values()

@@ -111,8 +111,8 @@ def recipe(survey: Survey, unit: str) -> FrameRecipe:
     """One tile of one local frame, from the depth maps of its direction over the ground tiles that it looks at."""
     images = survey.images
     place = images.tilted.tiles[unit]
-    own = [images.flight_tile(u) for u in flight_tiles_over(survey, place.ground_tiles)]
-    seen = {f.name: (f.reference, *f.partners) for f in own if f.direction == place.frame.name}
+    over = flight_tiles_over(survey, place.ground_tiles)
+    seen = {f.name: (f.reference, *f.partners) for f in over if f.direction == place.frame.name}
     shown_here = {*place.frame.images, *(names[0] for names in seen.values())}
     shown = sorted({n for names in seen.values() for n in names} & shown_here)
     colours, views = colour_sources(survey, shown)

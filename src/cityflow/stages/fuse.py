@@ -35,7 +35,7 @@ class FuseInputs(TaskInputs):
     Attributes
     ----------
     bounds : of the tile, metres
-    failed : flight tiles over it without a depth map
+    failed : reference images over it that could not be matched
     cell_m : of the surface;  factor : its cells along one of the grid of terrain and classes
     """
 
@@ -48,10 +48,10 @@ class FuseInputs(TaskInputs):
 
 @dataclass(frozen=True, slots=True)
 class FuseRecipe(Recipe):
-    """The fused surface of one tile; `own` are the flight tiles over it, `place` names the lattice, the rest is as in `FuseInputs`."""
+    """The fused surface of one tile; `own`: the tasks that match over it, and their images; `place` names the lattice, the rest is as in `FuseInputs`."""
 
     depths: DepthSources
-    own: tuple[str, ...]
+    own: tuple[tuple[str, str], ...]
     place: str
     bounds: Bounds
     cell_m: float
@@ -63,10 +63,10 @@ class FuseRecipe(Recipe):
 
     def task(self, results: Results) -> Task:
         inputs, depths = self.depths.inputs(results)
-        failed = tuple(u for u in self.own if results.has_failed(MATCH, u))
+        failed = tuple(image for unit, image in self.own if results.has_failed(MATCH, unit))
         return replace(
             self.base,
-            inputs={**inputs, **{f"failed {u}": "missing" for u in failed}, "grid": self.place},
+            inputs={**inputs, **{f"failed {n}": "missing" for n in failed}, "grid": self.place},
             arguments=as_json(FuseInputs(depths, self.bounds, failed, self.cell_m, self.factor)),
         )
 
@@ -77,7 +77,7 @@ def recipe(survey: Survey, name: str) -> FuseRecipe:
         NAME, name, "cityflow.stages.fuse:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, name, survey.parameters.image_surface.fuse)), limits=survey.limits(NAME),
     )  # fmt: skip
-    own = tuple(flight_tiles_over(survey, [name]))
+    own = tuple((survey.matches.unit_of(f), f.reference) for f in flight_tiles_over(survey, [name]))
     lattice = survey.lattice
     return FuseRecipe(
         base, depth_sources(survey, _tiles_around(survey, name)), own, lattice.place, lattice.tiles[name].bounds, lattice.product_grid.cell,

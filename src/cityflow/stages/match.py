@@ -1,4 +1,4 @@
-"""Stage ``match``: one reference image over one ground tile, matched with its partners, becomes a depth map."""
+"""Stage ``match``: a reference image, matched with its partners, becomes a depth map for each ground tile."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from cityflow.core.building import Status
+from cityflow.core.depth_map import DepthMap
 from cityflow.core.grid import Bounds
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.json_values import rounded
@@ -19,7 +18,7 @@ from cityflow.flow.task import Limits, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import open_pixels
-from cityflow.handover.depth_map_files import encode_depth_map
+from cityflow.handover.depth_map_files import depth_map_name, encode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.survey.city import City
@@ -28,9 +27,17 @@ from cityflow.survey.results import Results
 from cityflow.survey.survey import Survey
 
 NAME = "match"
-VERSION = 1
-DEPTHS = "depth.cfd"
+VERSION = 2
 NO_PARTNER = "no partner of the reference image could be read"
+
+
+@dataclass(frozen=True, slots=True)
+class GroundTile(TaskInputs):
+    """A ground tile: its name, its bounds in metres, and column and row of the cells in it that are the reference image's."""
+
+    name: str
+    bounds: Bounds
+    chosen: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +46,13 @@ class MatchPlace(TaskInputs):
 
     Attributes
     ----------
-    tile : bounds of the ground tile;  cell_m : edge of its cells;  chosen : column and row of those that are the reference image's
+    tiles : a depth map is made of each;  cell_m : edge of their cells
     heights : lowest ground and highest object, world metres
     images : the reference image, then its partners, as they were taken
     """
 
-    tile: Bounds
+    tiles: tuple[GroundTile, ...]
     cell_m: float
-    chosen: tuple[tuple[int, int], ...]
     heights: tuple[float, float]
     images: tuple[OrientedField, ...]
 
@@ -91,12 +97,12 @@ class MatchRecipe(Recipe):
 
 
 def recipe(survey: Survey, unit: str) -> MatchRecipe:
-    """The depth map of one reference image over one ground tile."""
-    flight_tile = survey.images.flight_tile(unit)
-    names = (flight_tile.reference, *flight_tile.partners)
-    cells, view = flight_tile.cells, survey.images.flown[flight_tile.reference]
+    """The depth maps of one reference image."""
+    over = survey.matches.flight_tiles(unit)
+    names, view = (over[0].reference, *over[0].partners), survey.images.flown[over[0].reference]
+    tiles = tuple(GroundTile(f.tile, f.cells.tile, f.cells.chosen) for f in over)
     images = tuple(survey.images.flown[n].image for n in names)
-    place = MatchPlace(cells.tile, cells.cell_m, cells.chosen, view.heights, images)
+    place = MatchPlace(tiles, over[0].cells.cell_m, view.heights, images)
     base = Task(
         NAME, unit, "cityflow.stages.match:run", VERSION,
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)), limits=survey.limits(NAME),
@@ -105,17 +111,19 @@ def recipe(survey: Survey, unit: str) -> MatchRecipe:
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:
-    """Match, and write the depths of the pixels whose points stand in the tile."""
+    """Match, and write a depth map for each ground tile that points stand in."""
     given, parameters = task.arguments_as(MatchInputs), task.parameters_as(MatchParameters)
     reference, place = given.reference, given.place
     images = {image.name: image for image in place.images}
     pixels = {n: ReducedPixels(open_pixels(workspace.store, path), given.level) for n, path in given.pixels.items()}
     _refuse_unmatchable(reference, pixels.keys())
-    keep = GroundCells(place.tile, place.cell_m, place.chosen)
+    grounds = {t.name: GroundCells(t.bounds, place.cell_m, t.chosen) for t in place.tiles}
     partners = [(images[n], pixels[n]) for n in images if n in pixels and n != reference]
-    found = match(images[reference], pixels[reference], partners, keep, place.heights, parameters)
-    if found.depth_map is not None:
-        workspace.write(DEPTHS, encode_depth_map(found.depth_map))
+
+    def leave(tile: str, depth_map: DepthMap) -> None:
+        workspace.write(depth_map_name(tile), encode_depth_map(depth_map))
+
+    found = match(images[reference], pixels[reference], partners, grounds, place.heights, parameters, leave)
     status, reason = _verdict(found, given.unread)
     return workspace.outcome(status, reason, _figures(found))
 
@@ -131,7 +139,7 @@ def _refuse_unmatchable(reference: str, read: Iterable[str]) -> None:
 
 
 def _verdict(found: Matched, unread: Sequence[str]) -> tuple[Status, str]:
-    """A pair that could not be used leaves its reason in the record; only where none could be used the flight tile has failed."""
+    """A pair that could not be used leaves its reason in the record; only where none could be used the reference image has failed."""
     missing = [f"{n} could not be read" for n in unread]
     if found.pairs and not any(p.used for p in found.pairs):
         return Status.FAILED, "; ".join([*(f"{p.partner}: {p.reason}" for p in found.pairs), *missing])
@@ -139,11 +147,10 @@ def _verdict(found: Matched, unread: Sequence[str]) -> tuple[Status, str]:
 
 
 def _figures(found: Matched) -> dict[str, Any]:
-    depth_map = found.depth_map
-    known = 0 if depth_map is None else int(np.isfinite(depth_map.depth).sum())
+    """`blocks`: level → blocks of all pairs that were matched, and how many different ones these are."""
     return {
-        "points": known,
-        "window": [] if depth_map is None else [depth_map.row, depth_map.col, *depth_map.depth.shape],
+        "points": sum(found.points.values()),
+        "blocks": {str(level): [n.matched, n.different] for level, n in found.blocks.items()},
         "pairs": {
             p.partner: {"used": p.used, "reason": p.reason, "matched": round(p.matched, 4),
                          "parallax_px": rounded(p.parallax_px, 4), "parallax_90_px": rounded(p.parallax_90_px, 4),
@@ -156,18 +163,18 @@ def _figures(found: Matched) -> dict[str, Any]:
 
 def _images(city: City, unit: str) -> Iterable[Node]:
     """The reference image and its partners."""
-    flight_tile = city.survey.images.flight_tile(unit)
-    return [("ingest", n) for n in (flight_tile.reference, *flight_tile.partners)]
+    first = city.survey.matches.flight_tiles(unit)[0]
+    return [("ingest", n) for n in (first.reference, *first.partners)]
 
 
 STAGE = Stage(
     name=NAME,
-    unit="flight tile: one reference image over one ground tile",
-    text="windows of the reference image and its partners → depth map with precision, agreeing partners and colour",
+    unit="reference image",
+    text="the reference image and its partners → depth map with precision, agreeing partners and colour, in a part for each ground tile",
     needs=(_images,),
     task=task_by(recipe),
     draft=draft_by(recipe),
     parameters=(MatchParameters,),
-    cost=Cost(10.0, 1500.0, 10.0),
-    limits=Limits(1800, 6000),
+    cost=Cost(60.0, 1500.0, 40.0),
+    limits=Limits(10800, 6000),
 )

@@ -58,7 +58,6 @@ class ImageSurvey:
         self.views = {name: View(parameters.raw.developed(a.oriented), a.heights) for name, a in self.assets.items()}
         level = parameters.images.level
         self.flown = {n: _reduced(v, level) for n, v in self.views.items() if not looks_level(v.image, v.heights[1])}
-        self._units: dict[str, FlightTile] = {}
         self._texts: dict[str, tuple[str, str]] = {}
         self._over: dict[str, tuple[FlightTile, ...]] = {}
         self._ortho: dict[str, list[str]] = {}
@@ -180,14 +179,8 @@ class ImageSurvey:
     def flight_tiles(self, tile: Tile) -> Sequence[FlightTile]:
         """The reference images of a ground tile, each with its partners and cells."""
         if tile.name not in self._over:
-            found = self.plan.flight_tiles(tile.name, tile.bounds)
-            self._over[tile.name] = found
-            self._units.update({f.name: f for f in found})
+            self._over[tile.name] = self.plan.flight_tiles(tile.name, tile.bounds)
         return self._over[tile.name]
-
-    def flight_tile(self, unit: str) -> FlightTile:
-        """One that `flight_tiles` has named."""
-        return self._units[unit]
 
     def shown(self, name: str) -> tuple[str, str]:
         """Pose and balance of an image as JSON text, and its digest, made once: a task of a unit has dozens of them."""

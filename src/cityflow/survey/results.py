@@ -121,6 +121,12 @@ class Results:
         """Path → digest of the products of a task."""
         return {p: d for p, d in self.outputs_of(stage, unit).items() if p.startswith("products/")}
 
+    def output_of(self, stage: str, unit: str, name: str) -> tuple[str, str] | None:
+        """Path and digest of what a task left under a name; None where it left no such file."""
+        left = self.of(stage, unit)
+        found = () if left is None else zip(left.paths, left.sums, strict=True)
+        return next((written for written in found if written[0].endswith(f"/{name}")), None)
+
     def reason_of(self, stage: str, unit: str) -> str:
         """Why a task did less than it should; empty where all is well."""
         left = self.of(stage, unit)

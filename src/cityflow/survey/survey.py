@@ -24,6 +24,7 @@ from cityflow.survey.given_outlines import GivenOutlines
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.survey.kept_plans import Plans
 from cityflow.survey.lidar_survey import LidarSurvey
+from cityflow.survey.match_units import MatchUnits
 from cityflow.survey.point_files import PointIndex
 from cityflow.survey.raster_survey import RasterSurvey
 from cityflow.survey.results import Results
@@ -45,6 +46,7 @@ class Survey:
     Attributes
     ----------
     lidar : files, none where the surface has another source;  images : all that the catalog has, for textures at least
+    matches : which task matches what of the images
     source : of the surface;  lattice : how the world is cut
     results, given, index : what tasks have left: records, given outlines, points of buildings
     """
@@ -56,6 +58,7 @@ class Survey:
         kind = _source_of(catalog, parameters.points.source)
         self.lidar = LidarSurvey(catalog.lidar if kind == LIDAR else (), parameters)
         self.images = ImageSurvey(catalog, parameters, plans)
+        self.matches = MatchUnits(self.images)
         others: dict[str, Source] = {LIDAR: self.lidar, IMAGES: self.images}
         self.source = others.get(kind) or RasterSurvey(catalog.rasters, parameters)
         self.lattice = Lattice(self.source, parameters.tiles.tile_m, catalog.reference.code)

@@ -14,7 +14,7 @@ class DirectionRow:
     name : of the direction, as ``nadir`` or ``east_45``
     images, left_out : how many look there, and how many of them could not be read
     tilt_deg : mean angle to the vertical;  tilts_deg : least and greatest
-    flight_tiles : windows matched with a reference image of this direction;  points : depths found in them
+    references : reference images matched for this direction;  points : depths found in them
     pairs, refused : pairs matched and pairs not used
     parallax_px, parallax_rest_px : medians over the pairs used: of the offset between their rows, and of what single patches miss after
         its correction; None where not measured
@@ -25,7 +25,7 @@ class DirectionRow:
     left_out: int
     tilt_deg: float
     tilts_deg: tuple[float, float]
-    flight_tiles: int
+    references: int
     points: int
     pairs: int
     refused: int
@@ -39,7 +39,7 @@ class RefusedPairs:
 
     Attributes
     ----------
-    reason : of the first of them;  count : how often, over all ground tiles
+    reason : of the first of them;  count : how many
     pairs : names of reference image and partner, each pair once, sorted
     """
 
@@ -73,7 +73,7 @@ class ImageFigures:
 
     Attributes
     ----------
-    images, left_out : in the catalog, and of these not read;  unused : read, but in no flight tile
+    images, left_out : in the catalog, and of these not read;  unused : read, but in no pair
     asked_m2, shown_share : the area that was asked for, and how much of it enough images see, 0 to 1; None where not known
     match_seconds, sgm_seconds : of all matching, and of this inside the library's matcher
     parallaxes_px : vertical parallax of every pair used

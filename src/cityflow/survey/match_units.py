@@ -1,0 +1,64 @@
+"""Which task matches a reference image over a ground tile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import product
+
+import numpy as np
+
+from cityflow.orientation.flight_plan import FlightTile
+from cityflow.survey.image_survey import ImageSurvey
+
+
+class MatchUnits:
+    """A task matches a reference image over all ground tiles that are asked for from the start, so that no pixel of a pair is matched twice.
+
+    With an area of interest, buildings at its edge may ask for more ground than can be told from the start. That is matched by tasks of one
+    reference image over one ground tile, which are named after both.
+
+    Attributes
+    ----------
+    foreseen : finds the ground tiles whose depth maps are asked for, as far as it can be told before anything has run; None: all
+    """
+
+    def __init__(self, images: ImageSurvey) -> None:
+        self._images = images
+        self.foreseen: Callable[[], Iterable[str]] | None = None
+        self._first: frozenset[str] | None = None
+
+    def unit_of(self, found: FlightTile) -> str:
+        """The task that makes the depth map of a reference image over a ground tile."""
+        return found.reference if self._is_foreseen(found.tile) else found.name
+
+    def flight_tiles(self, unit: str) -> list[FlightTile]:
+        """What a task that `unit_of` has named makes depth maps of; south-west first."""
+        tiles, reference = self._images.tiles, self.reference_of(unit)
+        over = self._foreseen_near(unit) if unit == reference else [unit.split(".", 1)[0]]
+        return [f for n in over for f in self._images.flight_tiles(tiles[n]) if f.reference == reference]
+
+    def reference_of(self, unit: str) -> str:
+        """The reference image of a task, by its name alone: it may be of another request."""
+        return unit if unit in self._images.flown else unit.split(".", 1)[-1]
+
+    def _is_foreseen(self, tile: str) -> bool:
+        if self.foreseen is None:
+            return True
+        if self._first is None:
+            # while it is found out, no tile is foreseen: each is named by a task of its own
+            self._first = frozenset()
+            self._first = frozenset(self.foreseen())
+        return tile in self._first
+
+    def _foreseen_near(self, image: str) -> list[str]:
+        """Names of the tiles that the cells of a reference image may meet and that are asked for from the start, south-west first."""
+        plan, tile_m = self._images.plan, self._images.parameters.tiles.tile_m
+        cells = plan.cells_of(image) * plan.cell_m / tile_m
+        low, high = np.floor(cells).astype(np.int64), np.floor(cells + plan.cell_m / tile_m).astype(np.int64)
+        found = {
+            (row, col)
+            for (c_0, r_0), (c_1, r_1) in zip(low.tolist(), high.tolist(), strict=True)
+            for row, col in product(range(r_0, r_1 + 1), range(c_0, c_1 + 1))
+        }
+        names = [f"{col}_{row}" for row, col in sorted(found)]
+        return [name for name in names if name in self._images.tiles and self._is_foreseen(name)]
