@@ -42,17 +42,26 @@ MOST_TILT = np.radians(20.0)
 
 
 class _OneMatch(CitySource):
+    fuse = False
+
     def initial(self):  # type: ignore[no-untyped-def]
-        chosen = central_flight_tile(self.survey.images)
-        yield from self.walk.want([("match", chosen.reference)])
+        images = self.survey.images
+        chosen, every = central_flight_tile(images), images.flight_tiles
+        if self.fuse:  # the tile is fused from the depths of this one image
+            images.__dict__["flight_tiles"] = lambda tile: [f for f in every(tile) if f.reference == chosen.reference]
+        yield from self.walk.want([("fuse", chosen.tile) if self.fuse else ("match", chosen.reference)])
 
 
 @dataclass(frozen=True, slots=True)
 class OneMatch(Prepared):
-    """A run of one reference image and what it reads."""
+    """A run of one reference image and what it reads; with `fuse`, of the ground tile under its middle, too."""
+
+    fuse: bool = False
 
     def source(self) -> CitySource:
-        return _OneMatch(self.catalog, self.workflow.city, self.area, self.overrides)
+        source = _OneMatch(self.catalog, self.workflow.city, self.area, self.overrides)
+        source.fuse = self.fuse
+        return source
 
 
 def central_flight_tile(images: ImageSurvey) -> FlightTile:
@@ -105,12 +114,13 @@ def main() -> None:
     options.add_argument("--factor", type=int, default=4)
     options.add_argument("--out", type=Path, required=True, help="folder for the enlarged survey and its run")
     options.add_argument("--limit-mb", type=float, default=3000.0)
+    options.add_argument("--fuse", action="store_true", help="fuse the ground tile under its middle from its depths, too")
     o = options.parse_args()
     enlarged_survey(o.survey, o.out, o.factor)
-    limits = [f"execution.{stage}.memory_mb={o.limit_mb:g}" for stage in ("ingest", "match")]
+    limits = [f"execution.{stage}.memory_mb={o.limit_mb:g}" for stage in ("ingest", "match", "fuse")]
     workflow = load_workflow(WORKFLOW, limits)
     catalog = read_catalog(str(o.out / "catalog"))
-    wanted = OneMatch(workflow, catalog, parse_area("", catalog.reference), Store.open(str(o.out / "run")))
+    wanted = OneMatch(workflow, catalog, parse_area("", catalog.reference), Store.open(str(o.out / "run")), fuse=o.fuse)
     check_run(wanted)
     execute(wanted, "", 1, Console(stderr=True), lambda: describe_run(wanted))
     camera = catalog.images[0].oriented.camera
