@@ -27,7 +27,6 @@ from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.catalog.stac_assets import Catalog
 from cityflow.matching.match import MatchParameters
 from cityflow.stages.synth.synthetic_survey import town_of
-from cityflow.synthetic.caster import Scene
 from matching_steps import STEPS
 from run_here import RunCost, run_here
 from scenes.matched_images import (
@@ -35,7 +34,7 @@ from scenes.matched_images import (
     match_whole,
     reference_views,
     tiled_pixels,
-    true_view,
+    true_views,
 )
 from scenes.vector_loops import bare_rate, path_rate, plain_sgbm_seconds
 from step_times import COMPILING, StepTimes, share_table
@@ -79,9 +78,6 @@ def measure_images(o: argparse.Namespace) -> dict[str, float]:
     names = sorted({n for v in views for n in (v.image.name, *(p.name for p in v.partners))})
     pixels = tiled_pixels(catalog, names, survey / "tiled")
     baseline = baseline_of(catalog)
-    p = parameters_of(survey)
-    town = town_of(p.seed, p.whole_town)
-    scene = None if o.no_truth else Scene(town.mesh(town.bounds))
     times, matched, accuracy = StepTimes(STEPS), 0, []
     begun = time.process_time()
     found = []
@@ -90,11 +86,12 @@ def measure_images(o: argparse.Namespace) -> dict[str, float]:
             found.append(match_whole(view, pixels, MatchParameters()))
             matched += view.image.camera.width * view.image.camera.height
     seconds = time.process_time() - begun - times.seconds[COMPILING]
-    for view, result in zip(views, found, strict=True):
+    truths = [] if o.no_truth else true_views(parameters_of(survey), [v.image for v in views], survey / "tiled")
+    for k, (view, result) in enumerate(zip(views, found, strict=True)):
         pairs = f"{sum(p.used for p in result.pairs)} of {len(result.pairs)} pairs used"
         line = f"{view.image.name}, {view.direction}: {pairs}"
-        if scene is not None and result.depth_map is not None:
-            accuracy.append(depth_figures(result.depth_map, true_view(scene, view.image)))
+        if truths and result.depth_map is not None:
+            accuracy.append(depth_figures(result.depth_map, truths[k]))
             line += "; " + ", ".join(f"{k} {v:.4g}" for k, v in accuracy[-1].items())
         print(line)
     print(*share_table(times, seconds, "of match"), sep="\n")

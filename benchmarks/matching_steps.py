@@ -21,7 +21,7 @@ def _both_ways(left: Any, _right: Any, count: int, *_: Any) -> float:
 STEPS = (
     Step("decode", "cityflow.io.images.tiled_images:TiledImage.window"),
     Step("grey values", f"{M}.grey:GreyImage._tile"),
-    Step("grey values", f"{M}.grey:GreyImage.of"),
+    Step("grey values", f"{M}.grey:_curve"),
     Step("resample", f"{M}.resample:resampled"),
     Step("cost and aggregation, {}", f"{M}.sgm:matched_block", _level, _both_ways),
     Step("left-right check", f"{M}.sgm:_checked"),

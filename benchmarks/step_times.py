@@ -132,7 +132,7 @@ class StepTimes(event.Listener):
 
 
 def share_table(times: StepTimes, total: float, unit: str) -> list[str]:
-    """Lines of a table: step, calls, seconds and share of `total`; the dearest first."""
+    """Lines of a table: step, calls, seconds and share of `total`, which is without compiling; the dearest first."""
     lines = [f"{'step':<34} {'calls':>7} {'s ' + unit:>12} {'share':>7}"]
     for name, seconds in sorted(times.seconds.items(), key=lambda item: -item[1]):
         lines.append(f"{name:<34} {times.calls[name]:>7} {seconds:>12.2f} {seconds / max(total, 1e-9):>7.1%}")

@@ -1,4 +1,4 @@
-"""Compile once what numba compiles, on a small synthetic town: houses, and pictures matched, fused and laid over their surface.
+"""Compile once what numba compiles, on a small synthetic town: houses found and made, and pictures matched, fused and laid over their surface.
 
 Otherwise the first tasks of the first run wait for it.
 """
@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import gc
 from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
 from multiprocessing import get_context
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import shapely
+from shapely import Polygon
 
+from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
 from cityflow.core.depth_map import points_of
@@ -23,12 +26,17 @@ from cityflow.core.pixels import ArrayPixels
 from cityflow.core.points import PointCloud
 from cityflow.core.reconstruction import Evidence
 from cityflow.core.splitting import FrameRasters, SplitEvidence
+from cityflow.core.wall_points import WallPoints
 from cityflow.flow.store import Store
 from cityflow.flow.workspace import Workspace
 from cityflow.geometry.textured_view import TexturedTriangles
 from cityflow.handover.depth_map_files import decode_depth_map, encode_depth_map
 from cityflow.matching.match import MatchParameters, match
+from cityflow.outlines.find import FindParameters, RegionSurface, find_outlines
 from cityflow.outlines.from_walls.wall_points import WallPointParameters, find_wall_points
+from cityflow.outlines.under_eaves.facades_inside import SeenHouses
+from cityflow.outlines.under_eaves.found_walls import found_walls_in, seen_in
+from cityflow.outlines.under_eaves.walls_in import WallsInParameters
 from cityflow.reconstruction.extruded import extrude
 from cityflow.reconstruction.measures import measure
 from cityflow.reconstruction.model import ModelParameters
@@ -40,7 +48,9 @@ from cityflow.stages.synth.synthetic_survey import SynthParameters
 from cityflow.surface.image_surface import image_surface
 from cityflow.surface.ortho_visibility import BlockingSurface
 from cityflow.surface.point_classes import classify_points
+from cityflow.surface.tile_surface import surface_of_tile
 from cityflow.surface.true_ortho import true_ortho
+from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 from cityflow.synthetic.flight_presets import preset
 from cityflow.synthetic.town import TownParameters, make_town
 from cityflow.synthetic.town_lidar import town_lidar
@@ -89,6 +99,8 @@ def match_pictures() -> None:
     points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), middle.image)
     assert len(points), "the plain was not matched"
     find_wall_points(points, WallPointParameters())
+    seen = [Witness.of(view.image, [found.depth_map]) for view in images]
+    without_refuted(found.depth_map, words_for(seen, cells.bounds, WitnessParameters()))
     surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid
@@ -131,6 +143,42 @@ def split_row() -> None:
         assert len(found.units) > 1, "the row was not cut"
 
 
+def find_house() -> None:
+    """The outline of an angled house in its heights and façades, as pictures show them, and in the points of a laser."""
+    house = Polygon([(10.0, 10.0), (24.0, 10.0), (24.0, 16.0), (17.0, 16.0), (17.0, 22.0), (10.0, 22.0)])
+    grid, rng = Grid.covering((0.0, 0.0, 34.0, 32.0), 0.4), np.random.default_rng(1)
+    x, y = rng.uniform((0.0, 0.0), (34.0, 32.0), (12000, 2)).T
+    scan = np.column_stack(
+        [x, y, np.where(shapely.contains_xy(house, x, y), 6.0, 0.0) + rng.normal(0.0, 0.02, x.shape)]
+    )
+    facades, normals = _facades(house, rng)
+    cloud = np.concatenate([scan, facades])
+    scanned = surface_of_tile(PointCloud.of(cloud), grid.bounds, 0.0)
+    ndsm = np.where(shapely.contains_xy(house, *grid.centres()), 6.0, 0.0).astype(np.float32)
+    walls = WallPoints(facades, normals, np.full(len(facades), 0.05, np.float32), np.full(len(facades), 3, np.uint8))
+    for surface in (
+        RegionSurface(grid, ndsm, np.where(ndsm > 2, 6, 2).astype(np.uint8), np.zeros(grid.shape, bool), grid.bounds,
+                      np.ones(grid.shape, np.uint32), walls, np.zeros(grid.shape, np.float32), highest=False),
+        RegionSurface(scanned.grid, scanned.ndsm, scanned.klass, scanned.holes, grid.bounds, scanned.count.astype(np.uint32), None, scanned.dtm),
+    ):  # fmt: skip
+        found = find_outlines(surface, FindParameters())
+        assert len(found) == 1, "the house was not found"
+        found_walls_in(found, seen_in(surface) or SeenHouses.of(cloud, None), WallsInParameters())
+
+
+def _facades(house: Polygon, rng: np.random.Generator) -> tuple[FloatArray, Float32Array]:
+    """Points on the walls of a house, and which way each looks."""
+    xyz, normals = [], []
+    for a, b in pairwise(shapely.get_coordinates(shapely.orient_polygons(house))):
+        along = (b - a) / np.hypot(*(b - a))
+        s, z = np.meshgrid(np.arange(0.05, np.hypot(*(b - a)), 0.1), np.arange(0.1, 5.9, 0.1))
+        normal = np.array([along[1], -along[0]])
+        plan = a + s.reshape(-1, 1) * along + rng.normal(0.0, 0.03, (s.size, 1)) * normal
+        xyz.append(np.column_stack([plan, z.ravel()]))
+        normals.append(np.tile(normal, (s.size, 1)))
+    return np.concatenate(xyz), np.concatenate(normals).astype(np.float32)
+
+
 def render() -> None:
     """A picture of a synthetic town, as the demonstration takes them."""
     flight = preset("nadir", width_px=96, height_px=64, gsd_m=0.3)
@@ -143,7 +191,9 @@ if __name__ == "__main__":
     # the longest first; a house is painted when the first has compiled what both want. With Python's usual 700 new objects
     # between two collections, a seventh of the time goes into these
     with ProcessPoolExecutor(2, get_context("spawn"), gc.set_threshold, (100_000,)) as pool:
-        for part in [pool.submit(p) for p in (reconstruct_houses, match_pictures, split_row, paint_house, render)]:
+        for part in [
+            pool.submit(p) for p in (reconstruct_houses, match_pictures, find_house, split_row, paint_house, render)
+        ]:
             part.result()
     for of in (CITY, SYNTH):
         known_keys(of)  # so that the first typing error is answered at once

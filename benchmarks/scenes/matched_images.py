@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import cv2
@@ -21,6 +21,7 @@ from cityflow.io.images.tiled_images import open_image, tile_image
 from cityflow.matching.match import Matched, MatchParameters, match
 from cityflow.orientation.views import View, footprint
 from cityflow.pipeline.parameters import CityParameters
+from cityflow.stages.synth.synthetic_survey import SynthParameters, town_of
 from cityflow.survey.image_survey import ImageSurvey
 from cityflow.synthetic.caster import NOTHING, Scene
 from cityflow.synthetic.mesh import Part
@@ -105,27 +106,43 @@ class TrueView:
     """
 
     depth: Float32Array
-    across: FloatArray
-    gsd: FloatArray
+    across: Float32Array
+    gsd: Float32Array
     ground_or_roof: BoolArray
     wall: BoolArray
 
 
-def true_view(scene: Scene, image: OrientedImage) -> TrueView:
+def true_views(parameters: SynthParameters, images: Sequence[OrientedImage], folder: Path) -> list[TrueView]:
+    """The truth of each image, kept in the folder."""
+    missing = [image for image in images if not _file(folder, image).exists()]
+    if missing:
+        town = town_of(parameters.seed, parameters.whole_town)
+        scene = Scene(town.mesh(town.bounds))
+        for image in missing:
+            made = _true_view(scene, image)
+            np.savez(_file(folder, image), **{f.name: getattr(made, f.name) for f in fields(made)})
+    return [TrueView(**np.load(_file(folder, image))) for image in images]
+
+
+def _file(folder: Path, image: OrientedImage) -> Path:
+    return folder / f"{image.name}.npz"
+
+
+def _true_view(scene: Scene, image: OrientedImage) -> TrueView:
     depth, triangle = truth_depth(scene, image)
     hit = triangle != NOTHING
     rows, cols = np.mgrid[0 : depth.shape[0], 0 : depth.shape[1]]
     rays = image.rays(np.stack([cols + 0.5, rows + 0.5], axis=-1).reshape(-1, 2)).reshape(*depth.shape, 3)
     normal, part = scene.surfaces.normal[triangle], scene.surfaces.part[triangle]
-    across = np.abs((normal * rays).sum(axis=-1))
-    gsd = depth.astype(np.float64) / image.camera.fx
+    across = np.abs((normal * rays).sum(axis=-1)).astype(np.float32)
+    gsd = depth / np.float32(image.camera.fx)
     clear = hit & ~_near_steps(depth[..., None] * rays, normal, STEP_PX * gsd)
     seen = across / np.linalg.norm(rays, axis=-1)
     solid = np.isin(part, (Part.GROUND, Part.STREET, Part.ROOF))
     return TrueView(depth, across, gsd, clear & solid, clear & (part == Part.WALL) & (seen > LEAST_WALL))
 
 
-def _near_steps(xyz: FloatArray, normal: FloatArray, limit: FloatArray) -> BoolArray:
+def _near_steps(xyz: FloatArray, normal: FloatArray, limit: Float32Array) -> BoolArray:
     """Pixels within `CLEAR_PX` of one whose neighbour lies off its plane."""
     step = np.zeros(limit.shape, np.uint8)
     for axis in (0, 1):

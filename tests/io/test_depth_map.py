@@ -29,6 +29,14 @@ def test_what_is_written_is_read() -> None:
     found.depth[0, 0] = 1.0  # may be filtered in place
 
 
+def test_colours_can_be_left_out() -> None:
+    made = _depth_map((4, 5))
+    found = decode_depth_map(encode_depth_map(made), colour=False)
+    assert found.colour.size == 0
+    np.testing.assert_array_equal(found.depth, made.depth)
+    np.testing.assert_array_equal(found.views, made.views)
+
+
 def test_an_empty_window_is_kept() -> None:
     found = decode_depth_map(encode_depth_map(_depth_map((0, 5))))
     assert found.depth.shape == (0, 5)

@@ -11,6 +11,7 @@ import box_scene
 from box_scene import BOXES, BoxScene, nadir_views, oblique_views
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap, points_of
+from cityflow.surface import witnesses
 from cityflow.surface.witnesses import Witness, WitnessParameters, without_refuted, words_for
 
 AROUND = (-12.0, -10.0, 12.0, 10.0)
@@ -151,3 +152,30 @@ def test_the_part_of_a_tile_is_cut_out(images: list[OrientedImage]) -> None:
     inside = asked(images[0], made)[40:90, 50:130]
     assert np.array_equal(np.isfinite(kept.depth), inside)
     assert (kept.views[inside] == 2).all()
+
+
+@pytest.mark.parametrize("noise_m", [0.05, 0.5])
+def test_what_nine_pixels_say_at_a_glance_is_what_they_say_one_by_one(noise_m: float) -> None:
+    """Depths near to every limit: alike, behind, before, beyond the reach, unknown, without a standard deviation."""
+    rng = np.random.default_rng(3)
+    shape, n = (60, 80), 6000
+    depth = (100.0 + np.where(np.arange(80) < 40, 0.0, 6.0) + rng.normal(0, noise_m, shape)).astype(np.float32)
+    depth[rng.random(shape) < 0.05] = np.nan
+    sigma = rng.uniform(0.0, 0.3, shape).astype(np.float32)
+    views = np.where(np.isnan(depth), 0, rng.integers(1, 6, shape)).astype(np.uint8)
+    at = np.arange(n)
+    places, aside = rng.uniform(-1, (81, 61), (n, 2)), rng.uniform(0, 60, n)
+    far, own = 100.0 + rng.choice([-6.0, 0.0, 0.3, 6.0, 12.0], n), rng.uniform(0, 0.3, n).astype(np.float32)
+    limits, lens = (3.0, 0.003, 3.0), (1.0, 1.0, 0.0, 0.0, 0, 0)
+    for exact in (True, False):
+        found, rasters = np.zeros(n, np.int64), (depth, sigma, views, exact)
+        witnesses._weigh(places, lens, far, aside, own, rasters, limits, at, found)
+        row, col = np.floor(places[:, 1]).astype(int), np.floor(places[:, 0]).astype(int)
+        seen = (row >= 0) & (col >= 0) & (row < 60) & (col < 80)
+        seen[seen] = np.isfinite(depth[row[seen], col[seen]])
+        expected = [
+            witnesses._word(row[i], col[i], (far[i], aside[i], own[i]), rasters, limits) if seen[i] else 0 for i in at
+        ]
+        assert found.tolist() == expected
+        assert len(set(expected)) > 8
+        sigma[rng.random(shape) < 0.1] = np.nan

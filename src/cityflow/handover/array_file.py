@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,8 @@ def encode_arrays(arrays: Mapping[str, NDArray[Any]], attributes: Mapping[str, A
     return MAGIC + struct.pack("<I", len(text)) + text + b"".join(blocks)
 
 
-def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Writable arrays by name, and their attributes.
+def decode_arrays(data: bytes, without: Collection[str] = ()) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Writable arrays by name but those in `without`, and their attributes.
 
     Raises
     ------
@@ -46,7 +46,8 @@ def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]
     header = json.loads(data[start : start + length])
     place, arrays = start + length, {}
     for name, (dtype, shape, size) in header["arrays"].items():
-        arrays[name] = _array(data[place : place + size], dtype, shape)
+        if name not in without:
+            arrays[name] = _array(data[place : place + size], dtype, shape)
         place += size
     return arrays, header["said"]
 

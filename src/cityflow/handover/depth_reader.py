@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,6 @@ VERSION = 2
 """Of what is refuted."""
 POINTS_KEPT = 15_000_000
 """Of some 40 bytes each."""
-NO_PICTURE = np.empty((0, 0, 0), np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +67,7 @@ class DepthReader:
     def _points(self, path: str) -> ImagePoints:
         if path in self._kept:
             return self._kept[path]
-        depth_map = without_refuted(self._read(path), self._words)
+        depth_map = without_refuted(decode_depth_map(self._store.read_bytes(path)), self._words)
         whole = points_of(depth_map, self._images[depth_map.image])
         points = whole.take(within(whole, self._around))
         self._extent[path] = _extent(points)
@@ -76,18 +75,14 @@ class DepthReader:
             self._kept[path] = points
         return points
 
-    def _read(self, path: str) -> DepthMap:
-        return decode_depth_map(self._store.read_bytes(path))
-
     @cached_property
     def _words(self) -> dict[str, Words]:
         """Votes for each depth of the wanted images, found once from all maps."""
         parts: dict[str, list[DepthMap]] = {}
         asked, wanted = set[str](), frozenset(self._given.wanted)
         for path in self._given.maps:
-            found = self._read(path)
-            # pictures are not needed here, and are most of a map
-            parts.setdefault(found.image, []).append(replace(found, colour=NO_PICTURE))
+            found = decode_depth_map(self._store.read_bytes(path), colour=False)
+            parts.setdefault(found.image, []).append(found)
             if path in wanted:
                 asked.add(found.image)
         witnesses = [Witness.of(self._images[n], parts[n]) for n in sorted(parts)]

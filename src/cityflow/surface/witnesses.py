@@ -32,6 +32,9 @@ AGREEMENT_SIGMAS = 3.0
 AGREEMENT_GSD = 3.0
 """And so many ground pixels, since a slope falls within a pixel; set by hand."""
 
+SURELY = 0.999999
+"""What is nearer to a limit than this is computed in full: far more than float32 rounds."""
+
 
 class WitnessParameters(Parameters):
     """When two depth maps see the same, and how far a witness may look past a point."""
@@ -53,6 +56,7 @@ class Witness:
     image : its orientation
     row, col : level-0 pixel of the rasters' upper left corner
     depth, sigma : (h, w) float32, as in `DepthMap`, metres;  views : (h, w) uint8
+    exact : each depth has a standard deviation of 0 or more
     """
 
     image: OrientedImage
@@ -61,6 +65,7 @@ class Witness:
     depth: Float32Array
     sigma: Float32Array
     views: ByteArray
+    exact: bool
 
     @classmethod
     def of(cls, image: OrientedImage, parts: Sequence[DepthMap]) -> Witness:
@@ -77,7 +82,7 @@ class Witness:
             at = np.s_[m.row - top : m.row - top + known.shape[0], m.col - left : m.col - left + known.shape[1]]
             for whole, part in ((depth, m.depth), (sigma, m.sigma), (views, m.views)):
                 whole[at][known] = part[known]
-        return cls(image, top, left, depth, sigma, views)
+        return cls(image, top, left, depth, sigma, views, bool(np.all((sigma >= 0) | np.isnan(depth))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,16 +190,19 @@ def _limits(witness: Witness) -> _View:
     return _View(*map(float, (*(normal.min(axis=0) - more), *(normal.max(axis=0) + more))))
 
 
-def _hear(asked: _Asked, other: Witness, limits: _View, p: WitnessParameters, speaking: IntArray) -> None:
+def _hear(asked: _Asked, other: Witness, view: _View, p: WitnessParameters, speaking: IntArray) -> None:
     """Add to `speaking` (N,) the words of another image for the points, and take those against them away."""
     image = other.image
-    at, normal, depth, aside = _in_view(asked.xyz, image.rotation, image.centre, limits)
+    at, normal, depth, aside = _in_view(asked.xyz, image.rotation, image.centre, view)
     if not len(at):
         return
-    uv = image.camera.distort(normal) - (other.col, other.row)
-    gsd = AGREEMENT_GSD / image.camera.fx
-    _weigh(uv, depth, aside, asked.sigma[at], (other.depth, other.sigma, other.views),
-           (AGREEMENT_SIGMAS, gsd, p.reach_m), at, speaking)  # fmt: skip
+    camera = image.camera
+    lens = (camera.fx, camera.fy, camera.cx, camera.cy) if camera.is_pinhole else (1.0, 1.0, 0.0, 0.0)
+    places = normal if camera.is_pinhole else camera.distort(normal)
+    gsd = AGREEMENT_GSD / camera.fx
+    rasters = (other.depth, other.sigma, other.views, other.exact)
+    limits = (AGREEMENT_SIGMAS, gsd, p.reach_m)
+    _weigh(places, (*lens, other.row, other.col), depth, aside, asked.sigma[at], rasters, limits, at, speaking)
 
 
 @njit(cache=True, nogil=True)
@@ -220,29 +228,62 @@ def _in_view(xyz, rotation, centre, limits):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _weigh(uv, depth, aside, sigma, rasters, limits, at, speaking):  # type: ignore[no-untyped-def]
-    """A witness looks through a point where it is seen further off in the point's pixel and all around it that are known."""
-    their_depth, their_sigma, their_views = rasters
+def _weigh(places, lens, depth, aside, sigma, rasters, limits, at, speaking):  # type: ignore[no-untyped-def]
+    """A witness looks through a point where it is seen further off in the point's pixel and all around it that are known.
+
+    Mostly all nine pixels are alike, behind or before beyond any doubt of rounding: that is seen by their extremes, without a branch for each.
+    `lens` leads from places to image coordinates: focal lengths, principal point, and the pixel where the rasters begin.
+    """
+    fx, fy, cx, cy, top, left = lens
+    their_depth, their_sigma, their_views, exact = rasters
     sigmas, gsd, reach = limits
     rows, cols = their_depth.shape
     for i in range(len(at)):
-        r, c = int(np.floor(uv[i, 1])), int(np.floor(uv[i, 0]))
+        r, c = int(np.floor(fy * places[i, 1] + cy - top)), int(np.floor(fx * places[i, 0] + cx - left))
         if r < 0 or c < 0 or r >= rows or c >= cols or np.isnan(their_depth[r, c]):
             continue
-        alike, before, known = 0, False, False
-        for k in range(max(r - 1, 0), min(r + 2, rows)):
-            for m in range(max(c - 1, 0), min(c + 2, cols)):
-                z = their_depth[k, m]
-                # further off than the reach another tile would not know of it
-                if np.isnan(z) or abs(z / depth[i] - 1.0) * aside[i] > reach:
+        if 0 < r < rows - 1 and 0 < c < cols - 1:
+            low, high, rough, most = np.float32(np.inf), np.float32(-np.inf), np.float32(-np.inf), np.uint8(0)
+            for k in range(3):
+                for m in range(3):
+                    z, s = their_depth[r + k - 1, c + m - 1], their_sigma[r + k - 1, c + m - 1]
+                    v = their_views[r + k - 1, c + m - 1]
+                    low, high = z if z < low else low, z if z > high else high
+                    rough, most = s if s > rough else rough, v if v > most else most
+            far, room = depth[i], gsd * depth[i]
+            clear = (sigmas * (rough + sigma[i]) + room) / SURELY
+            if far - high > clear:
+                continue
+            off = max(high - far, far - low)
+            if exact and sigma[i] >= 0.0 and off * aside[i] <= SURELY * reach * far:
+                if off <= room and most > 0:
+                    speaking[at[i]] += int(most)
                     continue
-                known = known or (k == r and m == c)
-                near = sigmas * np.sqrt(their_sigma[k, m] ** 2 + sigma[i] ** 2) + gsd * depth[i]
-                if abs(z - depth[i]) <= near:
-                    alike = max(alike, int(their_views[k, m]))
-                elif z < depth[i]:
-                    before = True
-        if alike > 0:
-            speaking[at[i]] += alike
-        elif known and not before:
-            speaking[at[i]] -= int(their_views[r, c])
+                if low - far > clear:
+                    speaking[at[i]] -= int(their_views[r, c])
+                    continue
+        speaking[at[i]] += _word(r, c, (depth[i], aside[i], sigma[i]), rasters, limits)
+
+
+@njit(cache=True, nogil=True)
+def _word(r, c, point, rasters, limits):  # type: ignore[no-untyped-def]
+    """The most partners of those of the nine pixels that are alike; else those of the pixel itself as a negative number, or 0 where something stands before."""
+    depth, sigma, views, _ = rasters
+    far, aside, own = point
+    sigmas, gsd, reach = limits
+    alike, before, known = 0, False, False
+    for k in range(max(r - 1, 0), min(r + 2, depth.shape[0])):
+        for m in range(max(c - 1, 0), min(c + 2, depth.shape[1])):
+            z = depth[k, m]
+            # further off than the reach another tile would not know of it
+            if np.isnan(z) or abs(z / far - 1.0) * aside > reach:
+                continue
+            known = known or (k == r and m == c)
+            near = sigmas * np.sqrt(sigma[k, m] ** 2 + own**2) + gsd * far
+            if abs(z - far) <= near:
+                alike = max(alike, int(views[k, m]))
+            elif z < far:
+                before = True
+    if alike > 0:
+        return alike
+    return -np.int64(views[r, c]) if known and not before else 0
