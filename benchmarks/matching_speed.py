@@ -87,11 +87,11 @@ def measure_images(o: argparse.Namespace) -> dict[str, float]:
             matched += view.image.camera.width * view.image.camera.height
     seconds = time.process_time() - begun - times.seconds[COMPILING]
     truths = [] if o.no_truth else true_views(parameters_of(survey), [v.image for v in views], survey / "tiled")
-    for k, (view, result) in enumerate(zip(views, found, strict=True)):
+    for k, (view, (result, depth_map)) in enumerate(zip(views, found, strict=True)):
         pairs = f"{sum(p.used for p in result.pairs)} of {len(result.pairs)} pairs used"
         line = f"{view.image.name}, {view.direction}: {pairs}"
-        if truths and result.depth_map is not None:
-            accuracy.append(depth_figures(result.depth_map, truths[k]))
+        if truths and depth_map is not None:
+            accuracy.append(depth_figures(depth_map, truths[k]))
             line += "; " + ", ".join(f"{k} {v:.4g}" for k, v in accuracy[-1].items())
         print(line)
     print(*share_table(times, seconds, "of match"), sep="\n")

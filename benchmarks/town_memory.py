@@ -114,7 +114,9 @@ def main() -> None:
     options.add_argument("--factor", type=int, default=4)
     options.add_argument("--out", type=Path, required=True, help="folder for the enlarged survey and its run")
     options.add_argument("--limit-mb", type=float, default=3000.0)
-    options.add_argument("--fuse", action="store_true", help="fuse the ground tile under its middle from its depths, too")
+    options.add_argument(
+        "--fuse", action="store_true", help="fuse the ground tile under its middle from its depths, too"
+    )
     o = options.parse_args()
     enlarged_survey(o.survey, o.out, o.factor)
     limits = [f"execution.{stage}.memory_mb={o.limit_mb:g}" for stage in ("ingest", "match", "fuse")]

@@ -18,7 +18,7 @@ from shapely import Polygon
 from cityflow.core.arrays import Float32Array, FloatArray
 from cityflow.core.camera import Camera, OrientedImage
 from cityflow.core.colour_image import ColourImage
-from cityflow.core.depth_map import points_of
+from cityflow.core.depth_map import DepthMap, points_of
 from cityflow.core.grid import Grid
 from cityflow.core.ground_cells import GroundCells
 from cityflow.core.local_frame import LocalFrame
@@ -94,13 +94,14 @@ def match_pictures() -> None:
     left, middle, right = images = photographs()
     cells = GroundCells((0.0, 0.0, 100.0, 100.0), 10.0, tuple((c, r) for c in range(3, 7) for r in range(3, 7)))
     partners = [(left.image, left.pixels), (right.image, right.pixels)]
-    found = match(middle.image, middle.pixels, partners, cells, (-5.0, 12.0), MatchParameters())
-    assert found.depth_map is not None
-    points = points_of(decode_depth_map(encode_depth_map(found.depth_map)), middle.image)
-    assert len(points), "the plain was not matched"
+    made: dict[str, DepthMap] = {}
+    match(middle.image, middle.pixels, partners, {"": cells}, (-5.0, 12.0), MatchParameters(), made.__setitem__)
+    assert made, "the plain was not matched"
+    found = decode_depth_map(encode_depth_map(made[""]))
+    points = points_of(found, middle.image)
     find_wall_points(points, WallPointParameters())
-    seen = [Witness.of(view.image, [found.depth_map]) for view in images]
-    without_refuted(found.depth_map, words_for(seen, cells.bounds, WitnessParameters()))
+    seen = [Witness.of(view.image, [found]) for view in images]
+    without_refuted(found, words_for(seen, cells.bounds, WitnessParameters()))
     surface = image_surface(points, (40.0, 40.0, 60.0, 60.0), CELL_M, 4)
     classify_points(points, surface)
     heights, grid = surface.fine.dsm_filled.astype(np.float32), surface.fine.grid

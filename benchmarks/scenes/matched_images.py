@@ -90,9 +90,14 @@ def tiled_pixels(catalog: Catalog, names: Sequence[str], folder: Path) -> dict[s
     return {name: open_image(folder / f"{name}.tif") for name in names}
 
 
-def match_whole(view: ReferenceView, pixels: dict[str, Pixels], parameters: MatchParameters) -> Matched:
+def match_whole(
+    view: ReferenceView, pixels: dict[str, Pixels], parameters: MatchParameters
+) -> tuple[Matched, DepthMap | None]:
+    """Match a whole reference image, as if one ground tile were as large as all that it sees."""
     partners = [(p, pixels[p.name]) for p in view.partners]
-    return match(view.image, pixels[view.image.name], partners, view.cells, view.view.heights, parameters)
+    made: dict[str, DepthMap] = {}
+    found = match(view.image, pixels[view.image.name], partners, {"": view.cells}, view.view.heights, parameters, made.__setitem__)  # fmt: skip
+    return found, made.get("")
 
 
 @dataclass(frozen=True, slots=True)
