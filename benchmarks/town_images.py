@@ -25,6 +25,7 @@ from rich.console import Console
 
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import Bounds, tiles_over
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.catalog.stac_assets import Catalog
@@ -65,8 +66,8 @@ class Pictures(Prepared):
     only: tuple[str, ...] = ()
     cut: bool = True
 
-    def source(self) -> CitySource:
-        source = _PictureSource(self.catalog, self.workflow.city, self.area, self.overrides)
+    def source(self, ledger: Ledger | None = None) -> CitySource:
+        source = _PictureSource(self.catalog, self.workflow.city, self.area, self.overrides, memory=ledger)
         source.only = self.only
         if self.cut:
             images = source.survey.images

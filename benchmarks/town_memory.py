@@ -21,6 +21,7 @@ from cityflow.catalog.create import create_catalog
 from cityflow.catalog.orientation import ImageSource
 from cityflow.core.camera import OrientedImage
 from cityflow.core.grid import tile_at
+from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 from cityflow.io.catalog.stac import read_catalog
 from cityflow.io.orientation.colmap import read_colmap, write_colmap
@@ -58,8 +59,8 @@ class OneMatch(Prepared):
 
     fuse: bool = False
 
-    def source(self) -> CitySource:
-        source = _OneMatch(self.catalog, self.workflow.city, self.area, self.overrides)
+    def source(self, ledger: Ledger | None = None) -> CitySource:
+        source = _OneMatch(self.catalog, self.workflow.city, self.area, self.overrides, memory=ledger)
         source.fuse = self.fuse
         return source
 

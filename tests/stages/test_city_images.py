@@ -296,6 +296,30 @@ def test_ground_that_is_asked_for_late_is_matched_by_tasks_of_its_own(strip: Cat
     assert [t.digest for t in more if t.stage == "fuse"] == [digests[f"fuse-{tile}"]]
 
 
+class Memory:
+    """Records of an earlier run."""
+
+    def __init__(self, tasks: Sequence[Task]) -> None:
+        self._records = {(t.stage, t.unit): record_of(t) for t in tasks}
+
+    def latest(self, stage: str, unit: str) -> Record | None:
+        return self._records.get((stage, unit))
+
+
+def test_what_images_were_matched_over_stands_when_less_is_asked_for(strip: Catalog) -> None:
+    """Ground asked for late is in it, too. Where the earlier matches are of other parameters, no more is matched than is needed."""
+    every = run_through(CitySource(strip, parameters()))
+    digests = {t.name: t.digest for t in every}
+    source = CitySource(strip, parameters(), WEST, memory=Memory(every))
+    less = [*run_through(source), *run_on(source, list(source.walk.want([("fuse", "15_20")])))]
+    assert all(digests[t.name] == t.digest for t in less if t.stage != "export")
+    other = parameters()
+    other = other.model_copy(update={"match": other.match.model_copy(update={"most_parallax_px": 3.0})})
+    narrow = set(tiles_of_images(run_through(CitySource(strip, other, WEST))))
+    assert set(tiles_of_images(run_through(CitySource(strip, other, WEST, memory=Memory(every))))) == narrow
+    assert narrow < set(tiles_of_images(less))
+
+
 def test_smaller_tiles_have_the_same_masters_and_partners(whole: list[Task]) -> None:
     small = run_through(CitySource(CATALOG, parameters(50.0)))
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from cityflow.core.building import Status
-from cityflow.errors import WorkflowError
+from cityflow.errors import RunError, WorkflowError
 from cityflow.flow.task import Record
 from cityflow.runs.current import CurrentRecords
-from cityflow.workflow.rerun import refuse_foreign
+from cityflow.workflow.chosen_part import Selection
+from cityflow.workflow.rerun import refuse_foreign, select
 
 
 def record(stage: str, unit: str, **result: Any) -> Record:
@@ -59,3 +61,22 @@ def test_other_settings_are_told_their_place(setting: str, way: str) -> None:
 def test_settings_of_chosen_stages_pass_and_nothing_chosen_asks_nothing() -> None:
     refuse_foreign(["reconstruct.methods=[extruded]"], CHOSEN, lambda: RECORDS, "run")
     refuse_foreign(["export.formats=[obj]"], set(), lambda: RECORDS, "run")
+
+
+def test_a_ground_tile_names_the_images_that_are_matched_over_it() -> None:
+    over = {"n1": ("12_7", "12_8"), "n2": ("12_8",), "13_9.n3": ("13_9",)}
+    matched = [
+        replace(record("match", unit), inputs={f"ground {t}": "d" for t in tiles}) for unit, tiles in over.items()
+    ]
+    records = CurrentRecords({"match": [replace(matched[0], status=Status.DEGRADED), *matched[1:]], **RECORDS.by_stage})
+
+    def chosen(*units: str, stage: str = "match", **more: bool) -> set[tuple[str, str]]:
+        return select(records, Selection(stage=stage, units=units, **more))
+
+    assert chosen("12_8") == {("match", "n1"), ("match", "n2")}
+    assert chosen("12_7", "13_9") == {("match", "n1"), ("match", "13_9.n3")}
+    assert chosen("n2") == {("match", "n2")}
+    assert chosen("12_8", failed=True, degraded=True) == {("match", "n1")}
+    assert chosen("12_7", stage="export") == {("export", "12_7")}
+    with pytest.raises(RunError, match="no unit '12_9' in this run"):
+        chosen("12_9")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 from cityflow.flow.stage import Node
 from cityflow.flow.task import Json, Record, Task
@@ -32,6 +33,7 @@ class CitySource:
     area : only these units, and what they need
     overrides : (stage, unit) → tree of values laid over the stage's parameters
     plans : where flight plans are kept
+    memory : the records of the RUN, as far as there is one: depth maps of a larger area stand for a smaller one
     """
 
     def __init__(
@@ -41,12 +43,15 @@ class CitySource:
         area: Area = EVERYWHERE,
         overrides: Mapping[Node, Mapping[str, Json]] | None = None,
         plans: Plans | None = None,
+        memory: match.Memory | None = None,
     ) -> None:
         self.city = City(catalog, parameters, area, overrides, plans)
         self.walk = Walk(PIPELINE, self.city)
         self._foreseen: Counter[str] = Counter()
         if not area.is_everywhere:
             self.survey.matches.foreseen = self._matched_tiles
+        if memory is not None:
+            self.survey.matches.before = partial(match.ground_before, self.survey, memory)
 
     @property
     def survey(self) -> Survey:

@@ -100,7 +100,7 @@ def _holds(names: Sequence[str], name: str) -> bool:
 
 def current_records(wanted: Prepared, ledger: Ledger) -> CurrentRecords:
     """Follow the graph of the run as far as records lead."""
-    return walked(wanted.source(), ledger)
+    return walked(wanted.source(ledger), ledger)
 
 
 def noted_records(asked: Asked, ledger: Ledger) -> CurrentRecords:

@@ -41,9 +41,10 @@ class Prepared:
     def overrides(self) -> Mapping[tuple[str, str], Mapping[str, Any]]:
         return read_overrides(self.store)
 
-    def source(self) -> CitySource:
+    def source(self, ledger: Ledger | None = None) -> CitySource:
+        """The tasks of the run; `ledger`: its records, for whoever asks what is done."""
         plans = RunPlans(self.store, DESCRIPTION, sources_digest())
-        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides, plans)
+        return CitySource(self.catalog, self.workflow.city, self.area, self.overrides, plans, ledger)
 
     @contextmanager
     def ledger(self) -> Iterator[Ledger | None]:

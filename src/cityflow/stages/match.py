@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from cityflow.core.building import Status
 from cityflow.core.depth_map import DepthMap
@@ -14,13 +14,14 @@ from cityflow.core.json_values import rounded
 from cityflow.core.pixels import ReducedPixels
 from cityflow.errors import CityflowError
 from cityflow.flow.stage import Cost, Node, Stage
-from cityflow.flow.task import Limits, Outcome, Task, digest_of
+from cityflow.flow.task import Limits, Outcome, Record, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.cached_reads import open_pixels
 from cityflow.handover.depth_map_files import depth_map_name, encode_depth_map
 from cityflow.handover.field_types import OrientedField
 from cityflow.matching.match import Matched, MatchParameters, match
+from cityflow.orientation.flight_plan import FlightTile
 from cityflow.survey.city import City
 from cityflow.survey.recipe import Recipe, draft_by, task_by
 from cityflow.survey.results import Results
@@ -28,7 +29,15 @@ from cityflow.survey.survey import Survey
 
 NAME = "match"
 VERSION = 2
+GROUND = "ground "
+"""Begins the names of the inputs that tell over which ground tiles an image is matched."""
 NO_PARTNER = "no partner of the reference image could be read"
+
+
+class Memory(Protocol):
+    """The records of a RUN, as `flow.ledger.Ledger` has them."""
+
+    def latest(self, stage: str, unit: str) -> Record | None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +102,18 @@ class MatchRecipe(Recipe):
         unread = tuple(n for n in self.images if n not in pixels)
         given = as_json(MatchInputs(self.place, self.images[0], pixels, unread, self.level))
         digests = {f"image {n}": results.digest_of("ingest", n) for n in self.images}
-        return replace(self.base, inputs={**digests, "place": digest_of(given["place"])}, arguments=given)
+        grounds = {f"{GROUND}{tree['name']}": digest_of(tree) for tree in given["place"]["tiles"]}
+        place = {k: v for k, v in given["place"].items() if k != "tiles"}
+        return replace(self.base, inputs={**digests, **grounds, "place": digest_of(place)}, arguments=given)
 
 
 def recipe(survey: Survey, unit: str) -> MatchRecipe:
     """The depth maps of one reference image."""
-    over = survey.matches.flight_tiles(unit)
+    return recipe_over(survey, unit, survey.matches.flight_tiles(unit))
+
+
+def recipe_over(survey: Survey, unit: str, over: Sequence[FlightTile]) -> MatchRecipe:
+    """The same, over some ground tiles of the same reference image."""
     names, view = (over[0].reference, *over[0].partners), survey.images.flown[over[0].reference]
     tiles = tuple(GroundTile(f.tile, f.cells.tile, f.cells.chosen) for f in over)
     images = tuple(survey.images.flown[n].image for n in names)
@@ -108,6 +123,24 @@ def recipe(survey: Survey, unit: str) -> MatchRecipe:
         parameters=as_json(survey.parameters_of(NAME, unit, survey.parameters.match)), limits=survey.limits(NAME),
     )  # fmt: skip
     return MatchRecipe(base, place, names, survey.parameters.images.level)
+
+
+def ground_of(record: Record) -> list[str]:
+    """The ground tiles that were asked for."""
+    return [name.removeprefix(GROUND) for name in record.inputs if name.startswith(GROUND)]
+
+
+def ground_before(survey: Survey, memory: Memory, reference: str) -> list[str]:
+    """The ground tiles that a reference image was matched over, where its record is of the images, poses and parameters of now; else none."""
+    record = memory.latest(NAME, reference)
+    over = [] if record is None else survey.matches.over(reference, ground_of(record))
+    if record is None or not over:
+        return []
+    made, known = recipe_over(survey, reference, over), Results()
+    for node in made.reads:
+        if (read := memory.latest(*node)) is not None:
+            known.learn(read)
+    return [f.tile for f in over] if made.task(known).digest == record.digest else []
 
 
 def run(workspace: Workspace, task: Task) -> Outcome:

@@ -20,26 +20,46 @@ class MatchUnits:
     Attributes
     ----------
     foreseen : finds the ground tiles whose depth maps are asked for, as far as it can be told before anything has run; None: all
+    before : finds the ground tiles that a reference image was matched over and would be matched over alike now: for a smaller area these stand
     """
 
     def __init__(self, images: ImageSurvey) -> None:
         self._images = images
         self.foreseen: Callable[[], Iterable[str]] | None = None
+        self.before: Callable[[str], Iterable[str]] = lambda _: ()
         self._first: frozenset[str] | None = None
+        self._before: dict[str, frozenset[str]] = {}
 
     def unit_of(self, found: FlightTile) -> str:
         """The task that makes the depth map of a reference image over a ground tile."""
-        return found.reference if self._is_foreseen(found.tile) else found.name
+        return found.reference if self._is_one_of_many(found.reference, found.tile) else found.name
 
     def flight_tiles(self, unit: str) -> list[FlightTile]:
         """What a task that `unit_of` has named makes depth maps of; south-west first."""
-        tiles, reference = self._images.tiles, self.reference_of(unit)
-        over = self._foreseen_near(unit) if unit == reference else [unit.split(".", 1)[0]]
-        return [f for n in over for f in self._images.flight_tiles(tiles[n]) if f.reference == reference]
+        reference = self.reference_of(unit)
+        if unit != reference:
+            return self.over(reference, [unit.split(".", 1)[0]])
+        return self.over(unit, [n for n in self._tiles_near(unit) if self._is_one_of_many(unit, n)])
+
+    def over(self, reference: str, tiles: Iterable[str]) -> list[FlightTile]:
+        """A reference image over those of some ground tiles that are the survey's and show its cells."""
+        known = [self._images.tiles[name] for name in tiles if name in self._images.tiles]
+        found = (f for t in sorted(known, key=lambda t: (t.row, t.col)) for f in self._images.flight_tiles(t))
+        return [f for f in found if f.reference == reference]
 
     def reference_of(self, unit: str) -> str:
         """The reference image of a task, by its name alone: it may be of another request."""
         return unit if unit in self._images.flown else unit.split(".", 1)[-1]
+
+    def _is_one_of_many(self, reference: str, tile: str) -> bool:
+        """Whether the task of a reference image matches it over a tile, too."""
+        if self._is_foreseen(tile):
+            return True
+        if not self._first:
+            return False
+        if reference not in self._before:
+            self._before[reference] = frozenset(self.before(reference))
+        return tile in self._before[reference]
 
     def _is_foreseen(self, tile: str) -> bool:
         if self.foreseen is None:
@@ -50,15 +70,14 @@ class MatchUnits:
             self._first = frozenset(self.foreseen())
         return tile in self._first
 
-    def _foreseen_near(self, image: str) -> list[str]:
-        """Names of the tiles that the cells of a reference image may meet and that are asked for from the start, south-west first."""
+    def _tiles_near(self, image: str) -> list[str]:
+        """Names of the tiles that the cells of a reference image may meet, those that the survey lacks among them."""
         plan, tile_m = self._images.plan, self._images.parameters.tiles.tile_m
         cells = plan.cells_of(image) * plan.cell_m / tile_m
         low, high = np.floor(cells).astype(np.int64), np.floor(cells + plan.cell_m / tile_m).astype(np.int64)
-        found = {
-            (row, col)
+        found = (
+            f"{col}_{row}"
             for (c_0, r_0), (c_1, r_1) in zip(low.tolist(), high.tolist(), strict=True)
             for row, col in product(range(r_0, r_1 + 1), range(c_0, c_1 + 1))
-        }
-        names = [f"{col}_{row}" for row, col in sorted(found)]
-        return [name for name in names if name in self._images.tiles and self._is_foreseen(name)]
+        )
+        return list(dict.fromkeys(found))

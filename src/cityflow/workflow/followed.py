@@ -51,7 +51,7 @@ class FollowedCity:
 
     def initial(self) -> Iterator[Task]:
         self.begin()
-        self.city = self.wanted.source()
+        self.city = self.wanted.source(self.ledger)
         self.city.walk.ahead = True
         _prepare_surface(self.wanted, self.city.survey)
         self._under = circumstances(self.wanted.store)

@@ -20,7 +20,7 @@ from cityflow.runs.prepare import Prepared
 
 def note_asked(wanted: Prepared, ledger: Ledger) -> Asked:
     """Follow the graph as far as records lead; what is noted counts until a record, the description, an override or the program changes."""
-    source = wanted.source()
+    source = wanted.source(ledger)
     stale: dict[str, list[str]] = defaultdict(list)
 
     def look(task: Task, _record: Record) -> None:

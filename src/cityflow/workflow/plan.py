@@ -123,7 +123,7 @@ def print_plan(
         refuse_outside(wanted.catalog)
     with wanted.ledger() as ledger:
         plan = Plan(
-            wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(), ledger), costs_of(ledger)
+            wanted.store.root, workers or os.cpu_count() or 1, plan_of(wanted.source(ledger), ledger), costs_of(ledger)
         )
     if as_json:
         print_json(_tree(plan))

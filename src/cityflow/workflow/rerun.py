@@ -23,7 +23,7 @@ from cityflow.runs.overrides import clear_overrides, overrides_for, read_overrid
 from cityflow.runs.prepare import Prepared
 from cityflow.runs.run_folder import open_run
 from cityflow.runs.settings import parse_setting
-from cityflow.stages import outline, units
+from cityflow.stages import match, outline, units
 from cityflow.workflow.chosen_part import Selection, part_of
 from cityflow.workflow.run import Extras, execute
 from cityflow.workflow.run_part import Where, execute_part
@@ -103,7 +103,7 @@ def chosen_units(wanted: Prepared, ledger: Ledger, asked: Rerun) -> Found:
         refuse_outside(wanted.catalog)
     selection = replace(asked.selection, units=tuple(named_in(wanted.store.root, asked.selection.units, ledger)))
     _refuse_unknown_stage(ledger, selection)
-    part = part_of(wanted.source().city, ledger, selection)
+    part = part_of(wanted.source(ledger).city, ledger, selection)
     chosen = select(current_records(wanted, ledger), selection) if part is None else part.nodes
     if not asked.trust:
         refuse_untrusted(wanted, asked.settings, of_the_run=True, cleared=chosen if asked.clear else frozenset())
@@ -130,16 +130,20 @@ def why_nothing(selection: Selection) -> str:
 
 
 def select(records: CurrentRecords, selection: Selection) -> set[Node]:
-    """(stage, unit) of the units that the selection names. Raises RunError where one is named that the city does not have."""
+    """(stage, unit) of the units that the selection names; a ground tile names the images that are matched over it.
+
+    Raises RunError where one is named that the city does not have.
+    """
     stages = records.stages()
+    over = images_over(records, selection)
     chosen = {
         (s, row.unit)
         for s in stages
         if selection.stage in ("", s)
         for row in records.rows(s)
-        if selection.is_met_by(row)
+        if (replace(selection, units=()) if s == match.NAME and row.unit in over else selection).is_met_by(row)
     }
-    missing = set(selection.units) - {u for _, u in chosen}
+    missing = set(selection.units) - {u for _, u in chosen} - {tile for tiles in over.values() for tile in tiles}
     if missing and not selection.failed:
         raise RunError(
             f"no unit '{sorted(missing)[0]}' in this run",
@@ -147,6 +151,14 @@ def select(records: CurrentRecords, selection: Selection) -> set[Node]:
             remedy="`cityflow status RUN --units` lists the buildings",
         )
     return chosen
+
+
+def images_over(records: CurrentRecords, selection: Selection) -> dict[str, set[str]]:
+    """Tasks of images that are matched over a named ground tile, where images are chosen from, and these tiles."""
+    if selection.stage != match.NAME or not selection.units:
+        return {}
+    found = {r.unit: set(match.ground_of(r)) & set(selection.units) for r in records.of(match.NAME)}
+    return {unit: tiles for unit, tiles in found.items() if tiles}
 
 
 def refuse_foreign(

@@ -64,7 +64,7 @@ class FollowedPart:
         self.beat.begin()
         self.begin()
         self.begun()
-        self.part = CityPart(self.wanted.source(), self.chosen, self.ledger)
+        self.part = CityPart(self.wanted.source(self.ledger), self.chosen, self.ledger)
         yield from self.part.initial()
 
     def after(self, task: Task, record: Record) -> Iterator[Task]:
