@@ -21,7 +21,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.surface.fuse_cells import CellPoints, cell_points, expected_precision, steepness
 from cityflow.surface.fuse_fill import fill_from_below
 from cityflow.surface.fuse_modes import ModeRule, Modes, instead, modes
-from cityflow.surface.fuse_planes import on_planes, without_specks
+from cityflow.surface.fuse_planes import again_on_planes, on_planes, without_specks
 
 STRIP_ROWS = 1024
 """Rows at a time; bounds memory, no result depends on it."""
@@ -178,11 +178,13 @@ def _surface(points: ImagePoints, grid: Grid, p: FuseParameters, *, again: bool)
         nothing = np.full(grid.shape, np.nan, np.float32)
         return Fused(grid, nothing, np.zeros(grid.shape, np.uint32), nothing.copy())
     found = _modes(placed, grid, p)
-    z, specks = _smooth(found, grid, p)
+    z = on_planes(found, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
+    specks = _specks(z, grid, p)
     if again and specks.any():
         # what floats may hide a surface that fewer points of the cell speak for
         found = instead(found, _modes(placed, grid, p, np.where(specks, found.z, np.nan)), specks)
-        z, specks = _smooth(found, grid, p)
+        z = again_on_planes(z, found, specks, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
+        specks = _specks(z, grid, p)
     z[specks] = np.nan
     count = np.diff(placed.start).reshape(grid.shape).astype(np.uint32)
     return Fused(grid, z.astype(np.float32), count, np.where(np.isnan(z), np.nan, found.sigma).astype(np.float32))
@@ -195,10 +197,9 @@ def _modes(points: CellPoints, grid: Grid, p: FuseParameters, instead_of: FloatA
     return modes(points, grid.shape, rule, instead_of)
 
 
-def _smooth(found: Modes, grid: Grid, p: FuseParameters) -> tuple[FloatArray, BoolArray]:
-    """(rows, cols) heights steadied by neighbours, and which of them are specks."""
-    z = on_planes(found, PLANE_CELLS, BAND_CELLS * grid.cell / 2)
-    return z, np.isfinite(z) & ~without_specks(z, SPECK_STEP_CELLS * grid.cell, p.speck_cells)
+def _specks(z: FloatArray, grid: Grid, p: FuseParameters) -> BoolArray:
+    """(rows, cols) which heights are specks."""
+    return np.isfinite(z) & ~without_specks(z, SPECK_STEP_CELLS * grid.cell, p.speck_cells)
 
 
 def fill_steps(fused: Fused, parameters: FuseParameters | None = None) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
@@ -18,48 +19,73 @@ def on_planes(found: Modes, radius: float, band: float) -> FloatArray:
     `band` (metres) is how far a mode may lie off the plane; between rounds what lies further off weighs nothing. Tilt is allowed for: the first
     round takes what rises from the centre by no more than a band a cell.
     """
-    return np.asarray(_fit(found.z, found.u, found.v, found.support, radius, band))
+    z = np.full(found.z.shape, np.nan)
+    _fit(found.z, found.u, found.v, found.support, radius, band, np.ones(z.shape, np.bool_), z)
+    return z
 
 
-@njit(cache=True, nogil=True)
-def _fit(
-    z: FloatArray, u: Float32Array, v: Float32Array, support: Float32Array, radius: float, band: float
-) -> FloatArray:
-    rows, cols = z.shape
-    out = np.full((rows, cols), np.nan)
-    for r in range(rows):
-        for c in range(cols):
-            if not np.isnan(z[r, c]):
-                out[r, c] = _height(r, c, z, u, v, support, radius, band)
+def again_on_planes(z: FloatArray, found: Modes, changed: BoolArray, radius: float, band: float) -> FloatArray:
+    """`on_planes` of modes that differ only where (rows, cols) `changed` says so from those that it made `z` of."""
+    size = 2 * int(radius) + 1
+    near = cv2.dilate(changed.astype(np.uint8), np.ones((size, size), np.uint8), borderValue=0)
+    out = z.copy()
+    _fit(found.z, found.u, found.v, found.support, radius, band, near.astype(np.bool_), out)
     return out
 
 
 @njit(cache=True, nogil=True)
-def _height(
-    r: int, c: int, z: FloatArray, u: Float32Array, v: Float32Array, support: Float32Array, radius: float, band: float
-) -> float:
+def _fit(
+    z: FloatArray, u: Float32Array, v: Float32Array, support: Float32Array, radius: float, band: float, asked: BoolArray, out: FloatArray
+) -> None:  # fmt: skip
     rows, cols = z.shape
     reach = int(radius)
-    base = z[r, c]
+    buffer = np.empty((5, (2 * reach + 1) ** 2))
+    for r in range(rows):
+        for c in range(cols):
+            if asked[r, c]:
+                out[r, c] = np.nan
+                if not np.isnan(z[r, c]):
+                    n = _around(r, c, z, u, v, support, radius, buffer)
+                    out[r, c] = z[r, c] + _above(buffer, n, band)
+
+
+@njit(cache=True, nogil=True)
+def _around(
+    r: int, c: int, z: FloatArray, u: Float32Array, v: Float32Array, support: Float32Array, radius: float, buffer: FloatArray
+) -> int:  # fmt: skip
+    """Places and heights of the modes around a cell, from it; nearness and support; how many there are."""
+    rows, cols = z.shape
+    reach = int(radius)
+    base, n = z[r, c], 0
+    for i in range(max(r - reach, 0), min(r + reach + 1, rows)):
+        for j in range(max(c - reach, 0), min(c + reach + 1, cols)):
+            if np.isnan(z[i, j]):
+                continue
+            x, y = j - c + u[i, j], i - r + v[i, j]
+            far = (x * x + y * y) / ((radius + 0.5) * (radius + 0.5))
+            if far < 1:
+                buffer[0, n], buffer[1, n], buffer[2, n] = x, y, z[i, j] - base
+                buffer[3, n], buffer[4, n] = 1 - far, support[i, j]
+                n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _above(buffer: FloatArray, count: int, band: float) -> float:
+    """Height of the plane over the mode of the cell."""
     a, b, h = 0.0, 0.0, 0.0
     for rounds in range(ROUNDS):
         n, sx, sy, sz, sxx, sxy, syy, sxz, syz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(max(r - reach, 0), min(r + reach + 1, rows)):
-            for j in range(max(c - reach, 0), min(c + reach + 1, cols)):
-                if np.isnan(z[i, j]):
-                    continue
-                x, y, d = j - c + u[i, j], i - r + v[i, j], z[i, j] - base
-                far = (x * x + y * y) / ((radius + 0.5) * (radius + 0.5))
-                if far >= 1:
-                    continue
-                limit = band * max(1.0, np.sqrt(x * x + y * y)) if rounds == 0 else band
-                off = (d - h - a * x - b * y) / limit
-                if abs(off) >= 1:
-                    continue
-                w = (1 - far) * (1 - off * off) * (1 - off * off) * support[i, j]
-                n, sx, sy, sz = n + w, sx + w * x, sy + w * y, sz + w * d
-                sxx, sxy, syy = sxx + w * x * x, sxy + w * x * y, syy + w * y * y
-                sxz, syz = sxz + w * x * d, syz + w * y * d
+        for k in range(count):
+            x, y, d = buffer[0, k], buffer[1, k], buffer[2, k]
+            limit = band * max(1.0, np.sqrt(x * x + y * y)) if rounds == 0 else band
+            off = (d - h - a * x - b * y) / limit
+            if abs(off) >= 1:
+                continue
+            w = buffer[3, k] * (1 - off * off) * (1 - off * off) * buffer[4, k]
+            n, sx, sy, sz = n + w, sx + w * x, sy + w * y, sz + w * d
+            sxx, sxy, syy = sxx + w * x * x, sxy + w * x * y, syy + w * y * y
+            sxz, syz = sxz + w * x * d, syz + w * y * d
         if n <= 0:
             break
         mx, my, mz = sx / n, sy / n, sz / n
@@ -69,7 +95,7 @@ def _height(
         det = p * s - q * q
         a, b = (e * s - f * q) / det, (f * p - e * q) / det
         h = mz - a * mx - b * my
-    return base + h
+    return h
 
 
 def without_specks(z: FloatArray, step: float, least_cells: int) -> BoolArray:
