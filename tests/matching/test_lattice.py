@@ -39,7 +39,7 @@ def test_blocks_cover_each_level_once() -> None:
 @pytest.mark.parametrize("level", [0, 1])
 def test_ranges_hold_all_heights_at_the_coarsest_level_and_what_was_found_below(level: int) -> None:
     low, high = lattice().range(level, (0, 1)) or (0, 0)
-    assert (high - low) % 16 == 0
+    assert (high - low) % 16 == 0  # whole chunks
     if level:
         assert low <= at_height(HEIGHTS[0]) / 2
         assert high > at_height(HEIGHTS[1]) / 2
@@ -55,9 +55,9 @@ def test_the_plain_has_one_disparity() -> None:
 
 
 def test_a_coarser_level_has_half_the_disparity() -> None:
-    """Whole pixels and sixteenths, without least squares: to a quarter of a pixel."""
+    """A parabola through whole pixels, without least squares: to a third of a pixel."""
     found = lattice().region(1, (5, 115), (50, 150))
-    assert np.nanpercentile(np.abs(found - DISPARITY_PX / 2), 95) < 0.25
+    assert np.nanpercentile(np.abs(found - DISPARITY_PX / 2), 95) < 0.33
 
 
 def test_what_the_partner_does_not_show_is_unknown() -> None:

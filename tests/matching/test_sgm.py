@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import ByteArray, Float32Array, IntArray
+from cityflow.matching.search import Search, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 
 COUNT, ROWS, COLS = 16, 60, 90
@@ -16,8 +17,12 @@ def texture(seed: int) -> ByteArray:
     return np.random.default_rng(seed).integers(30, 226, (ROWS, COLS + 2 * COUNT)).astype(np.uint8)
 
 
-def matched(left: ByteArray, right: ByteArray, parameters: SgmParameters = P, level: int = 0) -> Float32Array:
-    return matched_block(left, right, COUNT, level, parameters, SgmClock())
+def matched(left: ByteArray, right: ByteArray, parameters: SgmParameters = P) -> Float32Array:
+    """Disparities 0 to 15 of the columns that have all of them in the right image."""
+    reference = np.ascontiguousarray(left[:, COUNT : COUNT + COLS])
+    search = search_everywhere((ROWS, COLS), (0, COUNT))
+    # the right image's first column is that of disparity 16 of the first pixel
+    return matched_block(reference, right, -COUNT, search, None, 0, parameters, SgmClock())
 
 
 def moved(right: ByteArray, disparity: IntArray) -> ByteArray:
@@ -26,17 +31,54 @@ def moved(right: ByteArray, disparity: IntArray) -> ByteArray:
     return np.ascontiguousarray(right[:, cols])
 
 
-@pytest.mark.parametrize("mode", ["sgbm", "3way", "hh", "hh4"])
+@pytest.mark.parametrize("eight_paths", [False, True])
 @pytest.mark.parametrize("disparity", [0, 5, 15])
-def test_every_mode_finds_a_shift_of_the_range(mode: str, disparity: int) -> None:
-    """To OpenCV's sixteenth of a pixel; where the repeated end of the right image begins a few may be off."""
+def test_a_shift_of_the_range_is_found(eight_paths: bool, disparity: int) -> None:
+    """To a quarter of a pixel, before least squares; where the repeated end of the right image begins a few may be off."""
     right = texture(1)
     left = moved(right, np.full(right.shape[1], disparity))
-    found = matched(left, right, SgmParameters.model_validate({"mode": mode}))
+    found = matched(left, right, SgmParameters(eight_paths=eight_paths))
     assert found.shape == (ROWS, COLS)
     assert np.isfinite(found).mean() > 0.97
-    assert np.nanmean(np.abs(found - disparity) <= 1 / 16) > 0.98
+    assert np.nanmean(np.abs(found - disparity) <= 0.25) > 0.97
     assert np.nanmax(np.abs(found - disparity)) <= 1
+
+
+def test_pixels_with_ranges_of_their_own_find_what_lies_in_them() -> None:
+    """Rows of disparity 3 and 40: each searches ten disparities around its own, in a third of the range; a row that searches elsewhere finds nothing."""
+    right = np.random.default_rng(11).integers(30, 226, (ROWS, COLS + 80)).astype(np.uint8)
+    truth = np.where(np.arange(ROWS) < 30, 3, 40)
+    left = np.stack([right[i, 60 - d : 60 - d + COLS] for i, d in enumerate(truth)])
+    low = np.repeat(truth[:, None] - 5, COLS, axis=1).astype(np.int32)
+    low[:5] += 30
+    search = Search(low, low + 9)
+    low_hull, high_hull = search.hull() or (0, 0)
+    assert low_hull <= -2 < 45 <= high_hull
+    assert low_hull % 16 == 1
+    assert high_hull % 16 == 1
+    partner = np.pad(right, ((0, 0), (20, 20)))[:, 80 - high_hull + 1 :]
+    clock = SgmClock()
+    found = matched_block(
+        np.ascontiguousarray(left), np.ascontiguousarray(partner), 1 - high_hull, search, None, 0, P, clock
+    )
+    assert np.mean(np.abs(found[8:28] - 3) < 0.5) > 0.97
+    assert np.mean(np.abs(found[33:] - 40) < 0.5) > 0.97
+    assert np.isfinite(found[:4]).mean() < 0.3
+    assert clock.searched <= 32 * ROWS * COLS
+
+
+def test_pixels_that_are_not_seen_are_not_searched() -> None:
+    right = texture(12)
+    left = moved(right, np.full(right.shape[1], 4))
+    seen = np.ones((ROWS, COLS), bool)
+    seen[:, 30:50] = False
+    seen[20:25] = False
+    clock = SgmClock()
+    reference = np.ascontiguousarray(left[:, COUNT : COUNT + COLS])
+    found = matched_block(reference, right, -COUNT, search_everywhere((ROWS, COLS), (0, COUNT)), seen, 0, P, clock)
+    assert np.isnan(found[~seen]).all()
+    assert np.mean(np.abs(found[seen] - 4) < 0.5) > 0.95
+    assert clock.searched == 16 * int(seen.sum()) * 2
 
 
 def test_a_step_is_where_it_is_and_what_one_image_hides_is_unknown() -> None:
@@ -65,24 +107,25 @@ def test_images_that_have_nothing_in_common_match_next_to_nowhere() -> None:
 
 
 def test_small_patches_go_and_large_ones_stay() -> None:
-    """A patch of 49 pixels is less than the 60 that a speckle has; one of 144 is more. What it hides in the right image is not in the left one."""
+    """A patch of 144 pixels is less than the 150 that a speckle has here; one of 400 is more, even without its rim. What it hides in the right image is not in the left one."""
     right = texture(6)
-    for edge, stays in ((7, False), (12, True)):
+    for edge, stays in ((12, False), (20, True)):
         left = moved(right, np.full(right.shape[1], 1))
         rows, begin = slice(20, 20 + edge), COUNT + 30
         left[rows, begin : begin + edge] = right[rows, begin - 15 : begin - 15 + edge]
         left[rows, begin - 14 : begin - 14 + edge] = texture(9)[rows, begin - 14 : begin - 14 + edge]
-        patch = matched(left, right)[22 : 18 + edge, 32 : 28 + edge]
-        assert (np.mean(np.abs(patch - 15) < 0.5) > 0.8) == stays
-        everything = matched(left, right, SgmParameters(speckle_px=0))[22 : 18 + edge, 32 : 28 + edge]
+        patch = matched(left, right, SgmParameters(speckle_px=150))[23 : 17 + edge, 33 : 27 + edge]
+        assert (np.mean(np.abs(patch - 15) < 0.5) > 0.7) == stays
+        everything = matched(left, right, SgmParameters(speckle_px=0))[23 : 17 + edge, 33 : 27 + edge]
         assert np.mean(np.abs(everything - 15) < 0.5) > 0.5
 
 
 def test_the_clock_runs_only_forward() -> None:
     clock, right = SgmClock(), texture(7)
-    matched_block(right, right, COUNT, 0, P, clock)
+    everything = search_everywhere((ROWS, COLS), (0, COUNT))
+    matched_block(right[:, :COLS], right, -COUNT, everything, None, 0, P, clock)
     once = clock.seconds
-    matched_block(right, right, COUNT, 0, P, clock)
+    matched_block(right[:, :COLS], right, -COUNT, everything, None, 0, P, clock)
     assert 0 < once < clock.seconds
 
 

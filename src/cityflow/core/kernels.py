@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import types
 from numba.core.registry import CPUDispatcher
+from numba.extending import _Intrinsic
 
 CONSTANTS = (int, float, str, tuple)
 
@@ -45,6 +48,8 @@ def _parts(function: Callable[..., Any]) -> set[str]:
         if isinstance(value, CPUDispatcher):
             kept: Any = vars(value)["_cache"]
             found.add(str(kept._cache_file._source_stamp) if hasattr(kept, "_cache_file") else name)
+        elif isinstance(value, _Intrinsic):
+            found.add(f"{name} = {hashlib.sha256(Path(inspect.getfile(value._defn)).read_bytes()).hexdigest()}")
         elif name in function.__code__.co_names and isinstance(value, CONSTANTS):
             found.add(f"{name} = {value!r}")
     return found

@@ -58,56 +58,69 @@ def near_steps(depth: Float32Array, radius: int, step: np.float32) -> BoolArray:
     return np.asarray(cv2.dilate((high - low > step).astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _chosen(depth, grey, near, radius, step, likeness, inertia):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     out = depth.copy()
     table = (np.exp(-0.5 * (np.arange(256) / likeness) ** 2) + 1e-3).astype(np.float32)
-    size = (2 * radius + 1) ** 2
-    values, looks, away = np.empty(size, np.float32), np.empty(size, np.int64), np.empty(size, np.float32)
+    edge = 2 * radius + 1
+    size = edge * edge
+    away = np.empty(size, np.float32)
+    for k in range(edge):
+        for m in range(edge):
+            away[k * edge + m] = (k - radius) ** 2 + (m - radius) ** 2
+    values, there, votes = np.empty(size, np.float32), np.empty(size, np.float32), np.empty(size, np.float32)
+    flat, looks = depth.ravel(), grey.ravel()
     for i in range(radius, h - radius):
         for j in range(radius, w - radius):
             z = depth[i, j]
             if not near[i, j] or np.isnan(z):
                 continue
-            n = 0
-            low, high = np.float32(1e9), np.float32(-1e9)
-            for k in range(-radius, radius + 1):
-                for m in range(-radius, radius + 1):
-                    value = depth[i + k, j + m]
-                    if not np.isnan(value) and (k != 0 or m != 0):
-                        values[n] = value
-                        looks[n] = grey[i + k, j + m]
-                        away[n] = k * k + m * m
-                        low, high = min(low, value), max(high, value)
-                        n += 1
-            if n and high - low > step:
-                out[i, j] = _vote(
-                    values[:n], looks[:n], away[:n], (low + high) / 2, z, np.int64(grey[i, j]), table, inertia
-                )
+            own = np.int64(grey[i, j])
+            for k in range(edge):
+                start = (i + k - radius) * w + j - radius
+                for m in range(edge):
+                    value, n = flat[start + m], k * edge + m
+                    known = not np.isnan(value)
+                    values[n] = value if known else z
+                    there[n] = np.float32(known)
+                    votes[n] = table[abs(np.int64(looks[start + m]) - own)]
+            there[size // 2] = 0.0
+            out[i, j] = _vote(values, there, votes, away, z, step, inertia)
     return out
 
 
-@njit(cache=True, nogil=True)
-def _vote(values, looks, away, split, z, own, table, inertia):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _vote(values, there, votes, away, z, step, inertia):  # type: ignore[no-untyped-def]
     """Depth of a pixel after its neighbours voted: its own, or the mean of the other surface, near neighbours first."""
+    nothing, half, one = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+    low, high, count, whole = np.float32(1e9), np.float32(-1e9), nothing, nothing
+    for n in range(values.size):
+        low = min(low, values[n] if there[n] > nothing else np.float32(1e9))
+        high = max(high, values[n] if there[n] > nothing else np.float32(-1e9))
+        count += there[n]
+        whole += there[n] * (values[n] - z)
+    if not high - low > step:
+        return z
+    # depths count from the pixel's own: sums keep their digits
+    split = half * (low + high) - z
     for _ in range(2):
-        near, far, count = np.float32(0.0), np.float32(0.0), 0
-        for value in values:
-            if value < split:
-                near += value
-                count += 1
-            else:
-                far += value
-        if 0 < count < len(values):
-            split = np.float32(0.5) * (near / count + far / (len(values) - count))
-    votes_own, votes_other, total, weight = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(1e-12)
-    for n in range(len(values)):
-        vote = table[abs(looks[n] - own)] / (np.float32(2.0) + away[n])
-        if (values[n] < split) == (z < split):
-            votes_own += vote
-        else:
-            votes_other += vote
-            total += vote / away[n] * (values[n] - z)
-            weight += vote / away[n]
+        near, nearer = nothing, nothing
+        for n in range(values.size):
+            below = there[n] if values[n] - z < split else nothing
+            near += below * (values[n] - z)
+            nearer += below
+        if nothing < nearer < count:
+            split = half * (near / nearer + (whole - near) / (count - nearer))
+    sign = nothing < split  # the pixel's own depth is the nearer one
+    votes_own, votes_other, total, weight = nothing, nothing, nothing, np.float32(1e-12)
+    for n in range(values.size):
+        vote = there[n] * votes[n] / (np.float32(2.0) + away[n])
+        same = (values[n] - z < split) == sign
+        other = nothing if same else vote
+        votes_own += vote - other
+        votes_other += other
+        near_other = other / max(away[n], one)
+        total += near_other * (values[n] - z)
+        weight += near_other
     return z + total / weight if votes_other > inertia * votes_own else z

@@ -14,17 +14,15 @@ from cityflow.core.parameters import Parameters
 from cityflow.matching.grey import GreyImage
 from cityflow.matching.rectification import Rectification
 from cityflow.matching.resample import resampled
+from cityflow.matching.search import Range, Search, search_around, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 from cityflow.matching.subpixel import SubpixelParameters, refined
 
 Block = tuple[int, int]
-Range = tuple[int, int]
-"""Half-open range of disparities, pixels of the level."""
-
 MARGIN_PX = 4.0
-"""What a range of disparities goes beyond the coarser level's, in its pixels; set by hand on images of the synthetic town."""
-TRIM = 0.002
-"""Share of the coarser level's disparities left out at either end of a range, as outliers; set by hand on images of the synthetic town."""
+"""What the depths of a part of an image are taken to reach beyond the disparities searched, pixels; set by hand."""
+GUIDE_PX = 8
+"""Pixels of the coarser level around a block that say what it searches."""
 
 
 class LatticeParameters(Parameters):
@@ -118,55 +116,52 @@ class PairLattice:
 
     def _matched(self, level: int, block: Block) -> Float32Array:
         top, bottom, left, right = self.bounds(level, block)
-        found = self.range(level, block)
-        if found is None:
+        hull = self.range(level, block)
+        if hull is None:
             return np.full((bottom - top, right - left), np.nan, np.float32)
         self.matched[level, block] += 1
-        low, count, halo = found[0], found[1] - found[0], self.parameters.halo_px
-        shape = (bottom - top + 2 * halo, right - left + 2 * (halo + count))
-        row, col = top - halo, left - halo - count
+        halo, (low, high) = self.parameters.halo_px, hull
+        row, col, shape = top - halo, left - halo, (bottom - top + 2 * halo, right - left + 2 * halo)
+        wide = shape[0], shape[1] + high - low - 1
         reference, in_reference = resampled(self.images[0], self.pair.reference_pixels, (row, col), shape, level)
-        partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - low), shape, level)
-        disparity = matched_block(reference, partner, count, level, self.parameters.sgm, self.clock)
+        partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - high + 1), wide, level)
+        disparity = matched_block(
+            reference, partner, 1 - high, self._search(level, block, (row, col), shape), in_reference, level,
+            self.parameters.sgm, self.clock,
+        )  # fmt: skip
         if level == 0:
-            inner = np.s_[:, count : shape[1] - count]
-            # the partner keeps its columns: a disparity counts from the reference image's column in the wide window
-            disparity = refined(
-                reference,
-                partner,
-                np.pad(disparity, ((0, 0), (count, count)), constant_values=np.nan),
-                self.parameters.subpixel,
-            )[inner]
-        if in_reference is not None:
-            disparity[~in_reference[:, count : shape[1] - count]] = np.nan
+            # the partner's first column is that of the highest disparity
+            disparity = refined(reference, partner, disparity, high - 1, self.parameters.subpixel)
         if in_partner is not None:
             rows, cols = np.nonzero(np.isfinite(disparity))
-            seen = in_partner[rows, cols + count - np.rint(disparity[rows, cols]).astype(np.int64)]
+            at = cols + high - 1 - np.rint(disparity[rows, cols]).astype(np.int64)
+            seen = in_partner[rows, np.clip(at, 0, wide[1] - 1)]
             disparity[rows[~seen], cols[~seen]] = np.nan
-        return np.ascontiguousarray(disparity[halo:-halo, halo:-halo]) + np.float32(low)
+        return np.ascontiguousarray(disparity[halo:-halo, halo:-halo])
 
     def _range(self, level: int, block: Block) -> Range | None:
         widest = self._range_of_heights(level, block)
-        if widest is None or level == self.coarsest:
-            return widest
-        guide = self._guide(level, block)
-        if guide.size < 20:
-            return widest
-        least, most = (2 * float(d) for d in np.percentile(guide, [100 * TRIM, 100 - 100 * TRIM]))
-        margin = 2 * MARGIN_PX
-        low, high = max(least - margin, widest[0]), min(most + margin, widest[1])
-        return self._rounded(low, high) if low < high else widest
+        if widest is None:
+            return None
+        search = search_everywhere((1, 1), widest) if level == self.coarsest else self._guided(level, block, widest)[0]
+        return search.hull()
 
-    def _guide(self, level: int, block: Block) -> Float32Array:
-        """Known disparities of the coarser level in the block and a little around it."""
-        around = self.parameters.halo_px // 2
-        top, bottom, left, right = self.bounds(level, block)
-        part = self.region(
-            level + 1,
-            ((top >> 1) - around, (bottom + 1 >> 1) + around),
-            ((left >> 1) - around, (right + 1 >> 1) + around),
-        )
-        return part[np.isfinite(part)]
+    def _search(self, level: int, block: Block, corner: tuple[int, int], shape: tuple[int, int]) -> Search:
+        """What the pixels of a raster window around a block search that the partner sees."""
+        widest = self._range_of_heights(level, block)
+        assert widest is not None
+        if level == self.coarsest:
+            return search_everywhere(shape, widest)
+        search, at = self._guided(level, block, widest)
+        return search.doubled(at, corner, shape)
+
+    def _guided(self, level: int, block: Block, widest: Range) -> tuple[Search, tuple[int, int]]:
+        """What the pixels of the coarser level around a block let it search, and the row and column of the first of them."""
+        halo, (top, bottom, left, right) = self.parameters.halo_px, self.bounds(level, block)
+        at = (top - halo >> 1) - GUIDE_PX, (left - halo >> 1) - GUIDE_PX
+        ends = (bottom + halo + 1 >> 1) + GUIDE_PX, (right + halo + 1 >> 1) + GUIDE_PX
+        guide = self.region(level + 1, (at[0], ends[0]), (at[1], ends[1]))
+        return search_around(guide, widest, self.parameters.most_disparities), at
 
     def _range_of_heights(self, level: int, block: Block) -> Range | None:
         """Disparities between the lowest ground and the highest object where the partner sees them."""

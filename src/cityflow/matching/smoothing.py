@@ -48,67 +48,97 @@ def mixed_pixels(depth: Float32Array, gsd: float, parameters: SmoothingParameter
     return _mixed(depth, np.float32(gsd), np.float32(steepest), p.support)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _bilateral(depth, radius, distance, spread):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     out = depth.copy()
-    inverse = np.float32(-0.5) / (spread * spread)
-    space = np.empty((radius + 1, 2 * radius + 1), np.float32)
-    for m in range(radius + 1):
-        for k in range(-radius, radius + 1):
-            space[m, k + radius] = np.exp(-0.5 * (k * k + m * m) / distance**2)
+    cols = w - 2 * radius
+    if cols <= 0:
+        return out
+    one, half, sixth = np.float32(1.0), np.float32(0.5), np.float32(1.0 / 6.0)
+    inverse = half / (spread * spread)
+    total, weight = np.empty(cols, np.float32), np.empty(cols, np.float32)
     for i in range(radius, h - radius):
-        for j in range(radius, w - radius):
-            z = depth[i, j]
-            if np.isnan(z):
-                continue
-            total, weight = np.float32(0.0), np.float32(0.5)
-            for m in range(0, radius + 1):
-                for k in range(-radius, radius + 1):
-                    if m == 0 and k <= 0:
-                        continue
-                    a, b = depth[i + k, j + m] - z, depth[i - k, j - m] - z
-                    middle, bend = np.float32(0.5) * (a + b), np.float32(0.5) * (a - b)
+        own = depth[i, radius : radius + cols]
+        total[:] = 0.0
+        weight[:] = 0.5
+        for m in range(radius + 1):
+            for k in range(-radius, radius + 1):
+                if m == 0 and k <= 0:
+                    continue
+                ahead = depth[i + k, radius + m : radius + m + cols]
+                back = depth[i - k, radius - m : radius - m + cols]
+                space = np.float32(np.exp(-0.5 * (k * k + m * m) / distance**2))
+                most = np.float32(4.0 * spread * (0.5 + 0.5 * (abs(k) + m)))
+                for j in range(cols):
+                    a, b = ahead[j] - own[j], back[j] - own[j]
+                    middle, bend = half * (a + b), half * (a - b)
                     # a slant bends nothing: what counts is how far the middle of the pair lies off, and that no step is between
-                    if abs(bend) <= np.float32(4.0) * spread * np.float32(0.5 + 0.5 * (abs(k) + m)):
-                        s = np.exp(inverse * middle * middle) * space[m, k + radius]
-                        total += s * middle
-                        weight += s
-            out[i, j] = z + total / weight
+                    same = abs(bend) <= most  # False with NaN
+                    x = inverse * middle * middle
+                    # the series of exp(x): a bell as good as its inverse, and fast
+                    s = space / (one + x * (one + x * (half + x * sixth)))
+                    total[j] += s * middle if same else np.float32(0.0)
+                    weight[j] += s if same else np.float32(0.0)
+        for j in range(cols):
+            out[i, radius + j] = own[j] + total[j] / weight[j]
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _mixed(depth, gsd, steepest, support):  # type: ignore[no-untyped-def]
     h, w = depth.shape
     out = np.zeros((h, w), np.bool_)
+    cols = w - 4
+    if cols <= 0:
+        return out
     reach = gsd * max(min(steepest, np.float32(4.0)), np.float32(2.0)) * np.float32(1.3)
+    nothing = np.float32(0.0)
+    sums = np.empty((9, cols), np.float32)
+    count, sx, sy, sz, sxx, sxy, syy, sxz, syz = (
+        sums[0],
+        sums[1],
+        sums[2],
+        sums[3],
+        sums[4],
+        sums[5],
+        sums[6],
+        sums[7],
+        sums[8],
+    )
     for i in range(2, h - 2):
-        for j in range(2, w - 2):
-            z = depth[i, j]
-            if np.isnan(z):
+        own = depth[i, 2 : 2 + cols]
+        sums[:] = 0.0
+        for k in range(-2, 3):
+            for m in range(-2, 3):
+                other = depth[i + k, 2 + m : 2 + m + cols]
+                most = np.float32(reach * max(abs(k), abs(m), 1))
+                y, x = np.float32(k), np.float32(m)
+                for j in range(cols):
+                    d = other[j] - own[j]
+                    near = abs(d) <= most  # False with NaN
+                    one = np.float32(1.0) if near else nothing
+                    d = d if near else nothing
+                    count[j] += one
+                    sx[j] += x * one
+                    sy[j] += y * one
+                    sz[j] += d
+                    sxx[j] += x * x * one
+                    sxy[j] += x * y * one
+                    syy[j] += y * y * one
+                    sxz[j] += x * d
+                    syz[j] += y * d
+        for j in range(cols):
+            if np.isnan(own[j]):
                 continue
-            n, sx, sy, sz, sxx, sxy, syy, sxz, syz = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for k in range(-2, 3):
-                for m in range(-2, 3):
-                    d = depth[i + k, j + m] - z
-                    if abs(d) <= reach * max(abs(k), abs(m), 1):
-                        n += 1
-                        sx += m
-                        sy += k
-                        sz += d
-                        sxx += m * m
-                        sxy += k * m
-                        syy += k * k
-                        sxz += m * d
-                        syz += k * d
+            n = count[j]
             if n - 1 < support:
-                out[i, j] = True
+                out[i, 2 + j] = True
                 continue
-            sxx, sxy, syy = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
-            sxz, syz = sxz - sx * sz / n, syz - sy * sz / n
-            det = sxx * syy - sxy * sxy
+            xx, xy, yy = sxx[j] - sx[j] * sx[j] / n, sxy[j] - sx[j] * sy[j] / n, syy[j] - sy[j] * sy[j] / n
+            xz, yz = sxz[j] - sx[j] * sz[j] / n, syz[j] - sy[j] * sz[j] / n
+            det = xx * yy - xy * xy
             if det > 1e-3:
-                a, b = (sxz * syy - syz * sxy) / det, (syz * sxx - sxz * sxy) / det
-                out[i, j] = a * a + b * b > (steepest * gsd) ** 2
+                a, b = (xz * yy - yz * xy) / det, (yz * xx - xz * xy) / det
+                out[i, 2 + j] = a * a + b * b > (steepest * gsd) ** 2
     return out

@@ -14,7 +14,7 @@ from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
 from cityflow.core.kernels import njit
 from cityflow.core.parameters import Parameters
 
-AVERAGE_PX = 3
+AVERAGE_PX = 4
 """Radius of the window that disparities are averaged in; set by hand on images of the synthetic town, as are the next four."""
 WINDOW_PX = 5
 """Radius of the window that grey values are compared in."""
@@ -30,18 +30,18 @@ class SubpixelParameters(Parameters):
     """Least-squares refinement of disparities at the finest level."""
 
     steps: int = Field(
-        2, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
+        1, ge=0, le=5, description="least-squares steps; 0 leaves the disparities as the matcher gives them"
     )
 
 
 def refined(
-    reference: ByteArray, partner: ByteArray, disparity: Float32Array, parameters: SubpixelParameters
+    reference: ByteArray, partner: ByteArray, disparity: Float32Array, highest: int, parameters: SubpixelParameters
 ) -> Float32Array:
     """Disparities after averaging and least squares.
 
     Parameters
     ----------
-    base, partner : (rows, cols) rectified grey of the same lattice
+    reference : (rows, cols) rectified grey;  partner : (rows, more) the same rows; pixel x with disparity d is at column x - d + highest
     disparity : (rows, cols) float32, NaN where unknown
     """
     p = parameters
@@ -52,7 +52,7 @@ def refined(
     one = _one_surface(smooth, known)
     start = smooth.copy()
     for _ in range(p.steps):
-        shift = _shift(reference, partner, smooth, known)
+        shift = _shift(reference, partner, smooth, highest, known)
         shift[~one] = 0.0
         smooth = np.clip(smooth + shift, start - np.float32(MOST_SHIFT_PX), start + np.float32(MOST_SHIFT_PX))
     return smooth
@@ -66,9 +66,11 @@ def _one_surface(disparity: Float32Array, known: BoolArray) -> BoolArray:
     return np.asarray(high - low < SAME_SURFACE_PX * (1 + WINDOW_PX))
 
 
-def _shift(reference: ByteArray, partner: ByteArray, disparity: Float32Array, known: BoolArray) -> Float32Array:
+def _shift(
+    reference: ByteArray, partner: ByteArray, disparity: Float32Array, highest: int, known: BoolArray
+) -> Float32Array:
     """What is left between the two images, per pixel."""
-    terms = _terms(reference, partner, disparity)
+    terms = _terms(reference, partner, disparity, highest)
     size = (2 * WINDOW_PX + 1,) * 2
     count, g, e, gg, ge = (cv2.boxFilter(t, -1, size, borderType=cv2.BORDER_REPLICATE) for t in terms)
     shift = _solved(count, g, e, gg, ge, np.float32(DAMPING))
@@ -76,42 +78,46 @@ def _shift(reference: ByteArray, partner: ByteArray, disparity: Float32Array, kn
     return shift
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _averaged(disparity, radius, near):  # type: ignore[no-untyped-def]
     rows, cols = disparity.shape
     out = np.full(disparity.shape, np.nan, np.float32)
+    wide = np.full((rows + 2 * radius, cols + 2 * radius), np.nan, np.float32)
+    wide[radius : radius + rows, radius : radius + cols] = disparity
+    total, weight = np.empty(cols, np.float32), np.empty(cols, np.float32)
     for i in range(rows):
+        own = disparity[i]
+        total[:] = own
+        weight[:] = 1.0
+        # pairs on opposite sides only, so that slanted surfaces keep their place
+        for k in range(-radius, radius + 1):
+            for m in range(radius + 1):
+                if m == 0 and k <= 0:
+                    continue
+                ahead = wide[i + radius + k, radius + m : radius + m + cols]
+                back = wide[i + radius - k, radius - m : radius - m + cols]
+                limit = np.float32(near * (1.0 + 0.25 * (abs(k) + m)))
+                for j in range(cols):
+                    a, b = ahead[j], back[j]
+                    same = (abs(a - own[j]) <= limit) & (abs(b - own[j]) <= limit)
+                    total[j] += a + b if same else np.float32(0.0)
+                    weight[j] += np.float32(2.0) if same else np.float32(0.0)
         for j in range(cols):
-            d = disparity[i, j]
-            if np.isnan(d):
-                continue
-            # pairs on opposite sides only, so that slanted surfaces keep their place
-            total, weight = d, np.float32(1.0)
-            for k in range(-radius, radius + 1):
-                for m in range(0, radius + 1):
-                    if m == 0 and k <= 0:
-                        continue
-                    if i - abs(k) < 0 or i + abs(k) >= rows or j - m < 0 or j + m >= cols:
-                        continue
-                    a, b = disparity[i + k, j + m], disparity[i - k, j - m]
-                    limit = near * (1.0 + 0.25 * (abs(k) + m))
-                    if abs(a - d) <= limit and abs(b - d) <= limit:
-                        total += a + b
-                        weight += np.float32(2.0)
-            out[i, j] = total / weight
+            out[i, j] = total[j] / weight[j]
     return out
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _terms(reference, partner, disparity):  # type: ignore[no-untyped-def]
+def _terms(reference, partner, disparity, highest):  # type: ignore[no-untyped-def]
     """Count, gradient, difference, and their products; all 0 where there is no disparity."""
     rows, cols = reference.shape
+    wide = partner.shape[1]
     out = np.zeros((5, rows, cols), np.float32)
     for i in range(rows):
         for j in range(1, cols - 1):
             d = disparity[i, j]
-            x = j - d
-            if not (x >= 1.0 and x < cols - 3.0):
+            x = j + highest - d
+            if not (x >= 1.0 and x < wide - 3.0):
                 continue
             k = int(x)
             t = x - k

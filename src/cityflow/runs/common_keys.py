@@ -13,7 +13,7 @@ COMMON = (
     "tiles.tile_m", "tiles.index_cell_m", "points.source",
     "raw.pattern", "raw.bits", "raw.calibration.folder", "raw.undistort", "raw.near_infrared.folder",
     "images.level", "images.cell_m", "images.least_views", "images.most_ortho_tilt", "images.frames",
-    "match.lattice.sgm.mode", "match.memory_mb",
+    "match.memory_mb",
     "surface.cell_m", "surface.fill_m", "surface.dtm.method", "surface.cover.building_height_m",
     "image_surface.dtm.method", "image_surface.cover.building_height_m",
     "outline.source", "outline.found.regions.minimum_height_m", "outline.found.regions.minimum_area_m2",
