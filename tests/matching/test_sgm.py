@@ -107,7 +107,10 @@ def test_images_that_have_nothing_in_common_match_next_to_nowhere() -> None:
 
 
 def test_small_patches_go_and_large_ones_stay() -> None:
-    """A patch of 144 pixels is less than the 150 that a speckle has here; one of 400 is more, even without its rim. What it hides in the right image is not in the left one."""
+    """A patch of 144 pixels is less than the 150 that a speckle has here; one of 400 is more, even without its rim.
+
+    What it hides in the right image is not in the left one.
+    """
     right = texture(6)
     for edge, stays in ((12, False), (20, True)):
         left = moved(right, np.full(right.shape[1], 1))

@@ -99,27 +99,30 @@ def unlike_bits(typing, own, census, at, cost, to):  # type: ignore[no-untyped-d
 
 
 @intrinsic
-def path_step(typing, before, b, least, small, most, cost, c, after, a, total, t, first):  # type: ignore[no-untyped-def]
-    """One step of a path: after[a …] = cost[c …] + min(before[b …], before[b ± 1 …] + small, most) - least, added to total[t …].
+def path_step(typing, before, after, cost, total, at, steps, first):  # type: ignore[no-untyped-def]
+    """One step of a path: after[a …] = cost[t …] + min(before[b …], before[b ± 1 …] + small, most) - least, added to total[t …].
 
-    `first` sets the total instead. Returns the least of after[a …], uint16.
+    `at` is (b, a, t), `steps` (least, small, most), uint16; `first` sets the total instead. Returns the least of after[a …], uint16.
     """
-    short, at = types.uint16, types.intp
-    signature = short(before, at, short, short, short, cost, at, after, at, total, at, types.boolean)
+    signature = types.uint16(
+        before, after, cost, total, types.UniTuple(types.intp, 3), types.UniTuple(types.uint16, 3), types.boolean
+    )
 
     def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]
-        before_, b_, least_, small_, most_, cost_, c_, after_, a_, total_, t_, first_ = args
+        before_, after_, cost_, total_, at_, steps_, first_ = args
         kind, one = signature.args, ir.Constant(_LONG, 1)
-        below = _load(context, builder, kind[0], before_, builder.sub(b_, one), _SHORTS)
-        above = _load(context, builder, kind[0], before_, builder.add(b_, one), _SHORTS)
-        value = builder.add(_less(builder, below, above), _everywhere(builder, small_))
-        value = _less(builder, value, _load(context, builder, kind[0], before_, b_, _SHORTS))
-        value = builder.sub(_less(builder, value, _everywhere(builder, most_)), _everywhere(builder, least_))
-        value = builder.add(value, builder.zext(_load(context, builder, kind[5], cost_, c_, _BYTES), _SHORTS))
-        _store(context, builder, value, kind[7], after_, a_)
-        sum_ = _load(context, builder, kind[9], total_, t_, _SHORTS)
-        sum_ = builder.select(first_, ir.Constant(_SHORTS, [0] * LANES), sum_)
-        _store(context, builder, builder.add(sum_, value), kind[9], total_, t_)
+        b, a, t = (builder.extract_value(at_, n) for n in range(3))
+        least, small, most = (_everywhere(builder, builder.extract_value(steps_, n)) for n in range(3))
+        below = _load(context, builder, kind[0], before_, builder.sub(b, one), _SHORTS)
+        above = _load(context, builder, kind[0], before_, builder.add(b, one), _SHORTS)
+        value = builder.add(_less(builder, below, above), small)
+        value = _less(builder, value, _load(context, builder, kind[0], before_, b, _SHORTS))
+        value = builder.sub(_less(builder, value, most), least)
+        value = builder.add(value, builder.zext(_load(context, builder, kind[2], cost_, t, _BYTES), _SHORTS))
+        _store(context, builder, value, kind[1], after_, a)
+        summed = _load(context, builder, kind[3], total_, t, _SHORTS)
+        summed = builder.select(first_, ir.Constant(_SHORTS, [0] * LANES), summed)
+        _store(context, builder, builder.add(summed, value), kind[3], total_, t)
         return _least(builder, value)
 
     return signature, generate

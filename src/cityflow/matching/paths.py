@@ -8,9 +8,10 @@ reference's pixel that claims it at the least cost.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cityflow.core.arrays import Float32Array, IntArray
 from cityflow.core.kernels import njit
@@ -27,38 +28,53 @@ class Chunks(NamedTuple):
     Attributes
     ----------
     first : (rows, cols) int32, first chunk: shifts from 16 · first
-    count : (rows, cols) int32, number of chunks; 0 where nothing is searched
+    many : (rows, cols) int32, number of chunks; 0 where nothing is searched
     start : (rows · cols + 1,) int64, number of chunks of all pixels before
     """
 
-    first: IntArray
-    count: IntArray
+    first: NDArray[np.int32]
+    many: NDArray[np.int32]
     start: IntArray
 
     @classmethod
-    def of(cls, first: IntArray, count: IntArray) -> Chunks:
-        return cls(first, count, np.concatenate([[0], np.cumsum(count, dtype=np.int64)]))
+    def of(cls, first: NDArray[np.int32], many: NDArray[np.int32]) -> Chunks:
+        return cls(first, many, np.concatenate([[0], np.cumsum(many, dtype=np.int64)]))
+
+
+class Sums(NamedTuple):
+    """Costs of all shifts of all pixels: uint8 of the census, uint16 summed over paths."""
+
+    cost: NDArray[np.uint8]
+    total: NDArray[np.uint16]
+
+
+class Penalties(NamedTuple):
+    """Of a step of one pixel, and of any larger one; both less than 150."""
+
+    small: int
+    large: int
 
 
 def best_shifts(
-    reference: Census, partner: Census, low: int, chunks: Chunks, penalties: tuple[int, int], *, eight: bool
+    reference: Census, partner: Census, low: int, chunks: Chunks, penalties: Penalties, *, eight: bool
 ) -> Float32Array:
     """(rows, cols) float32 shifts that both sides agree on within a pixel, by a parabola between whole pixels; NaN elsewhere.
 
     Parameters
     ----------
-    reference, partner : uint64 census; the partner's column of pixel x and shift s is x + s - low
-    penalties : of a step of one pixel, and of any larger one; both less than 150
+    reference, partner : census of either image; the partner's column of pixel x and shift s is x + s - low
+    eight : paths are eight, not four
     """
-    small, large = np.uint16(penalties[0]), np.uint16(penalties[1])
-    cost = _costs(reference, partner, low, *chunks)
-    total = np.empty(cost.size, np.uint16)
-    _downward(cost, total, *chunks, small, large, eight)
-    return np.asarray(_upward(cost, total, *chunks, small, large, eight, low, partner.shape[1]))
+    cost = _costs(reference, partner, low, chunks)
+    sums = Sums(cost, np.empty(cost.size, np.uint16))
+    steps = np.uint16(penalties.small), np.uint16(penalties.large)
+    _downward(sums, chunks, steps, eight)
+    return np.asarray(_upward(sums, chunks, steps, eight, low, partner.shape[1]))
 
 
 @njit(cache=True, nogil=True)
-def _costs(reference, partner, low, first, count, start):  # type: ignore[no-untyped-def]
+def _costs(reference, partner, low, chunks):  # type: ignore[no-untyped-def]
+    first, count, start = chunks
     rows, cols = first.shape
     cost = np.empty((start[-1] + 1) * LANES, np.uint8)
     for i in range(rows):
@@ -71,103 +87,93 @@ def _costs(reference, partner, low, first, count, start):  # type: ignore[no-unt
 
 
 @njit(nogil=True, inline="always")
-def _step(before, b, first_b, count_b, least_b, small, large, cost, total, t, first, count, after, a, sets):  # type: ignore[no-untyped-def]
-    """One path comes to a pixel; its least cost."""
+def _step(before, after, cost, total, came, own, penalties, sets):  # type: ignore[no-untyped-def]
+    """One path comes to a pixel; its least cost.
+
+    `came` from: place in `before`, first chunk, their number, least cost. `own`: place in `after`, place in the sums, first chunk, their number.
+    """
+    b, first_b, count_b, least_b = came
+    a, t, first, count = own
+    least_before = np.uint16(least_b if count_b else 0)
+    most = np.uint16(least_before + penalties[1]) if count_b else np.uint16(0)
+    steps = least_before, penalties[0], most
     least = np.uint16(65535)
-    if count_b == 0:
-        least_b, most = np.uint16(0), np.uint16(0)
-    else:
-        most = np.uint16(least_b + large)
     for c in range(count):
         q = first + c - first_b
         # the end of the buffer holds nothing but FAR
         place = b + LANES * q if 0 <= q < count_b else before.size - LANES - 1
-        found = path_step(
-            before, place, least_b, small, most, cost, t + LANES * c, after, a + LANES * c, total, t + LANES * c, sets
-        )
+        found = path_step(before, after, cost, total, (place, a + LANES * c, t + LANES * c), steps, sets)
         least = min(least, found)
     after[a - 1] = FAR
     after[a + LANES * count] = FAR
-    return np.uint16(least)
+    return np.int64(least)
 
 
 @njit(nogil=True, inline="always")
-def _column_steps(i, j, back, lines, leasts, small, large, cost, total, first, count, start, eight, sets):  # type: ignore[no-untyped-def]
-    """Paths from row i + back: straight, and in `eight` from both sides."""
+def _column_steps(at, sums, chunks, buffers, penalties, eight, sets):  # type: ignore[no-untyped-def]
+    """Paths that come to a pixel from the row `back`: straight, and with `eight` from both sides."""
+    i, j, back = at
+    cost, total = sums
+    first, count, start = chunks
+    lines, leasts = buffers
     rows, cols = first.shape
-    own, row = start[i * cols], i + back
-    t, n, f = start[i * cols + j] * LANES, count[i, j], first[i, j]
-    a = (start[i * cols + j] - own) * LANES + 2 * j + 1
+    row, now, old = i + back, i & 1, 1 - (i & 1)
+    t = start[i * cols + j] * LANES
+    own = (t - start[i * cols] * LANES + 2 * j + 1, t, np.int64(first[i, j]), np.int64(count[i, j]))
     for way in range(3 if eight else 1):
         col = j + (way if way < 2 else -1)
-        after = lines[way, i & 1]
-        before = lines[way, 1 - (i & 1)]
+        came: Any = (1, 0, 0, 0)
         if 0 <= row < rows and 0 <= col < cols:
             b = (start[row * cols + col] - start[row * cols]) * LANES + 2 * col + 1
-            leasts[way, i & 1, j] = _step(
-                before, b, first[row, col], count[row, col], leasts[way, 1 - (i & 1), col], small, large,
-                cost, total, t, f, n, after, a, sets and way == 0,
-            )  # fmt: skip
-        else:
-            leasts[way, i & 1, j] = _step(
-                before, 1, 0, 0, np.uint16(0), small, large, cost, total, t, f, n, after, a, sets and way == 0
-            )
+            came = (b, np.int64(first[row, col]), np.int64(count[row, col]), leasts[way, old, col])
+        leasts[way, now, j] = _step(
+            lines[way, old], lines[way, now], cost, total, came, own, penalties, sets and way == 0
+        )
 
 
 @njit(nogil=True, inline="always")
-def _buffers(count, start, eight):  # type: ignore[no-untyped-def]
+def _buffers(chunks, eight):  # type: ignore[no-untyped-def]
     """Costs of two rows for each way, and their least."""
+    _, count, start = chunks
     rows, cols = count.shape
     widest = 0
     for i in range(rows):
         widest = max(widest, start[(i + 1) * cols] - start[i * cols])
     ways = 3 if eight else 1
-    return np.full((ways, 2, widest * LANES + 2 * cols + 3 * LANES), FAR, np.uint16), np.zeros(
-        (ways, 2, cols), np.uint16
-    )
+    lines = np.full((ways, 2, widest * LANES + 2 * cols + 3 * LANES), FAR, np.uint16)
+    return lines, np.zeros((ways, 2, cols), np.int64)
 
 
 @njit(cache=True, nogil=True)
-def _downward(cost, total, first, count, start, small, large, eight):  # type: ignore[no-untyped-def]
+def _downward(sums, chunks, penalties, eight):  # type: ignore[no-untyped-def]
     """Paths from above and both along the rows."""
+    cost, total = sums
+    first, count, start = chunks
     rows, cols = first.shape
-    lines, leasts = _buffers(count, start, eight)
+    buffers = _buffers(chunks, eight)
     side = np.full((2, (count.max() + 4) * LANES), FAR, np.uint16)
     for i in range(rows):
         for j in range(cols):
             if count[i, j]:
-                _column_steps(i, j, -1, lines, leasts, small, large, cost, total, first, count, start, eight, True)
+                _column_steps((i, j, -1), sums, chunks, buffers, penalties, eight, True)
         for way in (1, -1):
-            least, first_b, count_b = np.uint16(0), 0, 0
+            came: Any = (1, 0, 0, 0)
             for k in range(cols):
                 j = k if way == 1 else cols - 1 - k
-                f, n, t = first[i, j], count[i, j], start[i * cols + j] * LANES
+                f, n, least = np.int64(first[i, j]), np.int64(count[i, j]), 0
                 if n:
-                    least = _step(
-                        side[1 - (j & 1)],
-                        1,
-                        first_b,
-                        count_b,
-                        least,
-                        small,
-                        large,
-                        cost,
-                        total,
-                        t,
-                        f,
-                        n,
-                        side[j & 1],
-                        1,
-                        False,
-                    )
-                first_b, count_b = f, n
+                    own = (1, start[i * cols + j] * LANES, f, n)
+                    least = _step(side[1 - (j & 1)], side[j & 1], cost, total, came, own, penalties, False)
+                came = (1, f, n, least)
 
 
 @njit(cache=True, nogil=True)
-def _upward(cost, total, first, count, start, small, large, eight, low, wide):  # type: ignore[no-untyped-def]
+def _upward(sums, chunks, penalties, eight, low, wide):  # type: ignore[no-untyped-def]
     """Paths from below; then the sums are complete, and the row's shifts are chosen."""
+    total = sums[1]
+    first, count, start = chunks
     rows, cols = first.shape
-    lines, leasts = _buffers(count, start, eight)
+    buffers = _buffers(chunks, eight)
     out = np.full((rows, cols), np.nan, np.float32)
     best, who = np.empty(wide + LANES, np.uint16), np.empty(wide + LANES, np.int16)
     won = np.empty(cols, np.int32)
@@ -179,7 +185,7 @@ def _upward(cost, total, first, count, start, small, large, eight, low, wide):  
             won[j] = -1
             if count[i, j] == 0:
                 continue
-            _column_steps(i, j, 1, lines, leasts, small, large, cost, total, first, count, start, eight, False)
+            _column_steps((i, j, 1), sums, chunks, buffers, penalties, eight, False)
             t, at = start[i * cols + j] * LANES, j + first[i, j] * LANES - low
             least = np.uint16(65535)
             for c in range(count[i, j]):

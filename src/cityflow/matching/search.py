@@ -67,10 +67,10 @@ def search_around(guide: Float32Array, widest: Range, most: int) -> Search:
     widest : disparities that heights allow, which is all that is searched where nothing is known around
     most : bound of a pixel's range
     """
-    low, high = _around(guide)
-    known = low < NOTHING
-    low = np.where(known, np.floor(2 * low) - MARGIN_PX, widest[0]).astype(np.int32)
-    high = np.where(known, np.ceil(2 * high) + MARGIN_PX, widest[1] - 1).astype(np.int32)
+    lowest, highest = _around(guide)
+    known = lowest < NOTHING
+    low = np.where(known, np.floor(2 * lowest) - MARGIN_PX, widest[0]).astype(np.int32)
+    high = np.where(known, np.ceil(2 * highest) + MARGIN_PX, widest[1] - 1).astype(np.int32)
     low, high = np.maximum(low, widest[0]), np.minimum(high, widest[1] - 1)
     return Search(low, np.minimum(high, low + most - 1))
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
 from cityflow.core.parameters import Parameters
 from cityflow.matching.census import census
-from cityflow.matching.paths import best_shifts
+from cityflow.matching.paths import Penalties, best_shifts
 from cityflow.matching.search import Search
 
 SMALL_STEP = 25
@@ -57,7 +57,7 @@ def matched_block(
     begin = time.process_time()
     chunks = search.chunks(seen)
     softness = COARSE_PENALTIES**level
-    penalties = max(round(SMALL_STEP * softness), 1), max(round(LARGE_STEP * softness), 2)
+    penalties = Penalties(max(round(SMALL_STEP * softness), 1), max(round(LARGE_STEP * softness), 2))
     shifts = best_shifts(census(reference), census(partner), low, chunks, penalties, eight=parameters.eight_paths)
     # what is left of a chunk beyond a pixel's own range helped its paths only: found there, it is more often wrong than right
     shifts[(-shifts < search.low - 0.5) | (-shifts > search.high + 0.5)] = np.nan
