@@ -14,7 +14,7 @@ from cityflow.flow.store import Store
 from cityflow.flow.typed import TaskInputs
 from cityflow.handover.depth_map_files import decode_depth_map
 from cityflow.handover.field_types import OrientedField
-from cityflow.surface.witnesses import Witness, WitnessParameters, Words, without_refuted, words_for
+from cityflow.surface.witnesses import Place, Witness, WitnessParameters, Words, without_refuted, words_for
 
 VERSION = 2
 """Of what is refuted."""
@@ -47,10 +47,11 @@ class DepthReader:
     Parameters
     ----------
     around : nothing beyond is ever asked for
+    place : nor what stands elsewhere; None: everywhere in `around`
     """
 
-    def __init__(self, store: Store, given: DepthInputs, around: Bounds) -> None:
-        self._store, self._given, self._around = store, given, around
+    def __init__(self, store: Store, given: DepthInputs, around: Bounds, place: Place | None = None) -> None:
+        self._store, self._given, self._around, self._place = store, given, around, place
         self._images = {image.name: image for image in given.references}
         self._kept: dict[str, ImagePoints] = {}
         self._extent: dict[str, Bounds] = {}
@@ -86,7 +87,7 @@ class DepthReader:
             if path in wanted:
                 asked.add(found.image)
         witnesses = [Witness.of(self._images[n], parts[n]) for n in sorted(parts)]
-        return words_for(witnesses, self._around, self._given.witnesses, asked)
+        return words_for(witnesses, self._around, self._given.witnesses, asked, self._place)
 
 
 def within(points: ImagePoints, bounds: Bounds) -> NDArray[np.bool_]:

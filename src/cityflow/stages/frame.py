@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cityflow.core.arrays import Float32Array
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.building import Status
 from cityflow.core.depth_map import ImagePoints
 from cityflow.core.grid import Bounds, Grid, grown
@@ -37,6 +37,8 @@ NAME = "frame"
 VERSION = 5
 EMPTY = "no image of this direction has depths here"
 EVERYWHERE: Bounds = (-np.inf, -np.inf, np.inf, np.inf)
+ROUNDED_M = 1e-3
+"""Witnesses are asked about points so far beyond: far more than a place is rounded by."""
 
 
 class FrameParameters(Parameters):
@@ -160,10 +162,15 @@ def run(workspace: Workspace, task: Task) -> Outcome:
 
 def _in_frame(store: Store, given: FrameInputs, bounds: Bounds) -> ImagePoints:
     """The points of the depth maps that stand over `bounds` of the local frame, in that frame."""
-    world = DepthReader(store, given.depths, EVERYWHERE)(EVERYWHERE)
-    points = world.rotated(given.frame.frame_from_world, given.frame.origin)
-    x, y = points.xyz[:, 0], points.xyz[:, 1]
-    return points.take((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
+    to_frame, origin, wide = given.frame.frame_from_world, given.frame.origin, grown(bounds, ROUNDED_M)
+    reader = DepthReader(store, given.depths, EVERYWHERE, lambda xyz: _stands_in((xyz - origin) @ to_frame.T, wide))
+    points = reader(EVERYWHERE).rotated(to_frame, origin)
+    return points.take(_stands_in(points.xyz, bounds))
+
+
+def _stands_in(xyz: FloatArray, bounds: Bounds) -> BoolArray:
+    x, y = xyz[:, 0], xyz[:, 1]
+    return np.asarray((x >= bounds[0]) & (x < bounds[2]) & (y >= bounds[1]) & (y < bounds[3]))
 
 
 def _layers(fused: Fused, surface: Float32Array, part: tuple[slice, slice]) -> dict[str, np.ndarray]:

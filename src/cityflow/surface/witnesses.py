@@ -8,14 +8,14 @@ stands in front of a point only hides it and says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import ByteArray, Float32Array, FloatArray, IntArray
+from cityflow.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from cityflow.core.camera import OrientedImage
 from cityflow.core.depth_map import DepthMap
 from cityflow.core.grid import Bounds
@@ -34,6 +34,9 @@ AGREEMENT_GSD = 3.0
 
 SURELY = 0.999999
 """What is nearer to a limit than this is computed in full: far more than float32 rounds."""
+
+Place = Callable[[FloatArray], BoolArray]
+"""Which of (N, 3) world points are asked about."""
 
 
 class WitnessParameters(Parameters):
@@ -111,8 +114,9 @@ class _Asked:
 
 
 def words_for(
-    witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters, names: Collection[str] | None = None
-) -> dict[str, Words]:
+    witnesses: Sequence[Witness], around: Bounds, parameters: WitnessParameters, names: Collection[str] | None = None,
+    place: Place | None = None,
+) -> dict[str, Words]:  # fmt: skip
     """Number of votes for each depth.
 
     Parameters
@@ -120,10 +124,12 @@ def words_for(
     witnesses : one for each image, in any order, with all depths within `reach_m` of `around`
     around : only depths whose points stand here are asked about
     names : of the images that are asked about; without them all
+    place : only depths whose points stand there are asked about; None: wherever they are in `around`
     """
     limits = {w.image.name: _limits(w) for w in witnesses}
     asked = [w for w in witnesses if names is None or w.image.name in names]
-    return {w.image.name: Words(w.row, w.col, _words(w, witnesses, limits, around, parameters)) for w in asked}
+    found = ((w, _points(w, around, place)) for w in asked)
+    return {w.image.name: Words(w.row, w.col, _words(w, points, witnesses, limits, parameters)) for w, points in found}
 
 
 def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap:
@@ -138,13 +144,8 @@ def without_refuted(depth_map: DepthMap, words: Mapping[str, Words]) -> DepthMap
 
 
 def _words(
-    own: Witness,
-    witnesses: Sequence[Witness],
-    limits: Mapping[str, _View],
-    around: Bounds,
-    p: WitnessParameters,
+    own: Witness, asked: _Asked, witnesses: Sequence[Witness], limits: Mapping[str, _View], p: WitnessParameters
 ) -> ByteArray:
-    asked = _points(own, around)
     speaking = own.views.ravel()[asked.pixel].astype(np.int64)
     for other in witnesses:
         if other.image.name != own.image.name:
@@ -156,13 +157,15 @@ def _words(
     return words.reshape(own.depth.shape)
 
 
-def _points(own: Witness, around: Bounds) -> _Asked:
+def _points(own: Witness, around: Bounds, place: Place | None) -> _Asked:
     rows, cols = np.nonzero(np.isfinite(own.depth))
     depth = own.depth[rows, cols].astype(np.float64)
     rays = own.image.rays(np.column_stack([cols + own.col + 0.5, rows + own.row + 0.5]))
     xyz = own.image.centre + depth[:, None] * rays
     x_min, y_min, x_max, y_max = around
     inside = (xyz[:, 0] >= x_min) & (xyz[:, 0] < x_max) & (xyz[:, 1] >= y_min) & (xyz[:, 1] < y_max)
+    if place is not None:
+        inside &= place(xyz)
     pixel = rows[inside] * own.depth.shape[1] + cols[inside]
     return _Asked(pixel, xyz[inside], own.sigma[rows[inside], cols[inside]])
 
