@@ -9,13 +9,22 @@ from step_times import Step
 M = "cityflow.matching"
 
 
-def _level(_left: Any, _right: Any, _count: int, level: int, *_: Any) -> str:
-    return "level 0" if level == 0 else "coarse levels"
+_LEVEL = ["level 0"]
+"""Of the block that is being matched."""
 
 
-def _both_ways(left: Any, _right: Any, count: int, *_: Any) -> float:
-    """Pixel-disparities of a block that is matched twice."""
-    return 2.0 * left.shape[0] * (left.shape[1] - count) * count
+def _block(_left: Any, _right: Any, _low: int, _search: Any, _seen: Any, level: int, *_: Any) -> str:
+    _LEVEL[0] = "level 0" if level == 0 else "coarse levels"
+    return _LEVEL[0]
+
+
+def _level(*_: Any, **__: Any) -> str:
+    return _LEVEL[0]
+
+
+def _searched(_reference: Any, _partner: Any, _low: int, chunks: Any, *_: Any, **__: Any) -> float:
+    """Pixel-disparities of a block: chunks of sixteen."""
+    return 16.0 * float(chunks.start[-1])
 
 
 STEPS = (
@@ -23,9 +32,10 @@ STEPS = (
     Step("grey values", f"{M}.grey:GreyImage._tile"),
     Step("grey values", f"{M}.grey:_curve"),
     Step("resample", f"{M}.resample:resampled"),
-    Step("cost and aggregation, {}", f"{M}.sgm:matched_block", _level, _both_ways),
-    Step("left-right check", f"{M}.sgm:_checked"),
-    Step("ranges", f"{M}.lattice:PairLattice._range"),
+    Step("census", f"{M}.census:census"),
+    Step("cost, paths and the way back, {}", f"{M}.paths:best_shifts", _level, _searched),
+    Step("chunks and speckles, {}", f"{M}.sgm:matched_block", _block),
+    Step("ranges", f"{M}.lattice:PairLattice._search"),
     Step("sub-pixel", f"{M}.subpixel:refined"),
     Step("parallax", f"{M}.parallax:vertical_parallax"),
     Step("which parts are needed", f"{M}.needed:NeededParts.narrow"),
