@@ -84,7 +84,7 @@ class Witness:
             known = np.isfinite(m.depth)
             at = np.s_[m.row - top : m.row - top + known.shape[0], m.col - left : m.col - left + known.shape[1]]
             for whole, part in ((depth, m.depth), (sigma, m.sigma), (views, m.views)):
-                whole[at][known] = part[known]
+                np.copyto(whole[at], part, where=known)
         return cls(image, top, left, depth, sigma, views, bool(np.all((sigma >= 0) | np.isnan(depth))))
 
 
