@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from cityflow.core.arrays import ByteArray, Float32Array, IntArray
-from cityflow.matching.search import Search, search_everywhere
+from cityflow.matching.search import Search, Sight, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 
 COUNT, ROWS, COLS = 16, 60, 90
 P = SgmParameters()
+EVERYTHING = search_everywhere((0, COUNT))
 
 
 def texture(seed: int) -> ByteArray:
@@ -20,9 +21,12 @@ def texture(seed: int) -> ByteArray:
 def matched(left: ByteArray, right: ByteArray, parameters: SgmParameters = P) -> Float32Array:
     """Disparities 0 to 15 of the columns that have all of them in the right image."""
     reference = np.ascontiguousarray(left[:, COUNT : COUNT + COLS])
-    search = search_everywhere((ROWS, COLS), (0, COUNT))
-    # the right image's first column is that of disparity 16 of the first pixel
-    return matched_block(reference, right, -COUNT, search, None, 0, parameters, SgmClock())
+    return matched_block(reference, right, EVERYTHING, sight_of(right), 0, parameters, SgmClock())
+
+
+def sight_of(right: ByteArray, first: int = -COUNT) -> Sight:
+    """Both images show all; the right image's first column is that of disparity 16 of the first pixel."""
+    return Sight(np.ones((ROWS, COLS), bool), np.ones(right.shape, bool), first)
 
 
 def moved(right: ByteArray, disparity: IntArray) -> ByteArray:
@@ -59,7 +63,7 @@ def test_pixels_with_ranges_of_their_own_find_what_lies_in_them() -> None:
     partner = np.pad(right, ((0, 0), (20, 20)))[:, 80 - high_hull + 1 :]
     clock = SgmClock()
     found = matched_block(
-        np.ascontiguousarray(left), np.ascontiguousarray(partner), 1 - high_hull, search, None, 0, P, clock
+        np.ascontiguousarray(left), np.ascontiguousarray(partner), search, sight_of(partner, 1 - high_hull), 0, P, clock
     )
     assert np.mean(np.abs(found[8:28] - 3) < 0.5) > 0.97
     assert np.mean(np.abs(found[33:] - 40) < 0.5) > 0.97
@@ -75,7 +79,7 @@ def test_pixels_that_are_not_seen_are_not_searched() -> None:
     seen[20:25] = False
     clock = SgmClock()
     reference = np.ascontiguousarray(left[:, COUNT : COUNT + COLS])
-    found = matched_block(reference, right, -COUNT, search_everywhere((ROWS, COLS), (0, COUNT)), seen, 0, P, clock)
+    found = matched_block(reference, right, EVERYTHING, sight_of(right)._replace(reference=seen), 0, P, clock)
     assert np.isnan(found[~seen]).all()
     assert np.mean(np.abs(found[seen] - 4) < 0.5) > 0.95
     assert clock.searched == 16 * int(seen.sum()) * 2
@@ -125,10 +129,9 @@ def test_small_patches_go_and_large_ones_stay() -> None:
 
 def test_the_clock_runs_only_forward() -> None:
     clock, right = SgmClock(), texture(7)
-    everything = search_everywhere((ROWS, COLS), (0, COUNT))
-    matched_block(right[:, :COLS], right, -COUNT, everything, None, 0, P, clock)
+    matched_block(right[:, :COLS], right, EVERYTHING, sight_of(right), 0, P, clock)
     once = clock.seconds
-    matched_block(right[:, :COLS], right, -COUNT, everything, None, 0, P, clock)
+    matched_block(right[:, :COLS], right, EVERYTHING, sight_of(right), 0, P, clock)
     assert 0 < once < clock.seconds
 
 

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import Float32Array, FloatArray
+from cityflow.core.arrays import BoolArray, Float32Array, FloatArray
 from cityflow.core.parameters import Parameters
 from cityflow.matching.grey import GreyImage
 from cityflow.matching.rectification import Rectification
 from cityflow.matching.resample import resampled
-from cityflow.matching.search import Range, Search, search_around, search_everywhere
+from cityflow.matching.search import Range, Search, Sight, search_around, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 from cityflow.matching.subpixel import SubpixelParameters, refined
 
@@ -125,35 +125,29 @@ class PairLattice:
         wide = shape[0], shape[1] + high - low - 1
         reference, in_reference = resampled(self.images[0], self.pair.reference_pixels, (row, col), shape, level)
         partner, in_partner = resampled(self.images[1], self.pair.partner_pixels, (row, col - high + 1), wide, level)
-        disparity = matched_block(
-            reference, partner, 1 - high, self._search(level, block, (row, col), shape), in_reference, level,
-            self.parameters.sgm, self.clock,
-        )  # fmt: skip
+        sight = Sight(_everywhere(in_reference, shape), _everywhere(in_partner, wide), 1 - high)
+        search = self._search(level, block, (row, col))
+        disparity = matched_block(reference, partner, search, sight, level, self.parameters.sgm, self.clock)
         if level == 0:
             # the partner's first column is that of the highest disparity
             disparity = refined(reference, partner, disparity, high - 1, self.parameters.subpixel)
-        if in_partner is not None:
-            rows, cols = np.nonzero(np.isfinite(disparity))
-            at = cols + high - 1 - np.rint(disparity[rows, cols]).astype(np.int64)
-            seen = in_partner[rows, np.clip(at, 0, wide[1] - 1)]
-            disparity[rows[~seen], cols[~seen]] = np.nan
         return np.ascontiguousarray(disparity[halo:-halo, halo:-halo])
 
     def _range(self, level: int, block: Block) -> Range | None:
         widest = self._range_of_heights(level, block)
         if widest is None:
             return None
-        search = search_everywhere((1, 1), widest) if level == self.coarsest else self._guided(level, block, widest)[0]
+        search = search_everywhere(widest) if level == self.coarsest else self._guided(level, block, widest)[0]
         return search.hull()
 
-    def _search(self, level: int, block: Block, corner: tuple[int, int], shape: tuple[int, int]) -> Search:
-        """What the pixels of a raster window around a block search that the partner sees."""
+    def _search(self, level: int, block: Block, corner: tuple[int, int]) -> Search:
+        """What the pixels of a raster window around a block search that the partner sees; `corner`: its first row and column."""
         widest = self._range_of_heights(level, block)
         assert widest is not None
         if level == self.coarsest:
-            return search_everywhere(shape, widest)
+            return search_everywhere(widest)
         search, at = self._guided(level, block, widest)
-        return search.doubled(at, corner, shape)
+        return search._replace(corner=(corner[0] - 2 * at[0], corner[1] - 2 * at[1]), bits=1)
 
     def _guided(self, level: int, block: Block, widest: Range) -> tuple[Search, tuple[int, int]]:
         """What the pixels of the coarser level around a block let it search, and the row and column of the first of them."""
@@ -187,6 +181,11 @@ class PairLattice:
         count = min(-(-need // 16) * 16, self.parameters.most_disparities)
         begin = int(np.floor(low)) - (count - need) // 2
         return begin, begin + count
+
+
+def _everywhere(seen: BoolArray | None, shape: tuple[int, int]) -> BoolArray:
+    """What is seen; None is all of it."""
+    return np.ones(shape, np.bool_) if seen is None else seen
 
 
 def positions(bounds: tuple[int, int, int, int], level: int) -> tuple[FloatArray, FloatArray]:

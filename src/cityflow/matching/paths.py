@@ -36,10 +36,6 @@ class Chunks(NamedTuple):
     many: NDArray[np.int32]
     start: IntArray
 
-    @classmethod
-    def of(cls, first: NDArray[np.int32], many: NDArray[np.int32]) -> Chunks:
-        return cls(first, many, np.concatenate([[0], np.cumsum(many, dtype=np.int64)]))
-
 
 class Sums(NamedTuple):
     """Costs of all shifts of all pixels: uint8 of the census, uint16 summed over paths."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cityflow.core.arrays import BoolArray, Float32Array
+from cityflow.core.kernels import njit
 from cityflow.matching.lanes import LANES
 from cityflow.matching.paths import Chunks
 
@@ -24,18 +25,18 @@ Range = tuple[int, int]
 
 
 class Search(NamedTuple):
-    """Lowest and highest disparity that each pixel of a raster window searches, (rows, cols) int32; nothing where the lowest is higher."""
+    """Lowest and highest disparity that each pixel of a raster window searches.
+
+    Attributes
+    ----------
+    low, high : (h, w) int32; nothing is searched where the lowest is higher
+    corner, bits : pixel (row, col) of the window searches what stands at ((row + corner[0]) >> bits, (col + corner[1]) >> bits)
+    """
 
     low: NDArray[np.int32]
     high: NDArray[np.int32]
-
-    def chunks(self, seen: BoolArray | None) -> Chunks:
-        """The chunks of 16 shifts that hold the disparities of the pixels that are `seen` (None: all)."""
-        first, last = -self.high >> 4, -self.low >> 4
-        count = np.maximum(last - first + 1, 0).astype(np.int32)
-        if seen is not None:
-            count[~seen] = 0
-        return Chunks.of(np.ascontiguousarray(first), count)
+    corner: tuple[int, int] = (0, 0)
+    bits: int = 0
 
     def hull(self) -> Range | None:
         """All disparities of all chunks; None where no pixel searches any."""
@@ -45,17 +46,82 @@ class Search(NamedTuple):
         low, high = int(self.low.min(where=some, initial=1 << 30)), int(self.high.max(where=some, initial=-(1 << 30)))
         return -((-low >> 4) * LANES + LANES - 1), -(-high >> 4) * LANES + 1
 
-    def doubled(self, at: tuple[int, int], corner: tuple[int, int], shape: tuple[int, int]) -> Search:
-        """The same for the pixels of a raster window of the finer level; `at`, `corner`: row and column of the first pixel in either lattice."""
-        top, left = corner[0] - 2 * at[0], corner[1] - 2 * at[1]
-        window = np.s_[top : top + shape[0], left : left + shape[1]]
-        low, high = (np.ascontiguousarray(np.repeat(np.repeat(part, 2, axis=0), 2, axis=1)[window]) for part in self)
-        return Search(low, high)
+    def chunks(self, sight: Sight) -> Chunks:
+        """The chunks of 16 shifts that hold the disparities of the pixels that both images show."""
+        return Chunks(*_chunks(self, sight))
+
+    def inside(self, shifts: Float32Array, sight: Sight) -> Float32Array:
+        """Disparities: the shifts with the other sign, less those that a pixel did not search or that the partner does not show.
+
+        What a chunk holds beyond a pixel's own range helps its paths only; found there, it is more often wrong than right.
+        """
+        return np.asarray(_inside(self, shifts, sight))
 
 
-def search_everywhere(shape: tuple[int, int], widest: Range) -> Search:
+class Sight(NamedTuple):
+    """Pixels that the images show.
+
+    Attributes
+    ----------
+    reference : (rows, cols) bool;  partner : (rows, more) bool
+    first : disparity d of pixel x is at the partner's column x - d - first
+    """
+
+    reference: BoolArray
+    partner: BoolArray
+    first: int
+
+
+def search_everywhere(widest: Range) -> Search:
     """The same for all pixels."""
-    return Search(np.full(shape, widest[0], np.int32), np.full(shape, widest[1] - 1, np.int32))
+    return Search(np.full((1, 1), widest[0], np.int32), np.full((1, 1), widest[1] - 1, np.int32), bits=30)
+
+
+@njit(cache=True, nogil=True)
+def _chunks(search, sight):  # type: ignore[no-untyped-def]
+    """Of a `Search` and a `Sight`: first chunk, number of chunks, chunks of all pixels before."""
+    rows, cols = sight.reference.shape
+    wide = sight.partner.shape[1]
+    first, many = np.zeros((rows, cols), np.int32), np.zeros((rows, cols), np.int32)
+    start = np.empty(rows * cols + 1, np.int64)
+    before = np.empty(wide + 1, np.int32)
+    total = 0
+    for i in range(rows):
+        before[0] = 0
+        for j in range(wide):
+            before[j + 1] = before[j] + sight.partner[i, j]
+        r = (i + search.corner[0]) >> search.bits
+        for j in range(cols):
+            start[i * cols + j] = total
+            c = (j + search.corner[1]) >> search.bits
+            low, high = search.low[r, c], search.high[r, c]
+            begin, end = j - high - sight.first, j - low + 1 - sight.first
+            begin, end = min(max(begin, 0), wide), min(max(end, 0), wide)
+            if sight.reference[i, j] and low <= high and before[end] > before[begin]:
+                first[i, j] = -high >> 4
+                many[i, j] = (-low >> 4) - first[i, j] + 1
+                total += many[i, j]
+    start[rows * cols] = total
+    return first, many, start
+
+
+@njit(cache=True, nogil=True)
+def _inside(search, shifts, sight):  # type: ignore[no-untyped-def]
+    rows, cols = shifts.shape
+    wide = sight.partner.shape[1]
+    half = np.float32(0.5)
+    out = np.full((rows, cols), np.nan, np.float32)
+    for i in range(rows):
+        r = (i + search.corner[0]) >> search.bits
+        for j in range(cols):
+            disparity = -shifts[i, j]
+            c = (j + search.corner[1]) >> search.bits
+            # False with NaN
+            if search.low[r, c] - half <= disparity <= search.high[r, c] + half:
+                at = j - int(np.rint(disparity)) - sight.first
+                if 0 <= at < wide and sight.partner[i, at]:
+                    out[i, j] = disparity
+    return out
 
 
 def search_around(guide: Float32Array, widest: Range, most: int) -> Search:

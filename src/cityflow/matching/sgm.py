@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from cityflow.core.arrays import BoolArray, ByteArray, Float32Array
+from cityflow.core.arrays import ByteArray, Float32Array
 from cityflow.core.parameters import Parameters
 from cityflow.matching.census import census
 from cityflow.matching.paths import Penalties, best_shifts
-from cityflow.matching.search import Search
+from cityflow.matching.search import Search, Sight
 
 SMALL_STEP = 25
 """Penalty of a disparity step of one pixel, bits of the census; set by hand on images of the synthetic town, as are the next two."""
@@ -44,26 +44,27 @@ class SgmClock:
 
 
 def matched_block(
-    reference: ByteArray, partner: ByteArray, low: int, search: Search, seen: BoolArray | None, level: int,
-    parameters: SgmParameters, clock: SgmClock,
+    reference: ByteArray, partner: ByteArray, search: Search, sight: Sight, level: int, parameters: SgmParameters,
+    clock: SgmClock,
 ) -> Float32Array:  # fmt: skip
     """(rows, cols) float32 disparities; NaN where the two directions disagree or the patch is a speckle.
 
     Parameters
     ----------
-    reference : (rows, cols) rectified grey;  partner : (rows, more) the same rows; pixel x with disparity d is at column x - d - low
-    search : what each pixel of the reference searches;  seen : which of them are searched at all
+    reference : (rows, cols) rectified grey;  partner : (rows, more) the same rows
+    search : what each pixel of the reference searches;  sight : which pixels the images show, and where the partner begins
     """
     begin = time.process_time()
-    chunks = search.chunks(seen)
+    chunks = search.chunks(sight)
     softness = COARSE_PENALTIES**level
     penalties = Penalties(max(round(SMALL_STEP * softness), 1), max(round(LARGE_STEP * softness), 2))
-    shifts = best_shifts(census(reference), census(partner), low, chunks, penalties, eight=parameters.eight_paths)
-    # what is left of a chunk beyond a pixel's own range helped its paths only: found there, it is more often wrong than right
-    shifts[(-shifts < search.low - 0.5) | (-shifts > search.high + 0.5)] = np.nan
+    shifts = best_shifts(
+        census(reference), census(partner), sight.first, chunks, penalties, eight=parameters.eight_paths
+    )
     clock.seconds += time.process_time() - begin
     clock.searched += 16 * int(chunks.start[-1])
-    return _without_speckles(-shifts, max(parameters.speckle_px >> level, 8) if parameters.speckle_px else 0)
+    disparity = search.inside(shifts, sight)
+    return _without_speckles(disparity, max(parameters.speckle_px >> level, 8) if parameters.speckle_px else 0)
 
 
 def _without_speckles(disparity: Float32Array, speckle_px: int) -> Float32Array:
