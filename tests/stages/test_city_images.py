@@ -296,6 +296,19 @@ def test_ground_that_is_asked_for_late_is_matched_by_tasks_of_its_own(strip: Cat
     assert [t.digest for t in more if t.stage == "fuse"] == [digests[f"fuse-{tile}"]]
 
 
+def test_ground_under_buildings_that_textures_look_past_is_foreseen(strip: Catalog) -> None:
+    """The area ends 5 m before a tile does: buildings 100 m from it may stand before its own."""
+    textured = parameters(50.0)
+    plain = textured.model_copy(update={"texture": textured.texture.model_copy(update={"when": "never"})})
+    found = [
+        CitySource(strip, asked, Area(shapely.box(1010, 2010, 1045, 2060))).survey.matches.first or frozenset()
+        for asked in (plain, textured)
+    ]
+    column = max(int(t.split("_")[0]) for t in found[0])
+    assert {int(t.split("_")[0]) for t in found[1] - found[0]} == {column + 1}
+    assert CitySource(strip, textured).survey.matches.first is None
+
+
 class Memory:
     """Records of an earlier run."""
 

@@ -22,6 +22,7 @@ from cityflow.survey.city import City, outlines_are_missing
 from cityflow.survey.kept_plans import Plans
 from cityflow.survey.surface_source import IMAGES
 from cityflow.survey.survey import Survey
+from cityflow.survey.texture_inputs import LONGEST_M
 
 
 class CitySource:
@@ -96,8 +97,12 @@ class CitySource:
         return found
 
     def _matched_tiles(self) -> set[str]:
-        """Ground tiles whose depth maps are asked for by what follows from the catalog alone."""
-        units = (unit for stage, unit in self.walk.foreseen(self._under_outlines()) if stage == match.NAME)
+        """Ground tiles whose depth maps are asked for by what follows from the catalog alone, and by buildings that stand before those of the area."""
+        survey, area = self.survey, self.city.area
+        looked_m = survey.parameters.texture.around_m + LONGEST_M
+        beside = [n for n, t in survey.lattice.tiles.items() if survey.textures and area.meets(t.buffered(looked_m))]
+        seeds = [*self._under_outlines(), *(("outline", t) for t in beside)]
+        units = (unit for stage, unit in self.walk.foreseen(seeds) if stage == match.NAME)
         return {self.survey.matches.flight_tiles(unit)[0].tile for unit in units}
 
     def _under_outlines(self) -> list[Node]:

@@ -53,22 +53,25 @@ class MatchUnits:
 
     def _is_one_of_many(self, reference: str, tile: str) -> bool:
         """Whether the task of a reference image matches it over a tile, too."""
-        if self._is_foreseen(tile):
+        first = self.first
+        if first is None or tile in first:
             return True
-        if not self._first:
+        if not first:
             return False
         if reference not in self._before:
             self._before[reference] = frozenset(self.before(reference))
         return tile in self._before[reference]
 
-    def _is_foreseen(self, tile: str) -> bool:
+    @property
+    def first(self) -> frozenset[str] | None:
+        """Ground tiles that are asked for from the start; None: all."""
         if self.foreseen is None:
-            return True
+            return None
         if self._first is None:
             # while it is found out, no tile is foreseen: each is named by a task of its own
             self._first = frozenset()
             self._first = frozenset(self.foreseen())
-        return tile in self._first
+        return self._first
 
     def _tiles_near(self, image: str) -> list[str]:
         """Names of the tiles that the cells of a reference image may meet, those that the survey lacks among them."""
