@@ -14,7 +14,7 @@ from cityflow.core.parameters import Parameters
 from cityflow.matching.grey import GreyImage
 from cityflow.matching.rectification import Rectification
 from cityflow.matching.resample import resampled
-from cityflow.matching.search import Range, Search, Sight, search_around, search_everywhere
+from cityflow.matching.search import Range, Search, Sight, hull_around, search_around, search_everywhere
 from cityflow.matching.sgm import SgmClock, SgmParameters, matched_block
 from cityflow.matching.subpixel import SubpixelParameters, refined
 
@@ -137,8 +137,9 @@ class PairLattice:
         widest = self._range_of_heights(level, block)
         if widest is None:
             return None
-        search = search_everywhere(widest) if level == self.coarsest else self._guided(level, block, widest)[0]
-        return search.hull()
+        if level == self.coarsest:
+            return search_everywhere(widest).hull()
+        return hull_around(self._guide(level, block)[0], widest)
 
     def _search(self, level: int, block: Block, corner: tuple[int, int]) -> Search:
         """What the pixels of a raster window around a block search that the partner sees; `corner`: its first row and column."""
@@ -146,16 +147,16 @@ class PairLattice:
         assert widest is not None
         if level == self.coarsest:
             return search_everywhere(widest)
-        search, at = self._guided(level, block, widest)
+        guide, at = self._guide(level, block)
+        search = search_around(guide, widest, self.parameters.most_disparities)
         return search._replace(corner=(corner[0] - 2 * at[0], corner[1] - 2 * at[1]), bits=1)
 
-    def _guided(self, level: int, block: Block, widest: Range) -> tuple[Search, tuple[int, int]]:
-        """What the pixels of the coarser level around a block let it search, and the row and column of the first of them."""
+    def _guide(self, level: int, block: Block) -> tuple[Float32Array, tuple[int, int]]:
+        """Disparities of the coarser level around a block, and the row and column of the first of them."""
         halo, (top, bottom, left, right) = self.parameters.halo_px, self.bounds(level, block)
         at = (top - halo >> 1) - GUIDE_PX, (left - halo >> 1) - GUIDE_PX
         ends = (bottom + halo + 1 >> 1) + GUIDE_PX, (right + halo + 1 >> 1) + GUIDE_PX
-        guide = self.region(level + 1, (at[0], ends[0]), (at[1], ends[1]))
-        return search_around(guide, widest, self.parameters.most_disparities), at
+        return self.region(level + 1, (at[0], ends[0]), (at[1], ends[1])), at
 
     def _range_of_heights(self, level: int, block: Block) -> Range | None:
         """Disparities between the lowest ground and the highest object where the partner sees them."""

@@ -124,6 +124,16 @@ def _inside(search, shifts, sight):  # type: ignore[no-untyped-def]
     return out
 
 
+def hull_around(guide: Float32Array, widest: Range) -> Range | None:
+    """That of `search_around`, sooner: whatever a pixel searches lies between the lowest and the highest that the guide knows."""
+    known = guide[np.isfinite(guide)]
+    low, high = widest[0], widest[1] - 1
+    if len(known):
+        low = max(int(np.floor(2 * known.min())) - MARGIN_PX, low)
+        high = min(int(np.ceil(2 * known.max())) + MARGIN_PX, high)
+    return Search(np.array([low], np.int32), np.array([high], np.int32)).hull()
+
+
 def search_around(guide: Float32Array, widest: Range, most: int) -> Search:
     """What the pixels of a level search by the coarser one; of the size of the guide.
 
