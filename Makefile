@@ -50,14 +50,21 @@ bench: $(VENV)/.dev
 view-bundle:
 	cd view && npm ci --no-audit --no-fund && npm run build
 
-$(VENV)/.runtime: pyproject.toml constraints.txt deploy/setup.sh deploy/compile.py
+$(VENV)/.installed: pyproject.toml constraints.txt deploy/setup.sh
 	sh deploy/setup.sh $(VENV)
-	@echo "Compiling once (a minute)"
-	$(BIN)/python deploy/compile.py
 	touch $@
 
-$(VENV)/.dev: $(VENV)/.runtime
+# PYTHONPATH: the package is installed once more meanwhile, where make has several jobs
+$(VENV)/.runtime: $(VENV)/.installed deploy/compile.py
+	@echo "Compiling once (a minute)"
+	PYTHONPATH=src $(BIN)/python deploy/compile.py
+	touch $@
+
+$(VENV)/.tools: $(VENV)/.installed
 	sh deploy/setup.sh $(VENV) dev
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.runtime $(VENV)/.tools
 	touch $@
 
 clean:

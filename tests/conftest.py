@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 from collections.abc import Iterator
 from typing import Any
@@ -12,6 +13,13 @@ import pytest
 
 from missing_tools import missing_tools
 from shared_processes import Scheduling, turn
+
+# What schedulers and workers do while they wait: 5 % of a core for each pair, and some pairs live as long as the tests
+os.environ |= {
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "5s",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+}
 
 # a machine that others use, too, is slow now and then: that says nothing of the code
 hypothesis.settings.register_profile("cityflow", suppress_health_check=[hypothesis.HealthCheck.too_slow])

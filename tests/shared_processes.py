@@ -27,6 +27,7 @@ TOGETHER = {
     ),
     "surveys on a cluster": ("cluster/test_delft_run.py", "cluster/test_images.py", "cluster/test_tile_places.py"),
     "clusters that are killed": ("flow/test_cluster.py", "flow/test_spread.py"),
+    "toy tasks": ("flow/test_drafts.py", "flow/test_executor.py"),
     "an object store": (
         "flow/test_store.py",
         "flow/test_heartbeat.py",

@@ -89,7 +89,7 @@ class Chromium:
     ) -> None:
         try:
             self.call("Browser.close", session=False, timeout=5)
-            self._process.wait(5)
+            self._process.wait(15)
         except (OSError, queue.Empty, subprocess.TimeoutExpired):
             self._process.kill()
         self._profile.cleanup()

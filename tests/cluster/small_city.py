@@ -179,6 +179,7 @@ class Commands:
     """The command line in this process, with its work done on one cluster that all tests share."""
 
     scheduler: str
+    has_small_pictures: bool = True
 
     def __call__(self, *arguments: str | Path) -> Done:
         words = [str(a) for a in arguments]
@@ -188,7 +189,7 @@ class Commands:
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out_text), redirect_stderr(err_text):
             patch.setattr(sys, "argv", ["cityflow", *words])
             patch.setattr(options, "console", Console(width=240, file=out_text))
-            for module, name, pixels in SMALL_PICTURES:
+            for module, name, pixels in SMALL_PICTURES if self.has_small_pictures else ():
                 patch.setattr(module, name, pixels)
             with pytest.raises(SystemExit) as ended:
                 cli.main()

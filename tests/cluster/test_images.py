@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
+import geopandas
 import laspy
 import numpy as np
 import pytest
@@ -19,9 +18,8 @@ import rasterio
 
 from cityflow.core.arrays import FloatArray
 from cityflow.io.rasters.surface_dataset import chunked_surface
-from cluster.small_city import Commands, contents, copy_of, newest, redone, report
-from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, truth
-from flow.conftest import free_port
+from cluster.small_city import Commands, Done, contents, copy_of, newest, redone, report
+from cluster.small_flight import AREA, GSD_M, HOUSES, SmallFlight, make_flight, truth
 from flow.processes import Cluster
 
 pytestmark = pytest.mark.cluster
@@ -33,10 +31,16 @@ FEW = ("--set", "images.frames=false", "--set", "export.formats=[obj]", "--set",
 
 
 @pytest.fixture(scope="module")
-def area_run(cityflow: Commands, small_flight: SmallFlight, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished run of the eastern half; read only."""
+def area_run(
+    cityflow: Commands, two_workers: Cluster, small_flight: SmallFlight, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A finished run of the eastern half, one of whose workers was killed while it matched; read only."""
     run = tmp_path_factory.mktemp("area") / "run"
-    cityflow.run(small_flight, run, "--aoi", AREA, *FEW)
+    with two_workers.one_more() as victim, ThreadPoolExecutor(1) as driver:
+        done = driver.submit(cityflow.run, small_flight, run, "--aoi", AREA, *FEW)
+        wait_for_a_match(run)
+        victim.kill()
+        done.result(timeout=500)
     return run
 
 
@@ -161,25 +165,6 @@ def test_a_second_run_does_nothing(cityflow: Commands, small_flight: SmallFlight
                                                "--out", flight_run)) == set()  # fmt: skip
 
 
-def test_one_worker_and_a_killed_one_leave_the_same_bytes(
-    small_flight: SmallFlight, area_run: Path, tmp_path: Path
-) -> None:
-    """Two workers made the area; here one dies while it matches, and the other does the rest."""
-    cluster = Cluster(tmp_path)
-    run = tmp_path / "run"
-    try:
-        cluster.start(free_port(), 2)
-        with ThreadPoolExecutor(1) as driver:
-            done = driver.submit(Commands(cluster.address), "run", small_flight.workflow, "--catalog",
-                                 small_flight.catalog, "--out", run, "--aoi", AREA, *FEW)  # fmt: skip
-            wait_for_a_match(run)
-            os.kill(cluster.workers[1].pid, signal.SIGKILL)
-            assert done.result(timeout=500).code == 0
-    finally:
-        cluster.stop()
-    assert contents(run) == contents(area_run)
-
-
 def wait_for_a_match(run: Path) -> None:
     deadline = time.monotonic() + 300
     while not (run / "records" / "match").is_dir():
@@ -207,6 +192,7 @@ def test_other_tiles_give_the_same_heights(
 
 
 def test_an_area_gives_what_the_whole_run_gives_there(flight_run: Path, area_run: Path) -> None:
+    """Also where a worker was killed."""
     mine, whole = newest(area_run, "reconstruct"), newest(flight_run, "reconstruct")
     assert 0 < len(mine) < len(whole)
     assert all(r["outputs"] == whole[u]["outputs"] for u, r in mine.items())
@@ -277,3 +263,22 @@ def test_an_image_that_breaks_after_the_catalog_is_named_and_heals(
     assert newest(run, "reconstruct").keys() == newest(area_run, "reconstruct").keys()
     assert cityflow("rerun", run, "--failed").code == 0
     assert contents(run) == contents(area_run)
+
+
+def test_a_flight_with_an_outline_less_is_an_update_without_matching(
+    cityflow: Commands, small_flight: SmallFlight, flight_run: Path, tmp_path: Path
+) -> None:
+    """Only outlines differ: surfaces, orthos and all other models stay."""
+    run, later = copy_of(flight_run, tmp_path / "run"), make_flight(tmp_path / "later", described=False)
+    outlines = geopandas.read_file(later.outlines)
+    gone = str(outlines["id"].iloc[0])
+    outlines.iloc[1:].to_file(later.outlines)
+    later.describe()
+    done: list[Done] = []
+    again = redone(run, lambda: done.append(cityflow("update", run, "--catalog", later.catalog)))
+    assert done[0].code == 0, done[0].text
+    tree = json.loads((run / "updates/1/changes.json").read_text())
+    assert [(c["kind"], c["before"]) for c in tree["changes"]] == [("gone", gone)]
+    assert tree["untouched"] + tree["compared"] == HOUSES - 1
+    assert {stage for stage, _ in again} & {"match", "fuse", "surface", "ortho", "frame", "walls"} == set()
+    assert ("ingest", "n1") not in again

@@ -1,4 +1,4 @@
-"""What must not depend on how the world is cut, on the number of workers, or on the area asked for."""
+"""What must not depend on how the world is cut, or on the area asked for. Other cells of the index: `test_interrupted`."""
 
 from __future__ import annotations
 
@@ -42,14 +42,6 @@ def assert_same_surface(mine: Heights, other: Heights) -> None:
 def test_other_tiles_and_index_cells_give_the_same_hulls_and_heights(small_run: Path, fifty_run: Path) -> None:
     assert hulls(fifty_run) == hulls(small_run)
     assert_same_surface(surface(fifty_run), surface(small_run))
-
-
-def test_one_worker_and_other_index_cells_leave_the_same_bytes(
-    cityflow: Commands, small_city: SmallCity, small_run: Path, tmp_path: Path
-) -> None:
-    run = tmp_path / "run"
-    cityflow.run(small_city, run, "--workers", "1", "--set", "tiles.index_cell_m=37")
-    assert contents(run) == contents(small_run)
 
 
 BOWTIE = shapely.Polygon([(85000, 447000), (85070, 447120), (85070, 447000), (85000, 447120)])

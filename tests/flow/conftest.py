@@ -11,8 +11,11 @@ from itertools import count
 from pathlib import Path
 from urllib.request import urlopen
 
+import dask
 import pytest
+from distributed import Client
 
+from cityflow.flow.cluster import connect
 from cityflow.flow.ledger import Ledger
 from cityflow.flow.store import Store
 
@@ -26,6 +29,13 @@ def store(tmp_path: Path) -> Store:
 def ledger(store: Store) -> Iterator[Ledger]:
     with Ledger.open(store) as ledger:
         yield ledger
+
+
+@pytest.fixture(scope="session")
+def client() -> Iterator[Client]:
+    """Of two workers here. One death is enough for their scheduler to give up on a task: the tests need not wait for four."""
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), connect(None, 2) as client:
+        yield client
 
 
 PORTS = count(20000 + 40 * (os.getpid() % 300))

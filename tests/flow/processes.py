@@ -58,9 +58,9 @@ class Cluster:
         self.scheduler = self._spawn("scheduler", "--host", host, "--port", str(port), "--no-dashboard", *options)
         for _ in range(workers):
             self.add_worker()
-        with Client(self.address, timeout=30, set_as_default=False) as client:
+        with Client(self.address, timeout=120, set_as_default=False) as client:
             if workers:
-                client.wait_for_workers(workers, timeout=30)
+                client.wait_for_workers(workers, timeout=120)
 
     def add_worker(self, *options: str) -> subprocess.Popen[bytes]:
         # Without a nanny a killed worker stays dead, as when a machine goes down.
@@ -70,10 +70,23 @@ class Cluster:
         )  # fmt: skip
         return self.workers[-1]
 
-    def settle(self, within_s: float = 30) -> None:
+    @contextmanager
+    def one_more(self) -> Iterator[subprocess.Popen[bytes]]:
+        """A worker that a test may kill; it has joined the others."""
+        worker = self.add_worker()
+        try:
+            with Client(self.address, timeout=120, set_as_default=False) as client:
+                client.wait_for_workers(sum(w.poll() is None for w in self.workers), timeout=60)
+            yield worker
+        finally:
+            worker.kill()
+            worker.wait()
+            self.workers.remove(worker)
+
+    def settle(self, within_s: float = 60) -> None:
         """Wait until nothing that a driver left behind is at work: a worker ends the task that it has begun, and records it."""
         deadline = time.monotonic() + within_s
-        with Client(self.address, timeout=30, set_as_default=False) as client:
+        with Client(self.address, timeout=120, set_as_default=False) as client:
             while client.run_on_scheduler(known_tasks) or any(client.run(running_tasks).values()):
                 assert time.monotonic() < deadline, "workers are still at work"
                 time.sleep(0.05)
@@ -134,7 +147,7 @@ class Driver:
     def end(self, within_s: float = 60) -> int:
         code = self.process.wait(timeout=within_s)
         for thread in self._threads:
-            thread.join(timeout=10)
+            thread.join(timeout=60)
         return code
 
     def kill(self) -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import dask
 import pytest
 from dask.utils import key_split
 from distributed import Client
@@ -15,7 +13,6 @@ from distributed import Client
 from cityflow.core import object_store
 from cityflow.core.building import Status
 from cityflow.flow import suspects
-from cityflow.flow.cluster import connect
 from cityflow.flow.draft import Sent, Unmade, run_draft
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger
@@ -31,12 +28,6 @@ WIDE = {
     **{("fuse", f"{k}"): [("match", f"{(k + d) % 6}") for d in range(3)] for k in range(6)},
     ("export", "city"): [("fuse", f"{k}") for k in range(6)],
 }
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), connect(None, 2) as client:
-        yield client
 
 
 def left(ledger: Ledger) -> dict[tuple[str, str], tuple[object, ...]]:

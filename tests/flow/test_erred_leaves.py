@@ -37,7 +37,7 @@ def tasks_known(dask_scheduler: Scheduler) -> dict[str, tuple[str, str]]:
 
 def settled(address: str, is_enough: Callable[[dict[str, tuple[str, str]]], bool]) -> dict[str, tuple[str, str]]:
     """Tasks of the scheduler with state and text, as soon as they are as expected."""
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 60
     with Client(address, set_as_default=False) as client:
         while not is_enough(known := client.run_on_scheduler(tasks_known)):
             assert time.monotonic() < deadline, known

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import dask
 import pytest
 from distributed import Client
 from distributed.comm.core import CommClosedError
@@ -18,7 +17,6 @@ from cityflow.core.building import Status
 from cityflow.errors import RunError
 from cityflow.flow import index, suspects
 from cityflow.flow.attempt import store_record
-from cityflow.flow.cluster import connect
 from cityflow.flow.erred_leaves import readable_key
 from cityflow.flow.executor import run_tasks
 from cityflow.flow.ledger import Ledger, State
@@ -28,13 +26,6 @@ from cityflow.flow.task import Limits, Record, Task
 from cityflow.flow.unwritable import UnwritableError
 from flow.toy_sources import Given, Town
 from flow.toy_stages import toy
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    # One death is enough for the scheduler to give up on a task: the tests need not wait for four.
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), connect(None, 2) as client:
-        yield client
 
 
 def statuses(ledger: Ledger) -> dict[str, Status]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import subprocess
 import sys
 import time
@@ -30,6 +31,23 @@ def begun(work: Callable[[], object]) -> Thread:
     return thread
 
 
+def is_locked(room: Room) -> bool:
+    """Whether somebody has its turn."""
+    with open(f"{room.path}.gate") as gate:
+        try:
+            fcntl.flock(gate, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
+def until(is_so: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60
+    while not is_so():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
 def test_a_task_waits_until_there_is_room(room: Room) -> None:
     first, second = Place(room), Place(room)
     first.take(700, nothing)
@@ -37,7 +55,7 @@ def test_a_task_waits_until_there_is_room(room: Room) -> None:
     waiting.join(0.3)
     assert waiting.is_alive()
     first.keep(600)
-    waiting.join(5)
+    waiting.join(60)
     assert not waiting.is_alive()
     assert second.mb == 400
 
@@ -56,13 +74,13 @@ def test_those_who_ask_have_their_turn_in_order(room: Room) -> None:
         order.append("small")
 
     threads = [begun(large)]
-    time.sleep(0.2)
+    until(lambda: is_locked(room))
     threads.append(begun(small))
     time.sleep(0.3)
     assert order == [], "small ones do not overtake for ever"
     places[0].keep(0)
     for thread in threads:
-        thread.join(5)
+        thread.join(60)
     assert order == ["large", "small"]
 
 
@@ -84,17 +102,17 @@ def test_a_task_larger_than_all_waits_until_it_is_alone(room: Room, monkeypatch:
     third.keep(400)
     gave_back = Event()
     waiting = begun(lambda: second.take(99_999, nothing))
-    time.sleep(0.2)
+    until(lambda: is_locked(room))
     behind = begun(lambda: third.take(500, gave_back.set))
-    assert gave_back.wait(5), "what its child keeps may be what others wait for"
+    assert gave_back.wait(60), "what its child keeps may be what others wait for"
     assert waiting.is_alive()
     first.keep(80)
-    waiting.join(5)
+    waiting.join(60)
     assert not waiting.is_alive()
     assert second.mb == 1000
     assert behind.is_alive()
     second.keep(0)
-    behind.join(5)
+    behind.join(60)
     assert not behind.is_alive()
 
 
@@ -114,7 +132,7 @@ def test_who_was_killed_holds_nothing(room: Room) -> None:
     assert waiting.is_alive()
     other.kill()
     other.wait()
-    waiting.join(5)
+    waiting.join(60)
     assert not waiting.is_alive()
 
 

@@ -111,4 +111,4 @@ def test_who_only_looks_is_told_soon(s3_url: str, s3_endpoint: str, monkeypatch:
         begun = time.monotonic()
         with pytest.raises(OSError, match=r"503|Service"):
             Store.open(f"{s3_url}/run").read_bytes("a")
-        assert time.monotonic() - begun < 20
+        assert time.monotonic() - begun < 60

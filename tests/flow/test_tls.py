@@ -70,7 +70,7 @@ def test_a_run_over_tls(cluster: Cluster, certificates: Path, store: Store) -> N
     with with_certificates(certificates):
         with connect(cluster.address, 0) as client, Ledger.open(store) as ledger:
             page = page_address(client).replace("/cityflow?run=", "/cityflow/runs.json")
-            assert json.loads(urlopen(page, timeout=10).read()) == {}, "the preload has made it before the first run"
+            assert json.loads(urlopen(page, timeout=60).read()) == {}, "the preload has made it before the first run"
             run_tasks(Given([toy("good"), toy("bad", "unusable")]), client, store, ledger)
             assert {r.unit: r.status for r in ledger.records()} == {"good": Status.DONE, "bad": Status.FAILED}
         toy_driver.submit(cluster.address, f"{store.root}-submitted", 0)

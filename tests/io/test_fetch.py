@@ -20,7 +20,7 @@ class Trickle(BaseHTTPRequestHandler):
         self.send_response(200)
         self.send_header("Content-Length", "100000")
         self.end_headers()
-        for _ in range(200):
+        for _ in range(2000):
             self.wfile.write(b"x")
             time.sleep(0.05)
 
@@ -49,7 +49,7 @@ def test_a_server_that_trickles_holds_no_command(trickling: str, monkeypatch: py
         local_file(f"{trickling}/a.laz"),
     ):
         pass
-    assert time.monotonic() - start < 3
+    assert time.monotonic() - start < 30, "all of it takes 100 s"
 
 
 def test_a_catalog_that_trickles_holds_no_command(trickling: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,4 +57,4 @@ def test_a_catalog_that_trickles_holds_no_command(trickling: str, monkeypatch: p
     start = time.monotonic()
     with pytest.raises(CatalogError, match="Timeout"):
         read_catalog(f"{trickling}/collection.json")
-    assert time.monotonic() - start < 3
+    assert time.monotonic() - start < 30, "all of it takes 100 s"

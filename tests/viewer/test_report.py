@@ -229,7 +229,7 @@ def test_verdict(counts: tuple[int, int, int, int, int], sentence: str) -> None:
 
 def test_five_thousand_units_are_quick_and_small(small_town: ReportData) -> None:
     units = tuple(replace(small_town.units[i % 160], id=f"NL.{i:06d}") for i in range(5000))
-    begin = time.perf_counter()
+    begin = time.process_time()
     _, page = write_report(replace(small_town, units=units))
-    assert time.perf_counter() - begin < 10
+    assert time.process_time() - begin < 10
     assert len(page) < 15_000_000

@@ -31,7 +31,7 @@ def port() -> Iterator[int]:
 
 
 def _get(port: int, target: str, method: str = "GET", **headers: str) -> tuple[int, bytes, dict[str, str]]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
     connection.putrequest(method, target, skip_host=False)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -163,7 +163,7 @@ def test_one_run_says_of_no_others(port: int) -> None:
 
 
 def test_a_page_from_elsewhere_reads_nothing(port: int) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
     connection.request("GET", "/view/index.html", headers={"Host": "city.example"})
     answer = connection.getresponse()
     assert (answer.status, b"page" in answer.read()) == (403, False)
