@@ -233,3 +233,18 @@ def test_a_tile_whose_noding_failed_says_so(tmp_path: Path, whole: dict[float, D
     outcome = outline.run_given(Workspace(store, task), task)
     assert outcome.status is Status.DEGRADED
     assert outcome.reason == f"without outlines.{source}: killed"
+
+
+@pytest.mark.parametrize("tile_m", [100.0, 250.0])
+def test_parts_of_a_cut_outline_get_no_name_that_stands_anywhere_in_the_file(tmp_path: Path, tile_m: float) -> None:
+    """In another chain, in another tile, refused, outside of the survey; and another part is cut itself."""
+    shapes = {
+        "cut": box(10, 485, 30, 490), "cutter": box(18, 484, 20, 492), "cut-1": box(300, 10, 310, 20), "cut-2": box(9000, 0, 9010, 10),
+        "cut-3": box(0, 0, 0.1, 0.1), "cut-5": box(410, 400, 430, 405), "cutter of 5": box(418, 399, 420, 407), "cut-x": box(40, 485, 45, 490),
+    }  # fmt: skip
+    town = [(name, affinity.translate(shape, *CORNER)) for name, shape in shapes.items()]
+    found = dealt(tmp_path, gpkg(tmp_path, list(town)), tile_m, Edits())
+    names = [s.outline.id for text in found.files.values() for s in decode_all(text)]
+    assert sorted([*names, *found.refused]) == sorted(
+        ["cut-4", "cut-6", "cutter", "cut-1", "cut-2", "cut-3", "cut-5-1", "cut-5-2", "cutter of 5", "cut-x"]
+    )

@@ -49,6 +49,7 @@ class GivenOutlines:
         self.sigma_m: float | None = None
         self._dealt: dict[str, tuple[str, str]] = {}
         self._reached: dict[str, tuple[str, ...]] = {}
+        self._taken: dict[str, tuple[str, ...]] = {}
         self._sources: dict[str, list[str]] = {}
         self._noded: dict[str, dict[str, NodedFile]] = {}
         self._beside: dict[str, dict[str, list[str]]] = {}
@@ -74,6 +75,7 @@ class GivenOutlines:
     def _learn_dealt(self, record: Record) -> None:
         self._dealt = {stem(path): (path, digest) for path, digest in record.outputs.items()}
         self._reached = {str(t): tuple(map(str, over)) for t, over in record.result.get("reached", {}).items()}
+        self._taken = {str(t): tuple(map(str, names)) for t, names in record.result.get("taken", {}).items()}
         self._sampled_from = str(record.result.get("sampled_from", ""))
         self._sources = {}
         for source, tiles in sorted(self._reached.items()):
@@ -87,6 +89,10 @@ class GivenOutlines:
     def reached(self, tile: str) -> tuple[str, ...]:
         """The tiles of the survey that may own one of these."""
         return self._reached[tile]
+
+    def taken(self, tile: str) -> tuple[str, ...]:
+        """Names of other outlines, of all tiles, that no part of these may get."""
+        return self._taken.get(tile, ())
 
     def sources(self, tile: str) -> list[str]:
         """Tiles whose tasks node outlines that this tile may own; none before outlines are dealt out."""

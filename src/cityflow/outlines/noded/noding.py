@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import count
@@ -34,7 +33,7 @@ def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> lis
     the tolerance would spoil is noded with a smaller one, which its remarks say.
 
     An outline that its smaller neighbours cover wholly is missing from the result (see `noded_parts`); one that they cut in two appears as
-    ``id-1`` and ``id-2``, less numbers that another outline of the chain has in its name.
+    ``id-1`` and ``id-2``, less numbers that another outline has in its name.
 
     Parameters
     ----------
@@ -44,8 +43,15 @@ def node_outlines(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> lis
     return [new for parts in noded_parts(outlines, tolerance_m) for new in parts]
 
 
-def noded_parts(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> list[list[Outline]]:
-    """The same, with what is left of each outline: nothing, itself or parts of it."""
+def noded_parts(
+    outlines: Sequence[Outline], tolerance_m: float = 0.05, taken: Collection[str] = ()
+) -> list[list[Outline]]:
+    """The same, with what is left of each outline: nothing, itself or parts of it.
+
+    Parameters
+    ----------
+    taken : names that stand elsewhere, so that no part gets one of them
+    """
     if not outlines:
         return []
     polygons = [outline.polygon for outline in outlines]
@@ -58,10 +64,8 @@ def noded_parts(outlines: Sequence[Outline], tolerance_m: float = 0.05) -> list[
     for members in _groups_to_mend(polygons, noded, group, tolerance_m):
         for index, (kept, note) in zip(members, _mended_group(outlines, members, tolerance_m), strict=True):
             parts[index], notes[index] = kept, note
-    taken: dict[int, set[str]] = defaultdict(set)
-    for outline, chain in zip(outlines, group.tolist(), strict=True):
-        taken[chain].add(outline.id)
-    return [_as_outlines(o, parts[i], notes[i], taken[int(group[i])]) for i, o in enumerate(outlines)]
+    names = {*taken, *(o.id for o in outlines)}
+    return [_as_outlines(o, parts[i], notes[i], names) for i, o in enumerate(outlines)]
 
 
 def neighbours(outlines: Sequence[Outline]) -> dict[str, dict[str, float]]:
@@ -151,7 +155,7 @@ def _nothing_vanished(before: Sequence[Polygon], parts: Sequence[Sequence[Polygo
 
 
 def _as_outlines(outline: Outline, parts: Sequence[Polygon], note: str, taken: Collection[str]) -> list[Outline]:
-    """What is left of an outline; parts get numbers that make no name which another outline of the chain has."""
+    """What is left of an outline; parts get numbers that make no name which another outline has."""
     remark = "; ".join(text for text in (outline.remark, note) if text)
     if len(parts) <= 1:
         return [replace(outline, polygon=p, remark=remark) for p in parts]

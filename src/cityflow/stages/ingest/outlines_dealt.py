@@ -6,6 +6,7 @@ What knows no tiles is done here: repeated polygons and ids, edits, chains. Memo
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -16,7 +17,7 @@ from cityflow.core.arrays import FloatArray, IntArray
 from cityflow.core.building import Outline
 from cityflow.core.edits import Edits
 from cityflow.core.grid import Bounds, tile_at
-from cityflow.flow.task import Outcome, Task, digest_of
+from cityflow.flow.task import Json, Outcome, Task, digest_of
 from cityflow.flow.typed import TaskInputs, as_json
 from cityflow.flow.workspace import Workspace
 from cityflow.handover.field_types import EditsField
@@ -36,7 +37,7 @@ from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.city import OUTLINES
 from cityflow.survey.survey import Survey
 
-VERSION = 3
+VERSION = 4
 OUTSIDE = "stands outside the survey: nothing was measured there"
 
 
@@ -110,6 +111,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
         outside = [Refusal(o.id, OUTSIDE, o.polygon) for o in far]
         standing = set(named.names) - {r.id for r in outside}
         refused = _unique_names([*read.refused, *read.twins(), *edited, *outside], standing)
+        taken = _taken(named.names, [*named.names, *(r.id for r in refused)], dealt.members)
     if sample:
         workspace.write(SAMPLE, sample)
     if refused:
@@ -121,6 +123,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
             "notes": notes,
             "outlines": read.count,
             "reached": dict(sorted(dealt.reached.items())),
+            "taken": taken,
             "sampled_from": sampled_from,
         },
     )
@@ -234,6 +237,17 @@ class _Read:
         points = shapely.get_coordinates(shapely.point_on_surface(polygons))
         self._boxes.append(np.column_stack([shapely.bounds(polygons).reshape(-1, 4), points]))
         self.spool.append(outlines)
+
+
+def _taken(names: Sequence[str], every: Iterable[str], members: Mapping[str, Sequence[int]]) -> dict[str, Json]:
+    """Tile → names of the whole file that parts of its outlines would get, were these cut into parts; only where there are some."""
+    known, numbered = set(names), defaultdict[str, set[str]](set)
+    for name in every:
+        whole, _, number = name.rpartition("-")
+        if number.isdecimal() and whole in known:
+            numbered[whole].add(name)
+    found = {t: sorted(n for i in own for n in numbered.get(names[i], ())) for t, own in sorted(members.items())}
+    return {tile: list(taken) for tile, taken in found.items() if taken}
 
 
 def _unique_names(refusals: Iterable[Refusal], taken: set[str]) -> list[Refusal]:

@@ -19,7 +19,7 @@ from cityflow.survey.city import INGEST as NAME
 from cityflow.survey.given_outlines import REFUSED_OF, noding_unit
 from cityflow.survey.survey import Survey
 
-VERSION = 2
+VERSION = 3
 COVERED = "covered by smaller outlines"
 
 
@@ -38,19 +38,22 @@ class NodingParameters(TaskInputs):
     ----------
     tile_m : edge of a ground tile;  noding_tolerance_m : gaps and overlaps below this are closed, metres
     tiles : names of the survey's tiles that may own what is noded
+    taken : names that other outlines of the file have and parts of these would get
     """
 
     tile_m: float
     noding_tolerance_m: float
     tiles: tuple[str, ...]
+    taken: tuple[str, ...] = ()
 
 
 def task(survey: Survey, tile: str) -> Task:
     """Node the chains that are dealt to a tile."""
     path, digest = survey.given.dealt(tile)
+    given = survey.given
     parameters = NodingParameters(
-        survey.parameters.tiles.tile_m, survey.parameters.outline.noding_tolerance_m, survey.given.reached(tile)
-    )
+        survey.parameters.tiles.tile_m, survey.parameters.outline.noding_tolerance_m, given.reached(tile), given.taken(tile)
+    )  # fmt: skip
     return Task(
         NAME, noding_unit(tile), "cityflow.stages.ingest.outlines_noded:run", VERSION,
         parameters=as_json(parameters), inputs={"outlines": digest}, arguments=as_json(NodingInputs(path)),
@@ -62,7 +65,7 @@ def run(workspace: Workspace, task: Task) -> Outcome:
     """One file of outline lines for each tile that owns some, and one of those that nobody owns any more."""
     given, p = task.arguments_as(NodingInputs), task.parameters_as(NodingParameters)
     raw = decode_plain(workspace.read(given.outlines).splitlines())
-    parts = noded_parts(raw, p.noding_tolerance_m)
+    parts = noded_parts(raw, p.noding_tolerance_m, p.taken)
     known = set(p.tiles)
     by_tile = owned([o for left in parts for o in left], p.tile_m, known)
     for tile in sorted(known & by_tile.keys()):
