@@ -12,12 +12,15 @@ from threading import Event, Thread
 
 import pytest
 
-from cityflow.flow.room import Place, Room, forget, shared_file
+from cityflow.flow.room import _OF_THREADS, Place, Room, forget, shared_file
 from flow.processes import environment
 
 
-@pytest.fixture
-def room(tmp_path: Path) -> Room:
+@pytest.fixture(params=["a lock of an open file", "a lock of a process"])
+def room(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Room:
+    """On a disk of the machine, and as a file server has it: there threads of one process do not lock each other out."""
+    if request.param.endswith("process"):
+        monkeypatch.setattr("cityflow.flow.room.fcntl.flock", fcntl.lockf)
     return Room(tmp_path / "room", 1000.0)
 
 
@@ -32,13 +35,8 @@ def begun(work: Callable[[], object]) -> Thread:
 
 
 def is_locked(room: Room) -> bool:
-    """Whether somebody has its turn."""
-    with open(f"{room.path}.gate") as gate:
-        try:
-            fcntl.flock(gate, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-    return False
+    """Whether a thread of this process has its turn."""
+    return _OF_THREADS[f"{room.path}.gate"].locked()
 
 
 def until(is_so: Callable[[], bool]) -> None:
@@ -134,6 +132,32 @@ def test_who_was_killed_holds_nothing(room: Room) -> None:
     other.wait()
     waiting.join(60)
     assert not waiting.is_alive()
+
+
+MANY = """
+import random, sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from cityflow.flow.room import Place, Room
+
+def work(seed):
+    place, chance = Place(Room(Path(sys.argv[1]), 1000.0)), random.Random(seed)
+    for _ in range(12):
+        place.take(chance.choice((150, 400, 700, 2000)), int)
+        with place._table() as table:
+            assert sum(h.mb for h in table.values()) <= 1000 or sum(h.busy for h in table.values()) == 1, table
+        place.keep(chance.choice((0, 0, 60)))
+
+with ThreadPoolExecutor(2) as pool:
+    list(pool.map(work, (int(sys.argv[2]), int(sys.argv[2]) + 1)))
+"""
+
+
+def test_threads_of_several_processes_never_take_more_than_there_is(tmp_path: Path) -> None:
+    """Or one of them is alone at work."""
+    command = [sys.executable, "-c", MANY, str(tmp_path / "room")]
+    others = [subprocess.Popen([*command, seed], env=environment(), stderr=subprocess.PIPE) for seed in ("10", "20")]
+    assert [(p.communicate(timeout=300)[1], p.returncode) for p in others] == [(b"", 0)] * 2
 
 
 def test_half_of_a_text_stops_nobody(room: Room) -> None:

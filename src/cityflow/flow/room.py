@@ -11,11 +11,13 @@ import json
 import os
 import socket
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from threading import Lock
 from typing import NamedTuple
 
 import psutil
@@ -33,6 +35,8 @@ PATIENT_S = 5.0
 HEADROOM = 1.25
 """A child that takes more than it said asks for so much more than it has, so that it does not ask every moment."""
 _NUMBERS = count()
+_OF_THREADS: dict[str, Lock] = defaultdict(Lock)
+"""One for each locked file. On a file server a lock belongs to a process (NFS), and threads of one process would all have it."""
 
 
 class _Held(NamedTuple):
@@ -103,6 +107,7 @@ class Place:
         room.path.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(room.path, os.O_RDWR | os.O_CREAT, 0o600)
         self._gate = os.open(f"{room.path}{GATE}", os.O_RDWR | os.O_CREAT, 0o600)
+        self._turns, self._looks = _OF_THREADS[f"{room.path}{GATE}"], _OF_THREADS[str(room.path)]
         self._pid, self._born = os.getpid(), psutil.Process().create_time()
         self._name = f"{self._pid}-{next(_NUMBERS)}"
 
@@ -120,15 +125,25 @@ class Place:
                 time.sleep(POLL_S)
         finally:
             fcntl.flock(self._gate, fcntl.LOCK_UN)
+            self._turns.release()
 
     def _await_turn(self, give_back: Callable[[], object]) -> None:
         begun, is_patient = time.monotonic(), True
-        while not _is_locked(self._gate):
+        while not self._has_turn():
             if is_patient and time.monotonic() - begun > PATIENT_S:
                 is_patient = False
                 give_back()
                 self.keep(0.0)
             time.sleep(POLL_S)
+
+    def _has_turn(self) -> bool:
+        """Whether nobody else has it; then it is taken."""
+        if not self._turns.acquire(blocking=False):
+            return False
+        if _is_locked(self._gate):
+            return True
+        self._turns.release()
+        return False
 
     def covers(self, mb: float) -> bool:
         """Whether a task at work may go on with so much; asks for more where it has said less."""
@@ -163,7 +178,7 @@ class Place:
     @contextmanager
     def _table(self) -> Iterator[dict[str, _Held]]:
         """All entries, for nobody else meanwhile; what is changed is written."""
-        with _locked(self._file):
+        with self._looks, _locked(self._file):
             before = os.pread(self._file, os.fstat(self._file).st_size, 0)
             table = _read(before)
             yield table
