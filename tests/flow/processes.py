@@ -83,7 +83,7 @@ class Cluster:
             worker.wait()
             self.workers.remove(worker)
 
-    def settle(self, within_s: float = 60) -> None:
+    def settle(self, within_s: float = 300) -> None:
         """Wait until nothing that a driver left behind is at work: a worker ends the task that it has begun, and records it."""
         deadline = time.monotonic() + within_s
         with Client(self.address, timeout=120, set_as_default=False) as client:
@@ -133,7 +133,7 @@ class Driver:
         assert self.process.stderr is not None
         self.errors = self.process.stderr.read()
 
-    def wait_for(self, units: int, within_s: float = 60) -> None:
+    def wait_for(self, units: int, within_s: float = 300) -> None:
         deadline = time.monotonic() + within_s
         while len(self.lines) < units:
             assert time.monotonic() < deadline, f"only {len(self.lines)} units: {self.errors}"
@@ -144,7 +144,7 @@ class Driver:
         """Ctrl-C as a terminal gives it: to the driver and everything it started."""
         os.killpg(self.process.pid, signal.SIGINT)
 
-    def end(self, within_s: float = 60) -> int:
+    def end(self, within_s: float = 300) -> int:
         code = self.process.wait(timeout=within_s)
         for thread in self._threads:
             thread.join(timeout=60)

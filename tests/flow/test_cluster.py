@@ -172,7 +172,7 @@ def _command(process: psutil.Process) -> str:
 
 def sandboxes_at_work(run: Driver) -> list[psutil.Process]:
     """All processes below a local driver, once both workers have started their sandboxes."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 300
     while time.monotonic() < deadline:
         family: list[psutil.Process] = psutil.Process(run.process.pid).children(recursive=True)
         if sum("cityflow.flow.child" in _command(p) for p in family) == 2:

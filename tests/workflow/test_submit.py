@@ -49,7 +49,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         cluster.stop()
 
 
-def note_where(store: Store, is_so: Callable[[DriverNote], bool], within_s: float = 60) -> DriverNote:
+def note_where(store: Store, is_so: Callable[[DriverNote], bool], within_s: float = 300) -> DriverNote:
     deadline = time.monotonic() + within_s
     while (note := read_note(store)) is None or not is_so(note):
         assert time.monotonic() < deadline, note
