@@ -13,11 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cityflow.core.arrays import Float32Array, IntArray
+from cityflow.core.arrays import ByteArray, Float32Array, IntArray
 from cityflow.core.kernels import njit
 from cityflow.matching.census import Census
 from cityflow.matching.lanes import LANES, claim, least_of, path_step, unlike_bits
 
+EDGE_GREY = 12.0
+"""Difference of neighbours' grey values at which a large step costs half: surfaces end at edges of the image (Hirschmüller 2008). Set by hand on
+images of the synthetic town, as is the next one."""
+LEAST_MORE = 10
+"""What a large step costs more than a small one at least."""
 FAR = 60_000
 """Cost of a shift that a pixel does not search; more than any sum of a path."""
 
@@ -44,26 +49,36 @@ class Sums(NamedTuple):
     total: NDArray[np.uint16]
 
 
+class Steps(NamedTuple):
+    """Penalty of a step of one pixel; of a larger one by the difference of grey values of the two pixels, (256,); the grey values, (rows, cols)."""
+
+    small: int
+    large: NDArray[np.uint16]
+    grey: ByteArray
+
+
 class Penalties(NamedTuple):
-    """Of a step of one pixel, and of any larger one; both less than 150."""
+    """Of a step of one pixel, and of any larger one between pixels of the same grey; both less than 1,000."""
 
     small: int
     large: int
 
 
 def best_shifts(
-    reference: Census, partner: Census, low: int, chunks: Chunks, penalties: Penalties, *, eight: bool
+    reference: Census, partner: Census, low: int, chunks: Chunks, grey: ByteArray, penalties: Penalties, *, eight: bool
 ) -> Float32Array:
     """(rows, cols) float32 shifts that both sides agree on within a pixel, by a parabola between whole pixels; NaN elsewhere.
 
     Parameters
     ----------
     reference, partner : census of either image; the partner's column of pixel x and shift s is x + s - low
+    grey : (rows, cols) uint8 of the reference image
     eight : paths are eight, not four
     """
     cost = _costs(reference, partner, low, chunks)
     sums = Sums(cost, np.empty(cost.size, np.uint16))
-    steps = np.uint16(penalties.small), np.uint16(penalties.large)
+    large = np.maximum(penalties.large / (1 + np.arange(256) / EDGE_GREY), penalties.small + LEAST_MORE)
+    steps = Steps(np.uint16(penalties.small), np.rint(large).astype(np.uint16), grey)
     _downward(sums, chunks, steps, eight)
     return np.asarray(_upward(sums, chunks, steps, eight, low, partner.shape[1]))
 
@@ -119,11 +134,20 @@ def _column_steps(at, sums, chunks, buffers, penalties, eight, sets):  # type: i
     for way in range(3 if eight else 1):
         col = j + (way if way < 2 else -1)
         came: Any = (1, 0, 0, 0)
+        unlike: Any = 0
         if 0 <= row < rows and 0 <= col < cols:
+            unlike = abs(np.int64(penalties.grey[i, j]) - np.int64(penalties.grey[row, col]))
             b = (start[row * cols + col] - start[row * cols]) * LANES + 2 * col + 1
             came = (b, np.int64(first[row, col]), np.int64(count[row, col]), leasts[way, old, col])
         leasts[way, now, j] = _step(
-            lines[way, old], lines[way, now], cost, total, came, own, penalties, sets and way == 0
+            lines[way, old],
+            lines[way, now],
+            cost,
+            total,
+            came,
+            own,
+            (penalties.small, penalties.large[unlike]),
+            sets and way == 0,
         )
 
 
@@ -159,7 +183,11 @@ def _downward(sums, chunks, penalties, eight):  # type: ignore[no-untyped-def]
                 f, n, least = np.int64(first[i, j]), np.int64(count[i, j]), 0
                 if n:
                     own = (1, start[i * cols + j] * LANES, f, n)
-                    least = _step(side[1 - (j & 1)], side[j & 1], cost, total, came, own, penalties, False)
+                    unlike = abs(
+                        np.int64(penalties.grey[i, j]) - np.int64(penalties.grey[i, min(max(j - way, 0), cols - 1)])
+                    )
+                    steps = (penalties.small, penalties.large[unlike])
+                    least = _step(side[1 - (j & 1)], side[j & 1], cost, total, came, own, steps, False)
                 came = (1, f, n, least)
 
 

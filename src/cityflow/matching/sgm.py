@@ -17,7 +17,7 @@ from cityflow.matching.search import Search, Sight
 
 SMALL_STEP = 25
 """Penalty of a disparity step of one pixel, bits of the census; set by hand on images of the synthetic town, as are the next two."""
-LARGE_STEP = 115
+LARGE_STEP = 180
 """Penalty of a larger step."""
 COARSE_PENALTIES = 0.8
 """Penalties of a level by those of the next finer one. Lower on coarse levels: Nex 2013 §2.1."""
@@ -59,7 +59,7 @@ def matched_block(
     softness = COARSE_PENALTIES**level
     penalties = Penalties(max(round(SMALL_STEP * softness), 1), max(round(LARGE_STEP * softness), 2))
     shifts = best_shifts(
-        census(reference), census(partner), sight.first, chunks, penalties, eight=parameters.eight_paths
+        census(reference), census(partner), sight.first, chunks, reference, penalties, eight=parameters.eight_paths
     )
     clock.seconds += time.process_time() - begin
     clock.searched += 16 * int(chunks.start[-1])
