@@ -18,7 +18,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from cityflow.catalog.check_images import sparse_points
 from cityflow.evaluation.checkpoints import heights_at
 from cityflow.evaluation.statistics import nmad
-from cityflow.io.rasters.surface_dataset import read_layers
+from cityflow.io.rasters.surface_dataset import grids_of, read_layers
 from cityflow.runs.run_folder import open_run
 from cityflow.survey.surface_source import ZARR
 
@@ -32,8 +32,9 @@ def main() -> None:
     chosen = options.parse_args()
     run = open_run(chosen.run)
     xyz = sparse_points(run.catalog)
-    grid = run.source().survey.lattice.product_grid
-    _, layers = read_layers(run.store.zarr_store(ZARR), grid, grid.bounds, ["dsm", "ortho_seen"])
+    store = run.store.zarr_store(ZARR)
+    whole, grid = grids_of(store)
+    _, layers = read_layers(store, whole, grid.bounds, ["dsm", "ortho_seen"])
     dsm = layers["dsm"]
     off = heights_at(dsm, grid, xyz[:, :2]) - xyz[:, 2]
     known = np.isfinite(off)

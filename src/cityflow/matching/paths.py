@@ -52,7 +52,7 @@ class Sums(NamedTuple):
 class Steps(NamedTuple):
     """Penalty of a step of one pixel; of a larger one by the difference of grey values of the two pixels, (256,); the grey values, (rows, cols)."""
 
-    small: int
+    small: np.uint16
     large: NDArray[np.uint16]
     grey: ByteArray
 
