@@ -125,7 +125,7 @@ def measure_run(o: argparse.Namespace) -> dict[str, float]:
     with times.watched():
         _, cost = run_here(WORKFLOW, str(survey / "catalog"), out, o.set, aoi, times)
     baseline = (before + baseline_of(catalog)) / 2
-    figures = budget(cost, baseline, len(catalog.images), (bounds[2] - bounds[0]) * (bounds[3] - bounds[1]))
+    figures = budget(cost, baseline, len(catalog.images), surveyed_m2(out))
     print(*share_table(times, sum(c.seconds for c in cost.stages.values()), "of the run"), sep="\n")
     judge = Judge(town_of(p.seed, p.whole_town), bounds, parameters_cell(out), survey_images(survey))  # type: ignore[arg-type]
     figures |= surface_figures(read_surface(out, judge.bounds).dsm, judge)
@@ -135,10 +135,16 @@ def measure_run(o: argparse.Namespace) -> dict[str, float]:
     return figures
 
 
+def surveyed_m2(run: Path) -> float:
+    """Ground that surfaces were made of: that of whole ground tiles, more than an area of interest in their middle."""
+    records = [json.loads(p.read_bytes()) for p in (run / "records" / "surface").rglob("*.json")]
+    return float(sum(r["result"].get("surveyed_m2", 0.0) for r in records))
+
+
 def budget(cost: RunCost, baseline: float, images: int, area_m2: float) -> dict[str, float]:
     """Print what each stage takes of what it may; returns the sums."""
     unit = baseline * images
-    print(f"\nbaseline {baseline:.3f} s an image, {images} images, {area_m2:.0f} m²")
+    print(f"\nbaseline {baseline:.3f} s an image, {images} images, {area_m2:.0f} m² of surface made")
     print(f"{'stage':<14} {'tasks':>6} {'failed':>6} {'s':>9} {'/ baseline':>11} {'asked':>6} {'compiling s':>12}")
     for name, c in cost.stages.items():
         asked = f"{BUDGET[name]:g}" if name in BUDGET else ""
